@@ -1,0 +1,23 @@
+#!/bin/sh
+# Prints the path of an interpreter fit for this project (Python 3.12 or newer with venv), or one line that says
+# what is missing. Candidates are run, not just looked up: a pyenv shim exists even for a version it cannot start.
+fit='import ensurepip, sys, venv; sys.exit(sys.version_info < (3, 12)); '
+for command in python3.13 python3.12 python3; do
+    # What a .python-version file (ours, or one further up) selects; then any version pyenv has of that name.
+    for pyenv_version in "" "${command#python}"; do
+        if [ -n "$pyenv_version" ]; then
+            PYENV_VERSION=$pyenv_version
+            export PYENV_VERSION
+        fi
+        if "$command" -c "$fit" >/dev/null 2>&1; then
+            exec "$command" -c 'import sys; print(sys.executable)'
+        fi
+        unset PYENV_VERSION
+    done
+done
+if command -v uv >/dev/null 2>&1 && found=$(uv python find '>=3.12' 2>/dev/null || { uv python install -q 3.13 && uv python find 3.13; }); then
+    echo "$found"
+    exit 0
+fi
+echo "No fit interpreter: Python 3.12 or newer with its venv module is needed (or uv, which can fetch one)." >&2
+exit 1

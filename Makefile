@@ -1,0 +1,45 @@
+# Every target does its own set-up; nothing needs to be installed or activated by hand.
+VENV := .venv
+PYTHON := $(VENV)/bin/python
+SOURCES := affordance benchmarks diagrams tests run_experiments.py
+
+.PHONY: run test lint format diagrams bench clean
+.DEFAULT_GOAL := help
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 12
+
+$(PYTHON):
+	@python=$$(./.ci/find_python.sh) && "$$python" -m venv $(VENV)
+
+$(VENV)/run.stamp: $(PYTHON) pyproject.toml constraints.txt
+	$(PYTHON) -m pip install --quiet --constraint constraints.txt --editable .
+	@touch $@
+
+$(VENV)/dev.stamp: $(PYTHON) pyproject.toml constraints.txt
+	$(PYTHON) -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	@touch $@ $(VENV)/run.stamp
+
+run: $(VENV)/run.stamp ## run every experiment and write results/report.html
+	$(PYTHON) run_experiments.py
+
+test: $(VENV)/dev.stamp ## run the test suite
+	$(PYTHON) -m pytest
+
+lint: $(VENV)/dev.stamp ## check format, style and types
+	$(PYTHON) -m ruff format --check $(SOURCES)
+	$(PYTHON) -m ruff check $(SOURCES)
+	$(PYTHON) -m mypy
+
+format: $(VENV)/dev.stamp ## reformat the code and sort its imports
+	$(PYTHON) -m ruff check --fix $(SOURCES)
+	$(PYTHON) -m ruff format $(SOURCES)
+
+diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
+	$(PYTHON) diagrams/redraw.py
+
+bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
+	$(PYTHON) benchmarks/run.py
+
+clean: ## remove the environment (results/ stay)
+	rm -rf $(VENV)

@@ -1,0 +1,204 @@
+"""The plant of an arm and the tool in its hand, and the same arm as an internal model.
+
+Frames, here and everywhere: W the world, H the hand (where it grips, Hx pointing out of it), T the tool (coincides
+with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm serves that a
+directives file describes (see models/arm.dmd.yaml); nothing here knows how many joints it has.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import Ellipsoid as EllipsoidGeometry
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    ContactModel,
+    CoulombFriction,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces, RigidBody, SpatialInertia
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from affordance.exceptions import ModelFileError
+from affordance.inertia import Ellipsoid, spatial_inertia_from_parameters
+from affordance.tools import MODELS, Tool
+
+Array = NDArray[np.float64]
+
+ARM = MODELS / "arm.dmd.yaml"
+HAND_FRAME = "hand_grip"
+# Contact between bodies: dry skin or wood on metal (Drake's own default is frictionless).
+FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
+
+
+class JointLimits(NamedTuple):
+    """Limits of the joints, each of shape (num_joints,); infinite where there is none."""
+
+    q_lower: Array  # [rad]
+    q_upper: Array  # [rad]
+    v_max: Array  # on |v|, [rad/s]
+    tau_max: Array  # on |tau|, [N m]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A finalized plant of an arm that holds a tool, with the handles others need.
+
+    Attributes:
+        plant: The continuous plant; its context carries the tool's inertia as parameters.
+        hand: Frame H.
+        tool: Body T, welded to H.
+        home: Joint angles of the holding posture, shape (num_joints,), [rad].
+        limits: Joint limits.
+    """
+
+    plant: MultibodyPlant
+    hand: Frame
+    tool: RigidBody
+    home: Array
+    limits: JointLimits
+
+    @property
+    def num_joints(self) -> int:
+        """Number of joints, each with one degree of freedom and one actuator."""
+        return int(self.plant.num_velocities())
+
+    def set_payload(self, plant_context: Context, pi: Array) -> None:
+        """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
+        self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
+
+
+def add_arm(builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None) -> Arm:
+    """Adds plant and scene graph to a builder: the arm, and the tool's shape in its hand.
+
+    Args:
+        builder: Receives the systems ``plant`` and ``scene_graph``.
+        directives: Drake model directives of the arm.
+        tool: Gives geometry and, as default, inertia; None for an empty hand.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+    """
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    return _finish_plant(plant, directives, tool)
+
+
+def load_arm(directives: Path = ARM) -> Arm:
+    """Loads an arm alone, without geometry, for use as an internal model.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+    """
+    return _finish_plant(MultibodyPlant(0.0), directives, tool=None)
+
+
+class ArmModel:
+    """An internal model: an arm with a payload it believes in, at the state last set.
+
+    Not thread-safe and cheap to make; every owner has one of its own, so that no owner sees another's state.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        """Starts with an empty hand at the zero state."""
+        self.arm = arm
+        self._plant = arm.plant
+        self._context = arm.plant.CreateDefaultContext()
+        self._forces = MultibodyForces(arm.plant)
+        self._world = arm.plant.world_frame()
+        self.set_payload(np.zeros(10))
+
+    def set_payload(self, pi: Array) -> None:
+        """Sets the believed inertial parameters of the tool about To, expressed in T, shape (10,)."""
+        self.arm.set_payload(self._context, pi)
+
+    def set_state(self, x: Array) -> None:
+        """Sets joint angles and rates, stacked to shape (2 num_joints,), [rad, rad/s]."""
+        self._plant.SetPositionsAndVelocities(self._context, x)
+
+    def compute_inverse_dynamics(self, vdot: Array) -> Array:
+        """Torques that give the joint accelerations, shape (num_joints,), [N m] (paper, eq. 2)."""
+        self._plant.CalcForceElementsContribution(self._context, self._forces)
+        return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
+
+    def compute_mass_matrix(self) -> Array:
+        """Mass matrix M, shape (num_joints, num_joints), [kg m^2]."""
+        return self._plant.CalcMassMatrix(self._context)
+
+    def compute_hand_pose(self) -> RigidTransform:
+        """Pose of the hand X_WH."""
+        return self.arm.hand.CalcPoseInWorld(self._context)
+
+    def compute_hand_jacobian(self) -> Array:
+        """Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""
+        return self._plant.CalcJacobianSpatialVelocity(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, np.zeros(3), self._world, self._world
+        )
+
+    def compute_hand_bias_acceleration(self) -> Array:
+        """Spatial acceleration of the hand at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
+        return self._plant.CalcBiasSpatialAcceleration(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, np.zeros(3), self._world, self._world
+        ).get_coeffs()
+
+    @property
+    def gravity(self) -> Array:
+        """The acceleration of gravity in W, shape (3,), [m/s^2]."""
+        return self._plant.gravity_field().gravity_vector()
+
+
+def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) -> Arm:
+    parser = Parser(plant)
+    parser.package_map().AddPackageXml(str(MODELS / "package.xml"))
+    try:
+        parser.AddModels(str(directives))
+        hand = plant.GetFrameByName(HAND_FRAME)
+    except RuntimeError as error:
+        raise ModelFileError(directives, str(error)) from error
+    body = _add_tool(plant, hand, tool)
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.Finalize()
+    _check_fitness(plant, directives)
+    tau_max = np.array(
+        [plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()]
+    )
+    limits = JointLimits(
+        plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
+    )
+    home = plant.GetPositions(plant.CreateDefaultContext())
+    for array in (home, *limits):
+        array.setflags(write=False)
+    return Arm(plant, hand, body, home, limits)
+
+
+def _add_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None) -> RigidBody:
+    instance = plant.AddModelInstance("tool")
+    inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
+    body = plant.AddRigidBody("tool", instance, inertia)
+    plant.WeldFrames(hand, body.body_frame())
+    if tool is not None and plant.geometry_source_is_registered():
+        for i, component in enumerate(tool.components):
+            if not isinstance(component.shape, Ellipsoid):
+                raise NotImplementedError(f"no Drake geometry for {type(component.shape).__name__}")
+            X_TE = RigidTransform(component.X_TE)
+            shape = EllipsoidGeometry(*component.shape.semi_axes)
+            colour = [*component.looks_like.colour, 1.0]
+            plant.RegisterVisualGeometry(body, X_TE, shape, f"tool_visual_{i}", colour)
+            plant.RegisterCollisionGeometry(body, X_TE, shape, f"tool_collision_{i}", FRICTION)
+    return body
+
+
+def _check_fitness(plant: MultibodyPlant, directives: Path) -> None:
+    """Refuses arms whose joints and actuators do not pair off one to one."""
+    num_joints = plant.num_velocities()
+    if not num_joints == plant.num_positions() == plant.num_actuators() > 0:
+        raise ModelFileError(
+            directives,
+            f"has {plant.num_positions()} positions, {num_joints} velocities and {plant.num_actuators()} actuators; "
+            "an arm needs joints of one degree of freedom, each with an actuator",
+        )
+    if not np.allclose(plant.MakeActuationMatrix(), np.eye(num_joints)):
+        raise ModelFileError(directives, "must list its actuators in the order of its joints")

@@ -1,0 +1,180 @@
+"""Beliefs about material densities: normal in information form, restricted to positive densities.
+
+    p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) where rho > 0, and zero elsewhere
+
+with Lambda the precision and eta the shift. Evidence adds to both, so the order of updates does not matter.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance import positive_gaussian
+
+Array = NDArray[np.float64]
+
+
+class Prior(NamedTuple):
+    """What is believed of a material never felt, the same for all of them.
+
+    Attributes:
+        mode: Most probable density, [kg/m^3].
+        sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
+        deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
+    """
+
+    mode: float
+    sd: float
+    deviation_sd: float
+
+
+class Point(enum.Enum):
+    """Which single density stands for a belief when a controller needs one."""
+
+    MODE = "mode"  # the most probable density (paper, IV-A)
+    SAMPLE = "sample"  # one drawn from the distribution (paper, III)
+    MEAN = "mean"  # for the sensitivity study only
+    MEDIAN = "median"  # for the sensitivity study only
+
+
+# No point used for control lies below the lightest solids one handles, foamed polystyrene, [kg/m^3].
+DENSITY_FLOOR = 10.0
+
+
+class Likelihood(NamedTuple):
+    """log p(data | rho) = -rho^T precision rho / 2 + shift^T rho + log_constant, for M densities."""
+
+    precision: Array  # (M, M)
+    shift: Array  # (M,)
+    log_constant: float
+
+    def marginalise_deviation(self, deviation_sd: float) -> "Likelihood":
+        """Likelihood of material means mu where rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
+
+        The constant is not carried over: the evidence of a trial is that of the object's own densities.
+        """
+        spread = np.eye(len(self.shift)) + deviation_sd**2 * self.precision
+        precision = np.linalg.solve(spread, self.precision)
+        return Likelihood(0.5 * (precision + precision.T), np.linalg.solve(spread, self.shift), np.nan)
+
+
+@dataclass(frozen=True)
+class DensityBelief:
+    """A distribution over M densities, [kg/m^3].
+
+    Attributes:
+        precision: Lambda of the unrestricted normal distribution, shape (M, M), read-only.
+        shift: eta, shape (M,), read-only.
+    """
+
+    precision: Array
+    shift: Array
+
+    def __post_init__(self) -> None:
+        """Keeps read-only copies.
+
+        Raises:
+            ValueError: Something is not finite, or the precision is not positive definite.
+        """
+        precision, shift = np.array(self.precision, dtype=float), np.array(self.shift, dtype=float)
+        if not (np.isfinite(precision).all() and np.isfinite(shift).all()):
+            raise ValueError("precision and shift of a belief must be finite")
+        if shift.size and np.linalg.eigvalsh(precision)[0] <= 0.0:
+            raise ValueError("precision of a belief must be positive definite")
+        precision.setflags(write=False)
+        shift.setflags(write=False)
+        object.__setattr__(self, "precision", precision)
+        object.__setattr__(self, "shift", shift)
+
+    @classmethod
+    def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
+        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M)."""
+        precision = np.linalg.inv(covariance)
+        precision = 0.5 * (precision + precision.T)
+        return cls(precision, precision @ mean)
+
+    @property
+    def size(self) -> int:
+        """Number of densities M."""
+        return len(self.shift)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the unrestricted normal distribution, shape (M, M)."""
+        covariance = np.linalg.inv(self.precision)
+        return 0.5 * (covariance + covariance.T)
+
+    @cached_property
+    def centre(self) -> Array:
+        """Mean of the unrestricted normal distribution, shape (M,); may be negative."""
+        return self.covariance @ self.shift
+
+    def condition(self, likelihood: Likelihood) -> "DensityBelief":
+        """Applies Bayes' rule."""
+        return DensityBelief(self.precision + likelihood.precision, self.shift + likelihood.shift)
+
+    def extend(self, prior: Prior, count: int) -> "DensityBelief":
+        """Adds ``count`` materials never felt."""
+        size = self.size + count
+        precision = np.eye(size) / prior.sd**2
+        precision[: self.size, : self.size] = self.precision
+        shift = np.full(size, prior.mode / prior.sd**2)
+        shift[: self.size] = self.shift
+        return DensityBelief(precision, shift)
+
+    def select(self, indices: Sequence[int]) -> "DensityBelief":
+        """Marginal of some of the unrestricted distribution's densities, in the order given."""
+        chosen = np.asarray(indices, dtype=np.intp)
+        return DensityBelief.from_moments(self.centre[chosen], self.covariance[np.ix_(chosen, chosen)])
+
+    def spread(self, deviation_sd: float) -> "DensityBelief":
+        """Belief about one object's densities mu + delta, delta ~ N(0, deviation_sd^2 I)."""
+        return DensityBelief.from_moments(self.centre, self.covariance + deviation_sd**2 * np.eye(self.size))
+
+    def choose(self, point: Point, rng: np.random.Generator) -> Array:
+        """Chooses the densities that stand for the belief, none below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        match point:
+            case Point.MODE:
+                return self.compute_mode()
+            case Point.SAMPLE:
+                rho = self.draw_samples(rng, 1)[0]
+            case Point.MEAN:
+                rho = self.compute_mean()
+            case Point.MEDIAN:
+                rho = self.compute_percentiles([0.5])[0]
+        return np.maximum(rho, DENSITY_FLOOR)
+
+    def compute_mode(self) -> Array:
+        """Most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        return positive_gaussian.compute_mode(self.centre, self.precision, DENSITY_FLOOR)
+
+    def compute_mean(self) -> Array:
+        """Mean densities, shape (M,), [kg/m^3]."""
+        return positive_gaussian.compute_mean(self.centre, self.covariance)
+
+    def compute_percentiles(self, fractions: Sequence[float]) -> Array:
+        """Percentiles of each density, shape (len(fractions), M), [kg/m^3]."""
+        return positive_gaussian.compute_percentiles(self.centre, self.covariance, np.asarray(fractions))
+
+    def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
+        """Independent samples, shape (num_samples, M), [kg/m^3]."""
+        return positive_gaussian.draw_samples(self.centre, self.covariance, rng, num_samples)
+
+    def compute_log_evidence(self, likelihood: Likelihood) -> float:
+        """Log probability of data under this belief, log of integral p(data | rho) p(rho) drho over rho > 0."""
+        posterior = self.condition(likelihood)
+        return float(
+            likelihood.log_constant
+            + 0.5 * (posterior.shift @ posterior.centre - self.shift @ self.centre)
+            + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
+            + positive_gaussian.compute_log_mass(posterior.centre, posterior.covariance)
+            - positive_gaussian.compute_log_mass(self.centre, self.covariance)
+        )
+
+
+EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

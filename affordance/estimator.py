@@ -1,0 +1,94 @@
+"""The recursive Bayesian estimator of a held object's densities.
+
+Within a trial it averages, sample by sample; the posterior at any time follows from the mean so far and the belief
+the trial began with, so that the recursion is exact. Errors that grow with torque depend on the densities sought:
+their size is evaluated at the posterior mean, iterated to a fixed point. The object's own deviation from its
+materials' means is a nuisance: it is marginalised, so one odd object moves a material by what Bayes' rule says.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief import Likelihood
+from affordance.exceptions import AffordanceError
+from affordance.memory import MaterialMemory
+from affordance.noise import NoiseModel
+from affordance.visual_prior import ObjectBelief
+
+Array = NDArray[np.float64]
+
+_MAX_ITERATIONS = 100
+_TOLERANCE = 1e-12
+
+
+class Percept(NamedTuple):
+    """What a trial has felt so far.
+
+    Attributes:
+        features: Running mean of the noise model's features, shape (num_features,).
+        num_samples: How many samples went into it.
+    """
+
+    features: Array
+    num_samples: int
+
+    def add(self, features: Array) -> "Percept":
+        """Returns the percept with one more sample's features, shape (num_features,)."""
+        num_samples = self.num_samples + 1
+        return Percept(self.features + (features - self.features) / num_samples, num_samples)
+
+
+class Inference(NamedTuple):
+    """What a trial teaches.
+
+    Attributes:
+        posterior: Belief about the object and, in its memory, about all materials.
+        log_evidence: Log probability (density) of the percept before it was felt; low means surprise.
+    """
+
+    posterior: ObjectBelief
+    log_evidence: float
+
+
+def infer(
+    prior: ObjectBelief, percept: Percept, num_joints: int, noise: NoiseModel, deviation_sd: float
+) -> Inference:
+    """Applies Bayes' rule to what was felt in a trial so far.
+
+    Args:
+        prior: Belief about the object before it was felt.
+        percept: What was felt.
+        num_joints: Number of joints.
+        noise: How well joints feel.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+
+    Returns: Posterior and evidence; the prior itself, with zero log evidence, before the first sample.
+
+    Raises:
+        AffordanceError: The size of the errors finds no fixed point.
+    """
+    if percept.num_samples == 0:
+        return Inference(prior, 0.0)
+    likelihood = _find_likelihood(prior, percept, num_joints, noise)
+    materials = prior.memory.belief.condition(likelihood.marginalise_deviation(deviation_sd))
+    posterior = ObjectBelief(
+        MaterialMemory(prior.memory.looks, materials), prior.densities.condition(likelihood), prior.geometry
+    )
+    return Inference(posterior, prior.densities.compute_log_evidence(likelihood))
+
+
+def _find_likelihood(prior: ObjectBelief, percept: Percept, num_joints: int, noise: NoiseModel) -> Likelihood:
+    rho = prior.densities.centre
+    for _ in range(_MAX_ITERATIONS):
+        likelihood = noise.compute_likelihood(
+            percept.features, percept.num_samples, num_joints, prior.geometry, rho
+        )
+        previous, rho = rho, prior.densities.condition(likelihood).centre
+        if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
+            return likelihood
+    raise AffordanceError(
+        f"the estimator found no fixed point in {_MAX_ITERATIONS} iterations; the last density changed by "
+        f"{np.abs(rho - previous).max():.3g} kg/m^3"
+    )

@@ -1,0 +1,42 @@
+"""Memory of materials: what is believed of the density of everything that looks alike.
+
+A material is known by its look, not by its name: whoever sees a brass-coloured object recalls what brass-coloured
+objects weighed. A look never seen before gets the broad prior.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from affordance.belief import EMPTY_BELIEF, DensityBelief, Prior
+from affordance.tools import Colour
+
+# Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps.
+SAME_COLOUR = 5 / 255
+
+
+@dataclass(frozen=True)
+class MaterialMemory:
+    """Beliefs about the mean density of each look met so far.
+
+    Attributes:
+        looks: The colours, in the order they were met.
+        belief: Belief about their mean densities, of size len(looks).
+    """
+
+    looks: tuple[Colour, ...] = ()
+    belief: DensityBelief = EMPTY_BELIEF
+
+    def find(self, colour: Colour) -> int | None:
+        """Returns the index of a look, or None if it was never met."""
+        for index, look in enumerate(self.looks):
+            if max(abs(a - b) for a, b in zip(look, colour, strict=True)) <= SAME_COLOUR:
+                return index
+        return None
+
+    def meet(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
+        """Returns the memory extended by the prior for those colours that were never met."""
+        memory = self
+        for colour in colours:
+            if memory.find(colour) is None:
+                memory = MaterialMemory((*memory.looks, colour), memory.belief.extend(prior, 1))
+        return memory

@@ -1,0 +1,174 @@
+"""Model predictive control by minimum angular acceleration (paper, III).
+
+Over a horizon of duration T, in N steps of constant joint acceleration, it minimises
+
+    1/N sum_k |vdot_k|^2  +  goal_weight |e|^2  +  limit_weight (s_q / T^2 + s_v / T)
+
+where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is what the plan misses of the goal at the horizon's end,
+subject to the double integrator and
+
+    q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N,      s_q, s_v >= 0
+    |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
+
+Goal and limits of angle and rate are soft, so that a plan always exists: the goal is missed by about
+1 / goal_weight of the way, and s is zero whenever the limits can be kept at all (an exact penalty). Where no limit is
+active the plan is one linear solve; if that plan breaks no limit, it is the optimum.
+"""
+
+import enum
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.acceleration_program import AccelerationProgram, MpcSettings, TerminalGoal
+from affordance.arm import ArmModel, JointLimits
+
+Array = NDArray[np.float64]
+
+# How far a plan may overstep a limit before the bounded program is solved: rounding, in rad and rad/s.
+_LIMIT_TOLERANCE = 1e-9
+
+
+class MpcStatus(enum.Enum):
+    """How a plan was found."""
+
+    FREE = 0  # no limit active: closed form
+    LIMITED = 1  # a limit active: bounded quadratic program
+    FAILED = 2  # the solver failed: the previous plan goes on
+
+
+class MpcSolution(NamedTuple):
+    """A plan.
+
+    Attributes:
+        vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
+        tau: Torques of the first step under the believed inertia, shape (num_joints,), [N m].
+        status: How it was found.
+    """
+
+    vdot: Array
+    tau: Array
+    status: MpcStatus
+
+
+class MinimumAccelerationMpc:
+    """Plans by minimum angular acceleration.
+
+    What it keeps between solves (factors, programs) are functions of the goal's matrices only, so that a solve's
+    result never depends on those before it.
+    """
+
+    def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
+        """Prepares the closed form.
+
+        Raises:
+            ValueError: A setting is not positive.
+        """
+        for name, value in settings._asdict().items():
+            if not value > 0:
+                raise ValueError(f"{name} is {value}, must be greater than 0")
+        self.settings = settings
+        self.limits = limits
+        T, N = settings.horizon, settings.num_steps
+        h = T / N
+        steps = np.arange(1, N + 1)
+        # Angles and rates after each step (rows), per unit acceleration in each step up to it (columns).
+        angle_response = h**2 * np.tri(N) * (steps[:, None] - steps[None, :] + 0.5)
+        rate_response = h * np.tri(N)
+        # The optimal accelerations are vdot = terminal^T y: a combination of the last rows of both.
+        terminal = np.array([angle_response[-1] / T**2, rate_response[-1] / T])  # (2, N)
+        self._gram = terminal @ terminal.T
+        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v], each row over the joints.
+        self._trajectory_map = np.block(
+            [
+                [np.zeros((N, 2)), terminal.T],
+                [np.ones((N, 1)), h * steps[:, None], angle_response @ terminal.T],
+                [np.zeros((N, 1)), np.ones((N, 1)), rate_response @ terminal.T],
+            ]
+        )
+        lower = np.repeat([limits.q_lower, -limits.v_max], N, axis=0)
+        upper = np.repeat([limits.q_upper, limits.v_max], N, axis=0)
+        self._motion_lower, self._motion_upper = lower - _LIMIT_TOLERANCE, upper + _LIMIT_TOLERANCE
+        self._goal_matrices: tuple[Array, Array] | None = None
+        self._programs: dict[tuple[int, int], AccelerationProgram] = {}
+
+    def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
+        """Plans from a state to a goal.
+
+        Args:
+            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            goal: The goal at the end of the horizon.
+            model: The believed dynamics, already at state x.
+
+        Returns: The optimal plan; with status FAILED, a plan and torques of NaN.
+        """
+        trajectory = self.solve_free(x, goal)
+        N = self.settings.num_steps
+        motion = trajectory[N:]
+        if ((motion >= self._motion_lower) & (motion <= self._motion_upper)).all():
+            tau = model.compute_inverse_dynamics(trajectory[0])
+            if (np.abs(tau) <= self.limits.tau_max).all():
+                return MpcSolution(trajectory[:N], tau, MpcStatus.FREE)
+        return self.solve_limited(x, goal, model)
+
+    def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
+        """Plans as if there were no limits, by one linear solve whose factor is kept while C_q and C_v stay.
+
+        Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
+        """
+        if self._goal_matrices is None or goal.C_q is not self._goal_matrices[0] or goal.C_v is not self._goal_matrices[1]:
+            self._goal_matrices = (goal.C_q, goal.C_v)
+            self._C, self._gain = self._compute_gain(goal)
+        num_joints = len(x) // 2
+        end = np.array(x)
+        end[:num_joints] += self.settings.horizon * x[num_joints:]
+        y = self._gain @ (np.concatenate([goal.d_q, goal.d_v]) - self._C @ end)
+        return self._trajectory_map @ np.concatenate([x, y]).reshape(4, num_joints)
+
+    def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
+        """Plans within the limits, by a convex quadratic program.
+
+        Arguments and result are those of ``solve``; where no limit is active it is the same optimum.
+        """
+        num_goal_rows = (len(goal.d_q), len(goal.d_v))
+        if num_goal_rows not in self._programs:
+            self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
+        M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(x) // 2))
+        vdot = self._programs[num_goal_rows].solve(x, goal, M, bias)
+        if vdot is None:
+            return MpcSolution(
+                np.full((self.settings.num_steps, len(bias)), np.nan),
+                np.full(len(bias), np.nan),
+                MpcStatus.FAILED,
+            )
+        return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
+
+    def continue_plan(self, vdot: Array, elapsed: float, model: ArmModel) -> Array:
+        """Computes the torques of an earlier plan, when a new one cannot be had.
+
+        Args:
+            vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].
+            elapsed: Time since it was made, [s]; beyond its end the accelerations are zero.
+            model: The believed dynamics, already at the current state.
+
+        Returns: Torques within their limits, shape (num_joints,), [N m].
+        """
+        step = int(elapsed / self.settings.horizon * self.settings.num_steps)
+        planned = vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
+        return np.clip(model.compute_inverse_dynamics(planned), -self.limits.tau_max, self.limits.tau_max)
+
+    def _compute_gain(self, goal: TerminalGoal) -> tuple[Array, Array]:
+        """Returns C = diag(C_q, C_v) and the gain from what is missing of the goal to y, (2 n, m_q + m_v).
+
+        With S = diag(1 / T^2, 1 / T) C terminal and r what is missing, in the units of e, the optimum of
+        1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
+        """
+        T = self.settings.horizon
+        m_q, n = goal.C_q.shape
+        m_v = len(goal.d_v)
+        C = np.block([[goal.C_q, np.zeros((m_q, n))], [np.zeros((m_v, n)), goal.C_v]])
+        to_units_of_e = np.concatenate([np.full(m_q, 1.0 / T**2), np.full(m_v, 1.0 / T)])
+        gram = C @ np.kron(self._gram, np.eye(n)) @ C.T
+        ridge = np.eye(m_q + m_v) / (self.settings.num_steps * self.settings.goal_weight)
+        return C, C.T @ np.linalg.solve(gram + ridge, np.diag(to_units_of_e))

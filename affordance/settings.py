@@ -1,0 +1,75 @@
+"""The one prior, noise model, controller and arm that serve all simulations, each with its source or reason.
+
+They were fixed before any experiment was run and are not tuned to its outcome; docs/decisions/ tells why each is
+what it is. A study of sensitivity replaces them one at a time.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydrake.systems.analysis import SimulatorConfig
+
+from affordance.acceleration_program import MpcSettings
+from affordance.arm import ARM
+from affordance.belief import Point, Prior
+from affordance.noise import NoiseModel, WeberNoise
+from affordance.vision import VisionError
+
+
+@dataclass(frozen=True)
+class Settings:
+    """Everything that is the same for all simulations.
+
+    Attributes:
+        arm: Drake model directives of the arm.
+        prior: What is believed of a material never felt.
+        noise: How well joints feel torque.
+        vision_error: How well the eye measures; the paper assumes that it does so exactly.
+        mpc: Horizon, steps and weights of the controller.
+        tick: Time between two plans of the controller, [s].
+        point: Which density stands for the belief in control.
+        uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
+            prior for the whole trial (the paper).
+        sample_period: Time between two samples of proprioception, [s].
+        log_period: Time between two rows of the logs, [s].
+        integration_scheme: One of Drake's implicit integrators.
+        accuracy: Its target accuracy.
+        max_step_size: Its largest step, [s].
+    """
+
+    arm: Path = ARM
+    # 1000: the density of water is about the average density of objects (Ross & Gregory 1970). 4000: broad; copper,
+    # the densest metal in common use, lies two standard deviations above. 100: the spread within woods, brasses and
+    # steels is 60 to 90 kg/m^3. docs/decisions/0003-prior.md
+    prior: Prior = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+    # 0.07: force felt by the arm (Pang, Tan & Durlach 1991; Jones 1989). 0.097 N m: smallest torque felt at the elbow
+    # (Kim & Asbeck 2021). docs/decisions/0004-noise.md
+    noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    vision_error: VisionError = VisionError()
+    # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
+    # docs/decisions/0005-controller.md
+    mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)
+    # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x tick x 16.
+    tick: float = 0.005
+    point: Point = Point.MODE
+    uses_posterior: bool = False
+    # Every sample is an exact linear observation of the same object, so the percept hardly depends on their number.
+    sample_period: float = 0.05
+    log_period: float = 0.01
+    # Chosen by the table of docs/decisions/0007-integration.md.
+    integration_scheme: str = "radau3"
+    accuracy: float = 1e-4
+    max_step_size: float = 0.1
+
+    @property
+    def simulator(self) -> SimulatorConfig:
+        """Drake's configuration of the simulator."""
+        return SimulatorConfig(
+            integration_scheme=self.integration_scheme,
+            accuracy=self.accuracy,
+            max_step_size=self.max_step_size,
+            use_error_control=True,
+        )
+
+
+DEFAULT_SETTINGS = Settings()

@@ -1,0 +1,76 @@
+"""The proprioceptive system of the paper's figure 2: the recursive Bayesian estimator."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+
+from affordance.arm import Arm, ArmModel
+from affordance.estimator import Inference, Percept, infer
+from affordance.noise import NoiseModel
+from affordance.regressor import compute_payload_regressor
+
+Array = NDArray[np.float64]
+
+
+class DensityEstimator(LeafSystem):
+    """Averages what is felt sample by sample, and applies Bayes' rule to it when asked.
+
+    Its discrete state is the percept: the mean features felt so far, and how many samples they are the mean of.
+
+    Input ports:
+        prior: Belief before anything was felt, ObjectBelief.
+        sensation: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+
+    Output ports:
+        posterior: Belief after what was felt, ObjectBelief.
+        log_evidence: Log probability of what was felt, (1,).
+    """
+
+    def __init__(self, arm: Arm, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
+        LeafSystem.__init__(self)
+        self._model = ArmModel(arm)
+        self._num_joints = arm.num_joints
+        self._noise = noise
+        self._deviation_sd = deviation_sd
+        self._prior = self.DeclareAbstractInputPort("prior", Value[object](None))
+        self._sensation = self.DeclareVectorInputPort("sensation", 4 * arm.num_joints)
+        self._percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
+        self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_percept)
+        inference = self.DeclareCacheEntry(
+            "inference",
+            ValueProducer(allocate=lambda: Value[object](None), calc=self._calc_inference),
+            {self.discrete_state_ticket(self._percept), self.input_port_ticket(self._prior.get_index())},
+        )
+        self._inference = inference
+        ticket = {self.cache_entry_ticket(inference.cache_index())}
+        self.DeclareAbstractOutputPort(
+            "posterior", lambda: Value[object](None), self._calc_posterior, prerequisites_of_calc=ticket
+        )
+        self.DeclareVectorOutputPort("log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc=ticket)
+
+    def _update_percept(self, context: Context, discrete_state: DiscreteValues) -> None:
+        n = self._num_joints
+        sensation = self._sensation.Eval(context)
+        tau, x, vdot = sensation[:n], sensation[n : 3 * n], sensation[3 * n :]
+        Y = compute_payload_regressor(self._model, x, vdot)
+        tau_arm = self._model.compute_inverse_dynamics(vdot)
+        percept = self._get_percept(context).add(self._noise.compute_features(tau, tau_arm, Y))
+        discrete_state.set_value(self._percept, np.append(percept.features, percept.num_samples))
+
+    def _get_percept(self, context: Context) -> Percept:
+        state = context.get_discrete_state(self._percept).value()
+        return Percept(state[:-1], int(state[-1]))
+
+    def _calc_inference(self, context: Context, output: Value) -> None:
+        prior = self._prior.Eval(context)
+        percept = self._get_percept(context)
+        output.set_value(infer(prior, percept, self._num_joints, self._noise, self._deviation_sd))
+
+    def _calc_posterior(self, context: Context, output: Value) -> None:
+        inference: Inference = self._inference.Eval(context)
+        output.set_value(inference.posterior)
+
+    def _calc_log_evidence(self, context: Context, output: BasicVector) -> None:
+        inference: Inference = self._inference.Eval(context)
+        output.SetFromVector([inference.log_evidence])

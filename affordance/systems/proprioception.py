@@ -1,0 +1,61 @@
+"""Proprioception: what the joints feel."""
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import Value
+from pydrake.systems.framework import BasicVector, Context, LeafSystem
+
+from affordance.noise import NoiseModel
+
+Array = NDArray[np.float64]
+
+
+class Proprioception(LeafSystem):
+    """Adds the noise of feeling to the joints' torques; angles, rates and accelerations are felt as they are.
+
+    The errors that last a trial and the seed of those that do not are parameters of the Context.
+
+    Input ports:
+        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+        tau: True torques, (num_joints,), [N m].
+        vdot: True joint accelerations, (num_joints,), [rad/s^2].
+
+    Output ports:
+        sensation: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+    """
+
+    def __init__(self, num_joints: int, noise: NoiseModel, sample_period: float) -> None:
+        LeafSystem.__init__(self)
+        self._num_joints = num_joints
+        self._noise = noise
+        self._sample_period = sample_period
+        self._state = self.DeclareVectorInputPort("state", 2 * num_joints)
+        self._tau = self.DeclareVectorInputPort("tau", num_joints)
+        self._vdot = self.DeclareVectorInputPort("vdot", num_joints)
+        self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
+        self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
+        self._seed = self.DeclareAbstractParameter(Value[object]((0,)))
+        self.DeclareVectorOutputPort("sensation", 4 * num_joints, self._calc_sensation)
+
+    def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
+        """Draws the errors of a trial from a seed."""
+        gain, offset = self._noise.draw_trial_errors(np.random.default_rng(seed), self._num_joints)
+        context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
+        context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
+        context.get_mutable_abstract_parameter(self._seed).set_value(seed)
+
+    def _calc_sensation(self, context: Context, output: BasicVector) -> None:
+        tau = self._tau.Eval(context)
+        gain = context.get_numeric_parameter(self._gain_error).value()
+        offset = context.get_numeric_parameter(self._offset_error).value()
+        felt = tau * (1.0 + gain) + offset
+        error = self._noise.draw_sample_error(self._make_sample_rng(context), self._num_joints)
+        if error is not None:
+            felt = felt + error
+        output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
+
+    def _make_sample_rng(self, context: Context) -> np.random.Generator:
+        """A generator that depends on the trial's seed and the sample's number only, so that replays agree."""
+        sample = round(context.get_time() / self._sample_period)
+        seed: tuple[int, ...] = context.get_abstract_parameter(self._seed).get_value()
+        return np.random.default_rng([*seed, sample])

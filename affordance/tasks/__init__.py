@@ -1,0 +1,1 @@
+"""Tasks: each states its goal, and what is measured of it."""

@@ -1,0 +1,171 @@
+"""What is held: materials, and tools made of solid components, read from the YAML files in models/.
+
+Frames: T the tool, which coincides with the hand's frame H while held; E a component. A component has the colour of
+its material unless ``looks_like`` names another: that is how a decoy is made.
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from affordance.inertia import Ellipsoid, Shape, build_inertia_map
+from affordance.yaml_records import Record, read_record
+
+Array = NDArray[np.float64]
+
+MODELS = Path(__file__).resolve().parents[1] / "models"
+
+type Colour = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Material:
+    """What a component is made of.
+
+    Attributes:
+        name: Its key in the materials file.
+        colour: What the eye sees, red, green and blue in [0, 1].
+        density: Mean density of things made of it, [kg/m^3].
+        density_sd: Standard deviation between such things, [kg/m^3].
+        source: Where the density comes from.
+    """
+
+    name: str
+    colour: Colour
+    density: float
+    density_sd: float
+    source: str
+
+
+@dataclass(frozen=True)
+class Component:
+    """One solid part of a tool.
+
+    Attributes:
+        shape: The solid, in its own frame E.
+        X_TE: Its pose in the tool, shape (4, 4), read-only.
+        material: What it is made of.
+        looks_like: The material whose colour it shows.
+    """
+
+    shape: Shape
+    X_TE: Array
+    material: Material
+    looks_like: Material
+
+    def __post_init__(self) -> None:
+        """Keeps a read-only copy of the pose."""
+        X_TE = np.array(self.X_TE, dtype=float)
+        X_TE.setflags(write=False)
+        object.__setattr__(self, "X_TE", X_TE)
+
+
+@dataclass(frozen=True)
+class Tool:
+    """A rigid object to be held.
+
+    Attributes:
+        name: Its name in the tools file.
+        components: Its parts, at least one.
+    """
+
+    name: str
+    components: tuple[Component, ...]
+
+    @cached_property
+    def parameters(self) -> Array:
+        """The true ten inertial parameters about To, expressed in T, shape (10,)."""
+        densities = [component.material.density for component in self.components]
+        Phi = build_inertia_map(
+            [component.shape for component in self.components],
+            [component.X_TE for component in self.components],
+            range(len(densities)),
+            len(densities),
+        )
+        return Phi @ densities
+
+    @property
+    def mass(self) -> float:
+        """The true mass, [kg]."""
+        return float(self.parameters[0])
+
+    @property
+    def p_TTcm(self) -> Array:
+        """The true centre of mass, shape (3,), [m]."""
+        return self.parameters[1:4] / self.mass
+
+    @property
+    def p_TTcentre(self) -> Array:
+        """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
+        volumes = [component.shape.volume for component in self.components]
+        return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
+
+
+def load_materials(path: Path) -> dict[str, Material]:
+    """Reads a materials file: a mapping from names to colour, density, density_sd and source.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    materials = {}
+    for name, record in read_record(path).named_records():
+        materials[name] = Material(
+            name=name,
+            colour=_read_colour(record),
+            density=record.number("density", above=0.0),
+            density_sd=record.number("density_sd", at_least=0.0),
+            source=record.text("source"),
+        )
+        record.finish()
+    return materials
+
+
+def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
+    """Reads a tools file: ``tools``, a list of a name and a list of components each.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    document = read_record(path)
+    tools: list[Tool] = []
+    for record in document.records("tools"):
+        name = record.text("name")
+        if name in (tool.name for tool in tools):
+            raise record.error("name", f"is {name!r}, which an earlier tool of the file is called already")
+        components = tuple(_read_component(part, materials) for part in record.records("components"))
+        record.finish()
+        tools.append(Tool(name, components))
+    document.finish()
+    return tuple(tools)
+
+
+def _read_component(record: Record, materials: dict[str, Material]) -> Component:
+    a, b, c = (float(value) for value in record.vector("semi_axes", 3, above=0.0))
+    X_TE = np.eye(4)
+    X_TE[:3, 3] = record.vector("position", 3)
+    if record.has("rpy_deg"):
+        X_TE[:3, :3] = Rotation.from_euler("xyz", record.vector("rpy_deg", 3), degrees=True).as_matrix()
+    material = _read_material(record, "material", materials)
+    looks_like = _read_material(record, "looks_like", materials) if record.has("looks_like") else material
+    record.finish()
+    return Component(Ellipsoid((a, b, c)), X_TE, material, looks_like)
+
+
+def _read_material(record: Record, key: str, materials: dict[str, Material]) -> Material:
+    name = record.text(key)
+    if name not in materials:
+        raise record.error(key, f"is {name!r}, must be one of the known materials: {', '.join(materials)}")
+    return materials[name]
+
+
+def _read_colour(record: Record) -> Colour:
+    text = record.text("colour")
+    if not re.fullmatch("#[0-9a-fA-F]{6}", text):
+        raise record.error("colour", f"is {text!r}, must be red, green and blue in hexadecimal, as '#b5a642'")
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue

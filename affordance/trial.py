@@ -1,0 +1,106 @@
+"""One trial: one object, one task, one run of the Diagram."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+
+from affordance.diagram import TrialDiagram
+from affordance.memory import MaterialMemory
+from affordance.systems.mpc_controller import TickCounts
+from affordance.tools import Tool
+from affordance.vision import observe
+
+Array = NDArray[np.float64]
+
+
+class TrialRecord(NamedTuple):
+    """What happened in a trial of N logged times.
+
+    Attributes:
+        times: (N,), [s].
+        q: Joint angles, (N, num_joints), [rad].
+        v: Joint rates, (N, num_joints), [rad/s].
+        tau: Torques over the tick that ends at each time (zero at t = 0), (N, num_joints), [N m].
+        height_centre: Height of the tool's geometric centre above where it was at t = 0, (N,), [m].
+        height_grip: The same of the grip To, (N,), [m].
+        height_com: The same of the true centre of mass, (N,), [m].
+        memory: What is believed of all materials after the trial.
+        log_evidence: Log probability of what was felt, before it was felt.
+        counts: How many ticks of the controller were limited, and failed.
+    """
+
+    times: Array
+    q: Array
+    v: Array
+    tau: Array
+    height_centre: Array
+    height_grip: Array
+    height_com: Array
+    memory: MaterialMemory
+    log_evidence: float
+    counts: TickCounts
+
+
+def run_hold(
+    trial: TrialDiagram, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
+) -> TrialRecord:
+    """Holds an object in the arm's home posture, at rest at t = 0 and with the object attached.
+
+    Args:
+        trial: A Diagram for tools of this shape.
+        tool: The object; its true densities act in the plant.
+        memory: What is believed of materials when the trial begins.
+        duration: How long it is held, [s].
+        seed: Determines every random draw of the trial.
+
+    Returns: What happened.
+    """
+    diagram, arm = trial.diagram, trial.arm
+    context = diagram.CreateDefaultContext()
+    plant_context = trial.plant_context(context)
+    arm.set_payload(plant_context, tool.parameters)
+    arm.plant.SetPositions(plant_context, arm.home)
+    trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
+    vision_rng = np.random.default_rng([*seed, 0])
+    trial.vision.set_features(
+        trial.vision.GetMyMutableContextFromRoot(context),
+        observe(tool, trial.settings.vision_error, vision_rng),
+    )
+    trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
+    trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
+    trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), trial.hold)
+
+    simulator = Simulator(diagram, context)
+    ApplySimulatorConfig(trial.settings.simulator, simulator)
+    simulator.Initialize()
+    simulator.AdvanceTo(duration)
+    simulator.AdvancePendingEvents()
+
+    estimator_context = trial.estimator.GetMyContextFromRoot(context)
+    log_evidence = float(trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)[0])
+    memory_context = trial.memory.GetMyMutableContextFromRoot(context)
+    trial.memory.learn(memory_context)
+    state_log = trial.state_log.FindLog(context)
+    x = state_log.data().T
+    q = x[:, : arm.num_joints]
+    return TrialRecord(
+        times=np.array(state_log.sample_times()),
+        q=q,
+        v=x[:, arm.num_joints :],
+        tau=np.array(trial.tau_log.FindLog(context).data().T),
+        height_centre=_measure_height(trial, q, tool.p_TTcentre),
+        height_grip=_measure_height(trial, q, np.zeros(3)),
+        height_com=_measure_height(trial, q, tool.p_TTcm),
+        memory=trial.memory.get_memory(memory_context),
+        log_evidence=log_evidence,
+        counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
+    )
+
+
+def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:
+    """Height of a point Q of the tool above where it was first, against gravity, (N,), [m]."""
+    up = -trial.chain.gravity_W / np.linalg.norm(trial.chain.gravity_W)
+    heights = trial.chain.compute_positions(q, p_TQ) @ up
+    return heights - heights[0]

@@ -1,0 +1,151 @@
+"""From what the eye measures to p(lambda | v), the belief about an object's inertia before it is felt.
+
+Colour selects each component's material and with it the belief about its density; sizes and pose give Phi, with its
+uncertainty to first order. Frames: T the tool, E a component.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from affordance.belief import DensityBelief, Prior
+from affordance.inertia import NUM_PARAMETERS, Shape, build_inertia_map
+from affordance.memory import MaterialMemory
+from affordance.tools import Colour
+
+Array = NDArray[np.float64]
+
+# Step of the central differences through Phi, as a fraction of a size, in metres and in radians.
+_STEP = 1e-5
+
+
+@dataclass(frozen=True)
+class ComponentFeatures:
+    """What the eye says of one component.
+
+    Attributes:
+        colour: Its colour, red, green and blue in [0, 1].
+        shape: Its solid with the sizes (axis lengths) as measured.
+        X_TE: Its measured pose, shape (4, 4).
+        size_sd: Standard deviation of each size's error, as a fraction of that size.
+        position_sd: Standard deviation of each coordinate's error, [m].
+        rotation_sd: Standard deviation of the error about each axis, [rad].
+    """
+
+    colour: Colour
+    shape: Shape
+    X_TE: Array
+    size_sd: float = 0.0
+    position_sd: float = 0.0
+    rotation_sd: float = 0.0
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What shape alone says of an object's inertia: pi = Phi rho, with first-order uncertainty.
+
+    Attributes:
+        Phi: Inertia map, shape (10, M).
+        Phi_errors: Change of Phi by one standard deviation of each uncertain measurement, shape (G, 10, M).
+    """
+
+    Phi: Array
+    Phi_errors: Array
+
+    def compute_covariance(self, rho: Array) -> Array:
+        """Covariance of pi from the uncertain geometry at densities rho, shape (10, 10)."""
+        errors = self.Phi_errors @ rho  # (G, 10)
+        return errors.T @ errors
+
+
+@dataclass(frozen=True)
+class ObjectBelief:
+    """What is believed of the object at hand.
+
+    Attributes:
+        memory: Beliefs about all materials, those of this object included.
+        densities: Belief about this object's own densities, in the order of memory.looks; materials it is not made
+            of stand there too, and have zero columns in Phi.
+        geometry: Phi and its uncertainty.
+    """
+
+    memory: MaterialMemory
+    densities: DensityBelief
+    geometry: Geometry
+
+    def compute_parameters(self, rho: Array) -> Array:
+        """Inertial parameters pi = Phi rho, shape (10,), or (N, 10) for N densities."""
+        return rho @ self.geometry.Phi.T
+
+    @cached_property
+    def parameter_mean(self) -> Array:
+        """Predictive mean of pi, shape (10,)."""
+        return self.compute_parameters(self.densities.compute_mean())
+
+    def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
+        """Samples of pi from its predictive distribution, geometry's error included, shape (num_samples, 10)."""
+        rho = self.densities.draw_samples(rng, num_samples)
+        errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
+        Phi = self.geometry.Phi + np.tensordot(errors, self.geometry.Phi_errors, axes=1)
+        return np.einsum("npm,nm->np", Phi, rho)
+
+
+def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
+    """Predicts an object's inertia from its looks.
+
+    Args:
+        features: What the eye says of each component.
+        memory: What is believed of materials met before.
+        prior: What is believed of materials never met.
+
+    Returns: The belief about the object before it is felt; its memory includes every look of the object.
+    """
+    memory = memory.meet([part.colour for part in features], prior)
+    indices = [index for part in features if (index := memory.find(part.colour)) is not None]
+    return ObjectBelief(
+        memory, memory.belief.spread(prior.deviation_sd), _measure_geometry(features, indices, memory.belief.size)
+    )
+
+
+def _measure_geometry(
+    features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
+) -> Geometry:
+    Phi = build_inertia_map(
+        [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
+    )
+    errors = []
+    for part, index in zip(features, material_indices, strict=True):
+        for measurement, sd in enumerate(_list_errors(part)):
+            if sd > 0.0:
+                error = np.zeros((NUM_PARAMETERS, num_materials))
+                plus, minus = (_displace(part, measurement, step) for step in (_STEP, -_STEP))
+                difference = build_inertia_map([plus.shape], [plus.X_TE], [0], 1) - build_inertia_map(
+                    [minus.shape], [minus.X_TE], [0], 1
+                )
+                error[:, index] = sd * difference[:, 0] / (2.0 * _STEP)
+                errors.append(error)
+    return Geometry(Phi, np.array(errors).reshape(-1, NUM_PARAMETERS, num_materials))
+
+
+def _list_errors(part: ComponentFeatures) -> list[float]:
+    """Standard deviations of a component's measurements: its sizes, its position, its rotation."""
+    return [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
+
+
+def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
+    """Returns the features with one measurement off by a step (sizes: by that fraction)."""
+    sizes = part.shape.sizes
+    X_TE = np.array(part.X_TE)
+    if measurement < len(sizes):
+        sizes[measurement] *= 1.0 + step
+    elif measurement < len(sizes) + 3:
+        X_TE[measurement - len(sizes), 3] += step
+    else:
+        rotation = np.zeros(3)
+        rotation[measurement - len(sizes) - 3] = step
+        X_TE[:3, :3] = Rotation.from_rotvec(rotation).as_matrix() @ X_TE[:3, :3]
+    return ComponentFeatures(part.colour, part.shape.with_sizes(sizes), X_TE)
