@@ -53,9 +53,7 @@ class TerminalGoal(NamedTuple):
 class AccelerationProgram:
     """A kept MathematicalProgram for goals with a given number of rows."""
 
-    def __init__(
-        self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]
-    ) -> None:
+    def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
         """Builds the program for goals of (m_q, m_v) rows."""
         N, T = settings.num_steps, settings.horizon
         n, h = len(limits.tau_max), settings.horizon / settings.num_steps
@@ -84,9 +82,9 @@ class AccelerationProgram:
             program.AddLinearEqualityConstraint(
                 step, np.zeros(2 * n), np.concatenate([q[k], v[k], vdot[k], q[k - 1], v[k - 1]])
             )
-        self._miss_scale = np.concatenate(
-            [np.full(num_goal_rows[0], T**2), np.full(num_goal_rows[1], T)]
-        ) / np.sqrt(settings.goal_weight)
+        self._miss_scale = np.concatenate([np.full(num_goal_rows[0], T**2), np.full(num_goal_rows[1], T)]) / np.sqrt(
+            settings.goal_weight
+        )
         self._goal = program.AddLinearEqualityConstraint(
             np.zeros((len(miss), 2 * n + len(miss))),
             np.zeros(len(miss)),
@@ -97,9 +95,7 @@ class AccelerationProgram:
             (v, slack[1], -limits.v_max, limits.v_max),
         ):
             _add_soft_bounds(program, values, slack_variable, lower, upper)
-        self._torque = program.AddLinearConstraint(
-            np.eye(n), np.full(n, -np.inf), np.full(n, np.inf), vdot[0]
-        )
+        self._torque = program.AddLinearConstraint(np.eye(n), np.full(n, -np.inf), np.full(n, np.inf), vdot[0])
         self._vdot = vdot
         self._program = program
         self._solver = ClarabelSolver()

@@ -162,9 +162,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) ->
     plant.set_contact_model(ContactModel.kPoint)
     plant.Finalize()
     _check_fitness(plant, directives)
-    tau_max = np.array(
-        [plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()]
-    )
+    tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
     limits = JointLimits(
         plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
     )

@@ -1,9 +1,9 @@
 """The Diagram of a trial: the paper's figure 2, and the only place that connects ports.
 
-    vision --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
-                            ^    `-----prior--> density_estimator <--sensation-----'
-    material_memory --materials--'                  |
-           ^-------------------posterior------------'            task --goal--> mpc_controller
+vision --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
+^    `-----prior--> density_estimator <--sensation-----'
+material_memory --materials--'                  |
+^-------------------posterior------------'            task --goal--> mpc_controller
 """
 
 from dataclasses import dataclass
@@ -108,6 +108,17 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
     diagram = builder.Build()
     diagram.set_name("visual_inertial_affordances")
     return TrialDiagram(
-        diagram, settings, arm, build_chain(arm), vision, memory, estimator, controller, proprioception, task,
-        Hold(ArmModel(model), arm.home), state_log, tau_log,
+        diagram,
+        settings,
+        arm,
+        build_chain(arm),
+        vision,
+        memory,
+        estimator,
+        controller,
+        proprioception,
+        task,
+        Hold(ArmModel(model), arm.home),
+        state_log,
+        tau_log,
     )

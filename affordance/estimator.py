@@ -82,9 +82,7 @@ def infer(
 def _find_likelihood(prior: ObjectBelief, percept: Percept, num_joints: int, noise: NoiseModel) -> Likelihood:
     rho = prior.densities.centre
     for _ in range(_MAX_ITERATIONS):
-        likelihood = noise.compute_likelihood(
-            percept.features, percept.num_samples, num_joints, prior.geometry, rho
-        )
+        likelihood = noise.compute_likelihood(percept.features, percept.num_samples, num_joints, prior.geometry, rho)
         previous, rho = rho, prior.densities.condition(likelihood).centre
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             return likelihood

@@ -139,6 +139,4 @@ def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:
 def parameters_from_spatial_inertia(M_TTo_T: SpatialInertia) -> Array:
     """Converts Drake's spatial inertia about To to the ten parameters, shape (10,)."""
     inertia = M_TTo_T.CalcRotationalInertia()
-    return np.array(
-        [M_TTo_T.get_mass(), *M_TTo_T.CalcComMoment(), *inertia.get_moments(), *inertia.get_products()]
-    )
+    return np.array([M_TTo_T.get_mass(), *M_TTo_T.CalcComMoment(), *inertia.get_moments(), *inertia.get_products()])

@@ -101,9 +101,7 @@ class SerialChain:
         return p + R @ (self.p_MT + self.R_MT @ p_TQ)
 
     @staticmethod
-    def _step_along(
-        R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array
-    ) -> tuple[Array, Array]:
+    def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array) -> tuple[Array, Array]:
         """Moves position and acceleration to a point at a fixed offset on the same body."""
         if not offset.any():
             return p, a

@@ -117,7 +117,11 @@ class MinimumAccelerationMpc:
 
         Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
         """
-        if self._goal_matrices is None or goal.C_q is not self._goal_matrices[0] or goal.C_v is not self._goal_matrices[1]:
+        if (
+            self._goal_matrices is None
+            or goal.C_q is not self._goal_matrices[0]
+            or goal.C_v is not self._goal_matrices[1]
+        ):
             self._goal_matrices = (goal.C_q, goal.C_v)
             self._C, self._gain = self._compute_gain(goal)
         num_joints = len(x) // 2

@@ -10,8 +10,6 @@ angular acceleration and velocity, all expressed in T:
 so the wrench is W pi with W of shape (6, 10), and Y = Jv_V_WT^T W. Order of pi: see inertia.py.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 

@@ -89,9 +89,7 @@ class Record:
         values = self._take(name)
         if not isinstance(values, list) or len(values) != size:
             raise self.error(name, f"is {_shown(values)}, must be a list of {size} numbers")
-        return np.array(
-            [self._checked_number(f"{name}[{i}]", value, above=above) for i, value in enumerate(values)]
-        )
+        return np.array([self._checked_number(f"{name}[{i}]", value, above=above) for i, value in enumerate(values)])
 
     def records(self, name: str) -> Iterator["Record"]:
         """Takes a non-empty list of mappings.

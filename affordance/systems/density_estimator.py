@@ -3,17 +3,18 @@
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, ValueProducer
 
 from affordance.arm import Arm, ArmModel
 from affordance.estimator import Inference, Percept, infer
 from affordance.noise import NoiseModel
 from affordance.regressor import compute_payload_regressor
+from affordance.systems.sampled_system import SampledSystem
 
 Array = NDArray[np.float64]
 
 
-class DensityEstimator(LeafSystem):
+class DensityEstimator(SampledSystem):
     """Averages what is felt sample by sample, and applies Bayes' rule to it when asked.
 
     Its discrete state is the percept: the mean features felt so far, and how many samples they are the mean of.
@@ -28,24 +29,24 @@ class DensityEstimator(LeafSystem):
     """
 
     def __init__(self, arm: Arm, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
-        LeafSystem.__init__(self)
+        super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
         self._noise = noise
         self._deviation_sd = deviation_sd
-        self._prior = self.DeclareAbstractInputPort("prior", Value[object](None))
+        self._prior = self.DeclareAbstractInputPort("prior", Value[object]())
         self._sensation = self.DeclareVectorInputPort("sensation", 4 * arm.num_joints)
         self._percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_percept)
         inference = self.DeclareCacheEntry(
             "inference",
-            ValueProducer(allocate=lambda: Value[object](None), calc=self._calc_inference),
+            ValueProducer(allocate=lambda: Value[object](), calc=self._calc_inference),
             {self.discrete_state_ticket(self._percept), self.input_port_ticket(self._prior.get_index())},
         )
         self._inference = inference
         ticket = {self.cache_entry_ticket(inference.cache_index())}
         self.DeclareAbstractOutputPort(
-            "posterior", lambda: Value[object](None), self._calc_posterior, prerequisites_of_calc=ticket
+            "posterior", lambda: Value[object](), self._calc_posterior, prerequisites_of_calc=ticket
         )
         self.DeclareVectorOutputPort("log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc=ticket)
 

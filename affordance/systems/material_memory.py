@@ -1,13 +1,14 @@
 """The memory of materials, as a system."""
 
-from pydrake.common.value import Value
-from pydrake.systems.framework import Context, EventStatus, LeafSystem, State
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import Context
 
 from affordance.memory import MaterialMemory
+from affordance.systems.sampled_system import SampledSystem
 from affordance.visual_prior import ObjectBelief
 
 
-class MaterialMemorySystem(LeafSystem):
+class MaterialMemorySystem(SampledSystem):
     """Keeps what is believed of all materials from trial to trial.
 
     Its state changes once a trial: ``learn``, called at the end, takes over the posterior (the teaching signal).
@@ -20,11 +21,10 @@ class MaterialMemorySystem(LeafSystem):
     """
 
     def __init__(self) -> None:
-        LeafSystem.__init__(self)
-        self._posterior = self.DeclareAbstractInputPort("posterior", Value[object](None))
-        self._memory = self.DeclareAbstractState(Value[object](MaterialMemory()))
+        super().__init__()
+        self._posterior = self.DeclareAbstractInputPort("posterior", Value[object]())
+        self._memory = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
         self.DeclareStateOutputPort("materials", self._memory)
-        self.DeclareForcedUnrestrictedUpdateEvent(self._update_memory)
 
     def set_memory(self, context: Context, memory: MaterialMemory) -> None:
         """Sets what is believed when a trial begins."""
@@ -36,12 +36,9 @@ class MaterialMemorySystem(LeafSystem):
         return memory
 
     def learn(self, context: Context) -> None:
-        """Ends a trial: the posterior becomes what is believed."""
-        learned = context.Clone().get_mutable_state()
-        self.CalcForcedUnrestrictedUpdate(context, learned)
-        context.get_mutable_state().SetFrom(learned)
+        """Ends a trial: the posterior becomes what is believed.
 
-    def _update_memory(self, context: Context, state: State) -> EventStatus:
+        Whatever is to be read off the trial's beliefs must be read before, for the prior changes with the memory.
+        """
         posterior: ObjectBelief = self._posterior.Eval(context)
-        state.get_mutable_abstract_state(self._memory).set_value(posterior.memory)
-        return EventStatus.Succeeded()
+        context.SetAbstractState(self._memory, posterior.memory)

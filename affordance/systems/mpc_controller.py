@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, Context, DiscreteValues, LeafSystem, ValueProducer
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import AbstractParameterIndex, Context, DiscreteValues, ValueProducer
 
 from affordance.acceleration_program import MpcSettings
 from affordance.arm import Arm, ArmModel
 from affordance.belief import Point
 from affordance.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.systems.sampled_system import SampledSystem
 from affordance.visual_prior import ObjectBelief
 
 Array = NDArray[np.float64]
@@ -26,7 +27,7 @@ class TickCounts(NamedTuple):
     failed: int
 
 
-class MpcController(LeafSystem):
+class MpcController(SampledSystem):
     """Replans at every tick and holds the first torque until the next.
 
     Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. Should the solver
@@ -43,7 +44,7 @@ class MpcController(LeafSystem):
     """
 
     def __init__(self, arm: Arm, settings: MpcSettings, tick: float, point: Point) -> None:
-        LeafSystem.__init__(self)
+        super().__init__()
         self._model = ArmModel(arm)
         self._mpc = MinimumAccelerationMpc(arm.limits, settings)
         self._tick = tick
@@ -51,16 +52,16 @@ class MpcController(LeafSystem):
         self._point = point
         n, N = arm.num_joints, settings.num_steps
         self._shown_payload: Array | None = None
-        self._belief = self.DeclareAbstractInputPort("belief", Value[object](None))
-        self._goal = self.DeclareAbstractInputPort("goal", Value[object](None))
+        self._belief = self.DeclareAbstractInputPort("belief", Value[object]())
+        self._goal = self.DeclareAbstractInputPort("goal", Value[object]())
         self._state = self.DeclareVectorInputPort("state", 2 * n)
         self._tau = self.DeclareDiscreteState(n)
         self._plan = self.DeclareDiscreteState(N * n)
         self._counts = self.DeclareDiscreteState(3)  # ticks limited, ticks failed, ticks since the plan was made
-        self._seed = self.DeclareAbstractParameter(Value[object]((0,)))
+        self._seed = self.DeclareAbstractParameter(AbstractValue.Make((0,)))
         self._payload = self.DeclareCacheEntry(
             "payload",
-            ValueProducer(allocate=lambda: Value[object](None), calc=self._calc_payload),
+            ValueProducer(allocate=lambda: Value[object](), calc=self._calc_payload),
             {
                 self.input_port_ticket(self._belief.get_index()),
                 self.abstract_parameter_ticket(AbstractParameterIndex(self._seed)),

@@ -2,15 +2,16 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector, Context, LeafSystem
+from pydrake.common.value import AbstractValue
+from pydrake.systems.framework import BasicVector, Context
 
 from affordance.noise import NoiseModel
+from affordance.systems.sampled_system import SampledSystem
 
 Array = NDArray[np.float64]
 
 
-class Proprioception(LeafSystem):
+class Proprioception(SampledSystem):
     """Adds the noise of feeling to the joints' torques; angles, rates and accelerations are felt as they are.
 
     The errors that last a trial and the seed of those that do not are parameters of the Context.
@@ -25,7 +26,7 @@ class Proprioception(LeafSystem):
     """
 
     def __init__(self, num_joints: int, noise: NoiseModel, sample_period: float) -> None:
-        LeafSystem.__init__(self)
+        super().__init__()
         self._num_joints = num_joints
         self._noise = noise
         self._sample_period = sample_period
@@ -34,7 +35,7 @@ class Proprioception(LeafSystem):
         self._vdot = self.DeclareVectorInputPort("vdot", num_joints)
         self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
-        self._seed = self.DeclareAbstractParameter(Value[object]((0,)))
+        self._seed = self.DeclareAbstractParameter(AbstractValue.Make((0,)))
         self.DeclareVectorOutputPort("sensation", 4 * num_joints, self._calc_sensation)
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:

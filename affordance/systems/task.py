@@ -1,12 +1,13 @@
 """The task, as a system."""
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, Context, LeafSystem
+from pydrake.systems.framework import AbstractParameterIndex, Context
 
+from affordance.systems.sampled_system import SampledSystem
 from affordance.tasks.hold import Hold
 
 
-class Task(LeafSystem):
+class Task(SampledSystem):
     """Says what is to be done; the task is a parameter of the Context.
 
     Output ports:
@@ -14,11 +15,11 @@ class Task(LeafSystem):
     """
 
     def __init__(self) -> None:
-        LeafSystem.__init__(self)
-        self._task = self.DeclareAbstractParameter(Value[object](None))
+        super().__init__()
+        self._task = self.DeclareAbstractParameter(Value[object]())
         self.DeclareAbstractOutputPort(
             "goal",
-            lambda: Value[object](None),
+            lambda: Value[object](),
             self._calc_goal,
             prerequisites_of_calc={self.abstract_parameter_ticket(AbstractParameterIndex(self._task))},
         )

@@ -1,12 +1,13 @@
 """The eye, as a system."""
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, Context, LeafSystem
+from pydrake.systems.framework import AbstractParameterIndex, Context
 
+from affordance.systems.sampled_system import SampledSystem
 from affordance.visual_prior import ComponentFeatures
 
 
-class Vision(LeafSystem):
+class Vision(SampledSystem):
     """Shows what the eye measured of the object presented; the measurement is a parameter of the Context.
 
     Output ports:
@@ -14,11 +15,11 @@ class Vision(LeafSystem):
     """
 
     def __init__(self) -> None:
-        LeafSystem.__init__(self)
-        self._features = self.DeclareAbstractParameter(Value[object](()))
+        super().__init__()
+        self._features = self.DeclareAbstractParameter(Value[object]())
         self.DeclareAbstractOutputPort(
             "features",
-            lambda: Value[object](()),
+            lambda: Value[object](),
             self._calc_features,
             prerequisites_of_calc={self.abstract_parameter_ticket(AbstractParameterIndex(self._features))},
         )

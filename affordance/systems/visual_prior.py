@@ -1,13 +1,14 @@
 """The visual system of the paper's figure 2: features in, belief about the object's inertia out."""
 
 from pydrake.common.value import Value
-from pydrake.systems.framework import Context, LeafSystem
+from pydrake.systems.framework import Context
 
 from affordance.belief import Prior
+from affordance.systems.sampled_system import SampledSystem
 from affordance.visual_prior import predict_object
 
 
-class VisualPrior(LeafSystem):
+class VisualPrior(SampledSystem):
     """Predicts the object's inertia from its looks and the memory of materials.
 
     Input ports:
@@ -19,13 +20,13 @@ class VisualPrior(LeafSystem):
     """
 
     def __init__(self, prior: Prior) -> None:
-        LeafSystem.__init__(self)
+        super().__init__()
         self._prior = prior
-        self._features = self.DeclareAbstractInputPort("features", Value[object](()))
-        self._materials = self.DeclareAbstractInputPort("materials", Value[object](None))
+        self._features = self.DeclareAbstractInputPort("features", Value[object]())
+        self._materials = self.DeclareAbstractInputPort("materials", Value[object]())
         self.DeclareAbstractOutputPort(
             "prior",
-            lambda: Value[object](None),
+            lambda: Value[object](),
             self._calc_prior,
             prerequisites_of_calc={
                 self.input_port_ticket(self._features.get_index()),
