@@ -150,32 +150,29 @@ class ArmModel:
         return self._plant.gravity_field().gravity_vector()
 
 
-def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) -> Arm:
+def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
+    """Adds the arm of a directives file to a plant.
+
+    Returns: The hand's frame H.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or has no frame for the hand.
+    """
     parser = Parser(plant)
-    parser.package_map().AddPackageXml(str(MODELS / "package.xml"))
+    package = directives.parent / "package.xml"
+    if package.exists():
+        parser.package_map().AddPackageXml(str(package))
     try:
         parser.AddModels(str(directives))
-        hand = plant.GetFrameByName(HAND_FRAME)
+        return plant.GetFrameByName(HAND_FRAME)
     except RuntimeError as error:
         raise ModelFileError(directives, str(error)) from error
-    body = _add_tool(plant, hand, tool)
-    plant.set_contact_model(ContactModel.kPoint)
-    plant.Finalize()
-    _check_fitness(plant, directives)
-    tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
-    limits = JointLimits(
-        plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
-    )
-    home = plant.GetPositions(plant.CreateDefaultContext())
-    for array in (home, *limits):
-        array.setflags(write=False)
-    return Arm(plant, hand, body, home, limits)
 
 
-def _add_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None) -> RigidBody:
-    instance = plant.AddModelInstance("tool")
+def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
+    """Welds a body to the hand, with the tool's inertia and, if the plant has geometry at all, its shape."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
-    body = plant.AddRigidBody("tool", instance, inertia)
+    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
     plant.WeldFrames(hand, body.body_frame())
     if tool is not None and plant.geometry_source_is_registered():
         for i, component in enumerate(tool.components):
@@ -183,10 +180,28 @@ def _add_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None) -> RigidBod
                 raise NotImplementedError(f"no Drake geometry for {type(component.shape).__name__}")
             X_TE = RigidTransform(component.X_TE)
             shape = EllipsoidGeometry(*component.shape.semi_axes)
-            colour = [*component.looks_like.colour, 1.0]
-            plant.RegisterVisualGeometry(body, X_TE, shape, f"tool_visual_{i}", colour)
-            plant.RegisterCollisionGeometry(body, X_TE, shape, f"tool_collision_{i}", FRICTION)
+            colour = np.array([*component.looks_like.colour, 1.0])
+            plant.RegisterVisualGeometry(body, X_TE, shape, f"{name}_visual_{i}", colour)
+            plant.RegisterCollisionGeometry(body, X_TE, shape, f"{name}_collision_{i}", FRICTION)
     return body
+
+
+def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) -> Arm:
+    hand = parse_arm(plant, directives)
+    body = attach_tool(plant, hand, tool)
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.Finalize()
+    _check_fitness(plant, directives)
+    tau_max = np.array(
+        [plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()]
+    )
+    limits = JointLimits(
+        plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
+    )
+    home = plant.GetPositions(plant.CreateDefaultContext())
+    for array in (home, *limits):
+        array.setflags(write=False)
+    return Arm(plant, hand, body, home, limits)
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path) -> None:

@@ -8,7 +8,7 @@ material_memory --materials--'                  |
 
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Context, Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from affordance.arm import Arm, ArmModel, add_arm, load_arm
@@ -45,10 +45,6 @@ class TrialDiagram:
     hold: Hold
     state_log: VectorLogSink
     tau_log: VectorLogSink
-
-    def plant_context(self, context: Context) -> Context:
-        """The plant's part of a root Context."""
-        return self.arm.plant.GetMyMutableContextFromRoot(context)
 
 
 def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:

@@ -90,6 +90,14 @@ class Tool:
         return Phi @ densities
 
     @property
+    def appearance(self) -> tuple[object, ...]:
+        """Everything of it that can be seen, hashable; tools of one appearance can share a Diagram."""
+        return tuple(
+            (type(part.shape), tuple(part.shape.sizes), part.X_TE.tobytes(), part.looks_like.colour)
+            for part in self.components
+        )
+
+    @property
     def mass(self) -> float:
         """The true mass, [kg]."""
         return float(self.parameters[0])

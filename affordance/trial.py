@@ -1,13 +1,16 @@
 """One trial: one object, one task, one run of the Diagram."""
 
+import functools
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.framework import Context
 
-from affordance.diagram import TrialDiagram
+from affordance.diagram import TrialDiagram, build_trial_diagram
 from affordance.memory import MaterialMemory
+from affordance.settings import Settings
 from affordance.systems.mpc_controller import TickCounts
 from affordance.tools import Tool
 from affordance.vision import observe
@@ -43,52 +46,70 @@ class TrialRecord(NamedTuple):
     counts: TickCounts
 
 
-def run_hold(
-    trial: TrialDiagram, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
-) -> TrialRecord:
-    """Holds an object in the arm's home posture, at rest at t = 0 and with the object attached.
+class TrialRunner:
+    """Runs trials, building one Diagram per appearance of a tool and reusing it with fresh Contexts."""
 
-    Args:
-        trial: A Diagram for tools of this shape.
-        tool: The object; its true densities act in the plant.
-        memory: What is believed of materials when the trial begins.
-        duration: How long it is held, [s].
-        seed: Determines every random draw of the trial.
+    def __init__(self, settings: Settings) -> None:
+        """Takes what all trials share."""
+        self.settings = settings
+        self._diagrams: dict[tuple[object, ...], TrialDiagram] = {}
 
-    Returns: What happened.
-    """
-    diagram, arm = trial.diagram, trial.arm
-    context = diagram.CreateDefaultContext()
-    plant_context = trial.plant_context(context)
-    arm.set_payload(plant_context, tool.parameters)
-    arm.plant.SetPositions(plant_context, arm.home)
-    trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
-    vision_rng = np.random.default_rng([*seed, 0])
-    trial.vision.set_features(
-        trial.vision.GetMyMutableContextFromRoot(context),
-        observe(tool, trial.settings.vision_error, vision_rng),
-    )
-    trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
-    trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
-    trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), trial.hold)
+    def get_diagram(self, tool: Tool) -> TrialDiagram:
+        """Returns the Diagram for tools that look like this one, built at first use."""
+        if tool.appearance not in self._diagrams:
+            self._diagrams[tool.appearance] = build_trial_diagram(tool, self.settings)
+        return self._diagrams[tool.appearance]
 
-    simulator = Simulator(diagram, context)
-    ApplySimulatorConfig(trial.settings.simulator, simulator)
-    simulator.Initialize()
-    simulator.AdvanceTo(duration)
-    simulator.AdvancePendingEvents()
+    def run_hold(
+        self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
+    ) -> TrialRecord:
+        """Holds an object in the arm's home posture, at rest at t = 0 and with the object attached.
 
+        Args:
+            tool: The object; its true densities act in the plant.
+            memory: What is believed of materials when the trial begins.
+            duration: How long it is held, [s].
+            seed: Determines every random draw of the trial.
+
+        Returns: What happened.
+        """
+        trial = self.get_diagram(tool)
+        context = trial.diagram.CreateDefaultContext()
+        plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
+        trial.arm.set_payload(plant_context, tool.parameters)
+        trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
+        features = observe(tool, self.settings.vision_error, np.random.default_rng([*seed, 0]))
+        trial.vision.set_features(trial.vision.GetMyMutableContextFromRoot(context), features)
+        trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
+        trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
+        trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), trial.hold)
+
+        simulator = Simulator(trial.diagram, context)
+        ApplySimulatorConfig(self.settings.simulator, simulator)
+        simulator.Initialize()
+        simulator.AdvanceTo(duration)
+        simulator.AdvancePendingEvents()
+        return _read_record(trial, context, tool)
+
+
+@functools.lru_cache(maxsize=4)
+def get_runner(settings: Settings) -> TrialRunner:
+    """Returns this process's runner for the settings."""
+    return TrialRunner(settings)
+
+
+def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
     estimator_context = trial.estimator.GetMyContextFromRoot(context)
     log_evidence = float(trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)[0])
     memory_context = trial.memory.GetMyMutableContextFromRoot(context)
     trial.memory.learn(memory_context)
-    state_log = trial.state_log.FindLog(context)
-    x = state_log.data().T
-    q = x[:, : arm.num_joints]
+    log = trial.state_log.FindLog(context)
+    x = log.data().T
+    q, v = np.split(x, 2, axis=1)
     return TrialRecord(
-        times=np.array(state_log.sample_times()),
+        times=np.array(log.sample_times()),
         q=q,
-        v=x[:, arm.num_joints :],
+        v=v,
         tau=np.array(trial.tau_log.FindLog(context).data().T),
         height_centre=_measure_height(trial, q, tool.p_TTcentre),
         height_grip=_measure_height(trial, q, np.zeros(3)),

@@ -1,0 +1,149 @@
+"""The folder of results: files that appear whole or not at all, and repeats that survive a kill."""
+
+import hashlib
+import importlib.metadata
+import json
+import os
+import platform
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from affordance.exceptions import BadValueError
+
+_PACKAGE = Path(__file__).parent
+_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "scipy")
+
+
+def prepare_folder(path: Path) -> Path:
+    """Makes a folder for results, or makes sure that an existing one can be written to.
+
+    Raises:
+        BadValueError: The path is a file, lies below one, or may not be written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder") from error
+    except OSError as error:
+        raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be made: {error.strerror}") from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise BadValueError("--out", "", f"is {str(path)!r}, which is not writable")
+    return path
+
+
+def write_whole(path: Path, write: Callable[[Path], object]) -> None:
+    """Lets a function write a temporary file, which then takes its place in one step.
+
+    Args:
+        path: Where the file is to appear; its folder is made if need be.
+        write: Writes the file at the path it is given, which has the same suffix.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    try:
+        write(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text file whole."""
+    write_whole(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Writes a JSON file whole; numbers keep all their digits."""
+    write_text(path, json.dumps(to_plain(content), indent=2, allow_nan=False) + "\n")
+
+
+def to_plain(value: Any) -> Any:
+    """Converts configurations and arrays to what JSON knows."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return to_plain(asdict(value))
+    if hasattr(value, "_asdict"):
+        return to_plain(value._asdict())
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [to_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    if hasattr(value, "value") and hasattr(value, "name"):  # a member of an Enum
+        return value.value
+    if isinstance(value, Path):
+        return value.name
+    return value
+
+
+def list_versions() -> dict[str, str]:
+    """Versions of the interpreter and of the libraries that numbers depend on."""
+    versions = {name: importlib.metadata.version(name) for name in _LIBRARIES}
+    return {"python": platform.python_version(), **versions}
+
+
+def compute_key(config: Any, model_folder: Path) -> str:
+    """Computes what a repeat depends on besides its number: configuration, models and this program.
+
+    Args:
+        config: A dataclass.
+        model_folder: The folder of the arm's model files.
+
+    Returns: A short hexadecimal key.
+    """
+    digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
+    digest.update(json.dumps(list_versions()).encode())
+    models = (path for path in model_folder.iterdir() if path.suffix in {".sdf", ".urdf", ".xml", ".yaml"})
+    for path in sorted([*_PACKAGE.rglob("*.py"), *models]):
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_repeats(
+    folder: Path,
+    run_repeat: Callable[[int], Mapping[str, NDArray[Any]]],
+    *,
+    repeats: int,
+    jobs: int,
+    description: str,
+) -> dict[str, NDArray[Any]]:
+    """Runs the repeats that a folder does not hold yet, in parallel processes, and returns all of them.
+
+    Args:
+        folder: Keeps one file a repeat; it must belong to one configuration.
+        run_repeat: Runs the repeat of a number, returning named arrays of a shape that is always the same; must be
+            picklable.
+        repeats: How many, at least 1.
+        jobs: How many processes, at least 1.
+        description: Stands before the progress bar.
+
+    Returns: The arrays, stacked over repeats along the first axis.
+    """
+    missing = [repeat for repeat in range(repeats) if not _path_of(folder, repeat).exists()]
+    parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
+    finished = parallel(joblib.delayed(_run_and_keep)(folder, run_repeat, repeat) for repeat in missing)
+    progress = tqdm(total=repeats, initial=repeats - len(missing), desc=description, unit="repeat", smoothing=0.1)
+    with progress:
+        for _ in finished:
+            progress.update()
+    kept = []
+    for repeat in range(repeats):
+        with np.load(_path_of(folder, repeat)) as arrays:
+            kept.append(dict(arrays))
+    return {name: np.stack([arrays[name] for arrays in kept]) for name in kept[0]}
+
+
+def _run_and_keep(folder: Path, run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> None:
+    arrays = dict(run_repeat(repeat))
+    write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, **arrays))
+
+
+def _path_of(folder: Path, repeat: int) -> Path:
+    return folder / f"repeat_{repeat:05d}.npz"
