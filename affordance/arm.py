@@ -67,6 +67,11 @@ class Arm:
         """Number of joints, each with one degree of freedom and one actuator."""
         return int(self.plant.num_velocities())
 
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, in the order of q."""
+        return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
+
     def set_payload(self, plant_context: Context, pi: Array) -> None:
         """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
         self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
@@ -192,9 +197,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) ->
     plant.set_contact_model(ContactModel.kPoint)
     plant.Finalize()
     _check_fitness(plant, directives)
-    tau_max = np.array(
-        [plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()]
-    )
+    tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
     limits = JointLimits(
         plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
     )

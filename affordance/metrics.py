@@ -19,10 +19,9 @@ class Estimate(NamedTuple):
     high: Array
 
     @property
-    def ci95(self) -> list[Array]:
-        """Pairs [low, high], as metrics.json has them."""
-        pairs: list[Array] = list(np.stack([self.low, self.high], axis=-1))
-        return pairs
+    def ci95(self) -> Array:
+        """Pairs [low, high] along the last axis, as metrics.json has them."""
+        return np.stack([self.low, self.high], axis=-1)
 
 
 def compute_drop(heights: Array) -> Array:

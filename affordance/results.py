@@ -30,7 +30,9 @@ def prepare_folder(path: Path) -> Path:
     try:
         path.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError) as error:
-        raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder") from error
+        raise BadValueError(
+            "--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder"
+        ) from error
     except OSError as error:
         raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be made: {error.strerror}") from error
     if not os.access(path, os.W_OK | os.X_OK):

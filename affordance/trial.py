@@ -60,9 +60,7 @@ class TrialRunner:
             self._diagrams[tool.appearance] = build_trial_diagram(tool, self.settings)
         return self._diagrams[tool.appearance]
 
-    def run_hold(
-        self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
-    ) -> TrialRecord:
+    def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
         """Holds an object in the arm's home posture, at rest at t = 0 and with the object attached.
 
         Args:
