@@ -119,16 +119,13 @@ class MinimumAccelerationMpc:
         """
         if (
             self._goal_matrices is None
-            or goal.C_q is not self._goal_matrices[0]
-            or goal.C_v is not self._goal_matrices[1]
+            or self._goal_matrices[0] is not goal.C_q
+            or self._goal_matrices[1] is not goal.C_v
         ):
             self._goal_matrices = (goal.C_q, goal.C_v)
-            self._C, self._gain = self._compute_gain(goal)
-        num_joints = len(x) // 2
-        end = np.array(x)
-        end[:num_joints] += self.settings.horizon * x[num_joints:]
-        y = self._gain @ (np.concatenate([goal.d_q, goal.d_v]) - self._C @ end)
-        return self._trajectory_map @ np.concatenate([x, y]).reshape(4, num_joints)
+            self._gain = self._compute_gain(goal)
+        y = self._gain @ np.concatenate([x, goal.d_q, goal.d_v])
+        return self._trajectory_map @ np.concatenate([x, y]).reshape(4, -1)
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
         """Plans within the limits, by a convex quadratic program.
@@ -162,17 +159,19 @@ class MinimumAccelerationMpc:
         planned = vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
         return np.clip(model.compute_inverse_dynamics(planned), -self.limits.tau_max, self.limits.tau_max)
 
-    def _compute_gain(self, goal: TerminalGoal) -> tuple[Array, Array]:
-        """Returns C = diag(C_q, C_v) and the gain from what is missing of the goal to y, (2 n, m_q + m_v).
+    def _compute_gain(self, goal: TerminalGoal) -> Array:
+        """Returns the gain from [x, d_q, d_v] to y, shape (2 n, 2 n + m_q + m_v), for n joints.
 
-        With S = diag(1 / T^2, 1 / T) C terminal and r what is missing, in the units of e, the optimum of
-        1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
+        With S = C terminal in the units of e and r = d - C [q + T v, v] what is missing of the goal, in the same, the
+        optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
         """
         T = self.settings.horizon
         m_q, n = goal.C_q.shape
         m_v = len(goal.d_v)
         C = np.block([[goal.C_q, np.zeros((m_q, n))], [np.zeros((m_v, n)), goal.C_v]])
-        to_units_of_e = np.concatenate([np.full(m_q, 1.0 / T**2), np.full(m_v, 1.0 / T)])
+        units_of_e = np.concatenate([np.full(m_q, 1.0 / T**2), np.full(m_v, 1.0 / T)])
         gram = C @ np.kron(self._gram, np.eye(n)) @ C.T
         ridge = np.eye(m_q + m_v) / (self.settings.num_steps * self.settings.goal_weight)
-        return C, C.T @ np.linalg.solve(gram + ridge, np.diag(to_units_of_e))
+        gain = C.T @ np.linalg.solve(gram + ridge, np.diag(units_of_e))
+        coasting = np.kron([[1.0, T], [0.0, 1.0]], np.eye(n))
+        return np.hstack([-gain @ C @ coasting, gain])

@@ -40,10 +40,10 @@ class NoiseModel(Protocol):
             rho: Densities at which errors that grow with torque are evaluated, shape (M,), [kg/m^3].
         """
 
-    def draw_trial_errors(self, rng: np.random.Generator, num_joints: int) -> tuple[Array, Array]:
+    def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Draws gain and offset errors that last a whole trial, each of shape (num_joints,)."""
 
-    def draw_sample_error(self, rng: np.random.Generator, num_joints: int) -> Array | None:
+    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """Draws an error that is new in every sample, shape (num_joints,), [N m]; None if there is none."""
 
 
@@ -90,12 +90,13 @@ class WeberNoise:
             -0.5 * float(residual @ weighted[:, -1] + np.linalg.slogdet(2.0 * np.pi * covariance)[1]),
         )
 
-    def draw_trial_errors(self, rng: np.random.Generator, num_joints: int) -> tuple[Array, Array]:
+    def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """A gain error and an offset a joint."""
+        rng = np.random.default_rng(seed)
         gain = self.weber_fraction * rng.standard_normal(num_joints)
         return gain, self.threshold * rng.standard_normal(num_joints)
 
-    def draw_sample_error(self, rng: np.random.Generator, num_joints: int) -> Array | None:
+    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """None: the error is that of the trial."""
         return None
 
@@ -132,10 +133,10 @@ class WhiteNoise:
             -0.5 * float(sums[-1] + log_scale),
         )
 
-    def draw_trial_errors(self, rng: np.random.Generator, num_joints: int) -> tuple[Array, Array]:
+    def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """None that lasts."""
         return np.zeros(num_joints), np.zeros(num_joints)
 
-    def draw_sample_error(self, rng: np.random.Generator, num_joints: int) -> Array | None:
+    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """White noise."""
-        return self.sd * rng.standard_normal(num_joints)
+        return self.sd * np.random.default_rng(seed).standard_normal(num_joints)

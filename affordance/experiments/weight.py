@@ -252,9 +252,9 @@ def describe(config: WeightConfig, numbers: Mapping[str, Any], repeats: int) -> 
         ],
         claims=claims,
         differences=[
-            "The paper gives no constants. Ours come from sources (docs/decisions/), so heights cannot be compared in "
-            "centimetres; what is compared is which objects sink, which rise, and in what order.",
-            "The paper's estimate needs several trials to close on the truth; ours is within a tenth after the first. "
+            "The paper gives no constants. Ours come from sources (docs/decisions/), so heights cannot be compared "
+            "in centimetres; what is compared is which objects sink, which rise, and in what order.",
+            "The paper's estimate needs several trials to close on the truth; ours is within a tenth after one. "
             "That is what a Weber fraction of 7 % on one percept a trial says.",
         ],
     )

@@ -40,7 +40,7 @@ class Proprioception(SampledSystem):
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
         """Draws the errors of a trial from a seed."""
-        gain, offset = self._noise.draw_trial_errors(np.random.default_rng(seed), self._num_joints)
+        gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
         context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
         context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
         context.get_mutable_abstract_parameter(self._seed).set_value(seed)
@@ -50,13 +50,10 @@ class Proprioception(SampledSystem):
         gain = context.get_numeric_parameter(self._gain_error).value()
         offset = context.get_numeric_parameter(self._offset_error).value()
         felt = tau * (1.0 + gain) + offset
-        error = self._noise.draw_sample_error(self._make_sample_rng(context), self._num_joints)
+        # The trial's seed and the sample's number decide, so that replays of a Context agree.
+        seed: tuple[int, ...] = context.get_abstract_parameter(self._seed).get_value()
+        sample = round(context.get_time() / self._sample_period)
+        error = self._noise.draw_sample_error((*seed, sample), self._num_joints)
         if error is not None:
             felt = felt + error
         output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
-
-    def _make_sample_rng(self, context: Context) -> np.random.Generator:
-        """A generator that depends on the trial's seed and the sample's number only, so that replays agree."""
-        sample = round(context.get_time() / self._sample_period)
-        seed: tuple[int, ...] = context.get_abstract_parameter(self._seed).get_value()
-        return np.random.default_rng([*seed, sample])

@@ -1,16 +1,17 @@
 """Base of all our systems: sampled or algebraic, without continuous state."""
 
-from pydrake.systems.framework import Context, ContinuousState, LeafSystem
+from pydrake.systems.framework import LeafSystem
 
 
 class SampledSystem(LeafSystem):
-    """A LeafSystem that states that it has no continuous state.
+    """A LeafSystem without continuous state, at no cost to the integrator.
 
     Drake asks every system of a Diagram for its time derivatives at every evaluation of an integrator, those without
-    continuous state too. Where a Python system defines no answer, the search for one fails anew each time, at 2.7 us
-    a system and evaluation (Drake 1.58): with seven systems that took longer than the plant itself. Defined here, it
-    is found in 0.2 us.
+    continuous state too, and for systems written in Python it first looks for an override. Its binding layer
+    (nanobind, Drake 1.58) remembers that a method is not overridden only if there is an attribute of that name
+    bound from C++; an attribute that does not exist is searched for anew each time, at 2.7 us a system and
+    evaluation: with seven systems, more than the plant itself takes. So the attribute is made to exist. What it is
+    bound to does not matter, as it is never called.
     """
 
-    def DoCalcTimeDerivatives(self, context: Context, derivatives: ContinuousState) -> None:
-        """Nothing to compute."""
+    DoCalcTimeDerivatives = LeafSystem.AllocateContext

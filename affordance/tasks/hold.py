@@ -11,6 +11,7 @@ squares, which stays calm where the straight arm is singular.
 
 import numpy as np
 from numpy.typing import NDArray
+from pydrake.math import RigidTransform
 from scipy.linalg.lapack import dposv
 
 from affordance.acceleration_program import TerminalGoal
@@ -36,8 +37,7 @@ class Hold:
         model.set_state(np.concatenate([q_posture, np.zeros(num_joints)]))
         self.q_posture = q_posture
         self.X_WH = model.compute_hand_pose()
-        self._R_WH = self.X_WH.rotation().matrix()
-        self._p_WH = self.X_WH.translation()
+        self._error_map, self._error_offset = _linearise_pose_error(self.X_WH)
         # The same arrays in every goal: the controller recognises them and keeps their factor.
         self._identity = np.eye(num_joints)
         self._rest = np.zeros(num_joints)
@@ -52,15 +52,28 @@ class Hold:
 
         Returns: Rest at the joint angles that restore pose and posture.
         """
-        X_WH = model.compute_hand_pose()
-        R_error = self._R_WH @ X_WH.rotation().matrix().T
-        e = np.empty(6)
-        # Rotation vector to first order: axis times sine of the angle.
-        e[0] = 0.5 * (R_error[2, 1] - R_error[1, 2])
-        e[1] = 0.5 * (R_error[0, 2] - R_error[2, 0])
-        e[2] = 0.5 * (R_error[1, 0] - R_error[0, 1])
-        e[3:] = self._p_WH - X_WH.translation()
+        e = self._error_map @ model.compute_hand_pose().GetAsMatrix34().ravel() + self._error_offset
         J = model.compute_hand_jacobian()
         off_posture = self.q_posture - x[: len(self.q_posture)]
         _, correction, _ = dposv(J @ J.T + self._damping, e - J @ off_posture)
         return TerminalGoal(self._identity, self.q_posture + correction @ J, self._identity, self._rest)
+
+
+def _linearise_pose_error(X_WG: RigidTransform) -> tuple[Array, Array]:
+    """Writes what a pose X_WH is off a goal X_WG as an affine function of X_WH's entries.
+
+    The rotation's part is its axis times the sine of its angle: the skew part of R_WG R_WH^T, linear in R_WH. The
+    translation's part is p_WG - p_WH.
+
+    Returns: A of shape (6, 12) and b of shape (6,) such that A vec([R_WH | p_WH]) + b = e, in row-major order.
+    """
+    A, b = np.zeros((6, 3, 4)), np.zeros(6)
+    R_WG = X_WG.rotation().matrix()
+    for axis in range(3):
+        i, j = (axis + 1) % 3, (axis + 2) % 3
+        # e_axis = (Q_ji - Q_ij) / 2 with Q = R_WG R_WH^T, where Q_ji = R_WG[j] . R_WH[i].
+        A[axis, i, :3] = 0.5 * R_WG[j]
+        A[axis, j, :3] = -0.5 * R_WG[i]
+    A[3:, :, 3] = -np.eye(3)
+    b[3:] = X_WG.translation()
+    return A.reshape(6, 12), b
