@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.multibody.tree import Joint, RevoluteJoint
+from pydrake.systems.framework import Context
 
 from affordance.arm import Arm
 from affordance.exceptions import AffordanceError
@@ -143,12 +144,13 @@ def build_chain(arm: Arm) -> SerialChain:
     return chain
 
 
-def _check_against_plant(chain: SerialChain, arm: Arm, context: object) -> None:
-    """Refuses plants whose joints branch: the chain would then not end where the tool is."""
+def _check_against_plant(chain: SerialChain, arm: Arm, context: Context) -> None:
+    """Refuses plants whose joints branch: a point of the tool would then not be where the chain says."""
+    p_TQ = np.array([0.1, 0.2, 0.3])
     q = np.linspace(0.1, 1.0, arm.num_joints)
     arm.plant.SetPositions(context, q)
-    p_WT = arm.tool.body_frame().CalcPoseInWorld(context).translation()
-    if not np.allclose(chain.compute_positions(q[None], np.zeros(3))[0], p_WT, atol=1e-9):
+    p_WQ = arm.tool.body_frame().CalcPoseInWorld(context) @ p_TQ
+    if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
         raise AffordanceError("the joints of the arm do not lie one after the other from base to hand")
 
 

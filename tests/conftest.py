@@ -1,0 +1,39 @@
+"""Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
+
+import numpy as np
+import pytest
+
+from affordance.arm import Arm, ArmModel, load_arm
+from affordance.experiments.weight import WeightConfig, load_config
+from affordance.kinematics import SerialChain, build_chain
+from affordance.trial import TrialRunner
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(20261120)
+
+
+@pytest.fixture(scope="session")
+def arm() -> Arm:
+    return load_arm()
+
+
+@pytest.fixture
+def model(arm: Arm) -> ArmModel:
+    return ArmModel(arm)
+
+
+@pytest.fixture(scope="session")
+def chain(arm: Arm) -> SerialChain:
+    return build_chain(arm)
+
+
+@pytest.fixture(scope="session")
+def weight_config() -> WeightConfig:
+    return load_config()
+
+
+@pytest.fixture(scope="session")
+def runner(weight_config: WeightConfig) -> TrialRunner:
+    return TrialRunner(weight_config.settings)

@@ -1,0 +1,98 @@
+"""The same arm in two other dynamics libraries, built from models/arm.sdf without Drake."""
+
+from typing import NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+import pinocchio
+import roboticstoolbox
+from numpy.typing import NDArray
+
+from affordance.tools import MODELS
+
+Array = NDArray[np.float64]
+
+
+class LinkData(NamedTuple):
+    """A moving body and the revolute joint it hangs on; its frame is that of the joint."""
+
+    p_parent: Array  # joint's place in the parent body, (3,), [m]
+    axis: Array  # (3,)
+    mass: float
+    p_com: Array  # (3,), [m]
+    I_com: Array  # about the centre of mass, (3, 3), [kg m^2]
+
+
+def read_links() -> list[LinkData]:
+    """Reads the chain of links from the SDF file."""
+    model = ElementTree.parse(MODELS / "arm.sdf").getroot().find("model")
+    links = {link.get("name"): link for link in model.findall("link")}
+    chain = []
+    for joint in model.findall("joint"):
+        link = links[joint.findtext("child").strip()]
+        pose = link.find("pose")
+        assert pose.get("relative_to") == joint.findtext("parent").strip()
+        inertial = link.find("inertial")
+        place = np.fromstring(inertial.findtext("pose", "0 0 0 0 0 0"), sep=" ")
+        assert not place[3:].any()
+        entry = {
+            name: float(inertial.findtext(f"inertia/{name}")) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+        }
+        inertia = np.array(
+            [
+                [entry["ixx"], entry["ixy"], entry["ixz"]],
+                [entry["ixy"], entry["iyy"], entry["iyz"]],
+                [entry["ixz"], entry["iyz"], entry["izz"]],
+            ]
+        )
+        chain.append(
+            LinkData(
+                np.fromstring(pose.text, sep=" ")[:3],
+                np.fromstring(joint.findtext("axis/xyz"), sep=" "),
+                float(inertial.findtext("mass")),
+                place[:3],
+                inertia,
+            )
+        )
+    return chain
+
+
+def read_grip() -> Array:
+    """Place of the hand's frame H in the last link, (3,), [m]."""
+    model = ElementTree.parse(MODELS / "arm.sdf").getroot().find("model")
+    (frame,) = (frame for frame in model.findall("frame") if frame.get("name") == "hand_grip")
+    return np.fromstring(frame.findtext("pose"), sep=" ")[:3]
+
+
+def build_pinocchio() -> pinocchio.Model:
+    """Builds the arm in Pinocchio; its frame ``grip`` is H."""
+    model = pinocchio.Model()
+    parent = 0
+    for number, link in enumerate(read_links()):
+        place = pinocchio.SE3(np.eye(3), link.p_parent)
+        parent = model.addJoint(parent, pinocchio.JointModelRevoluteUnaligned(link.axis), place, f"joint_{number}")
+        model.appendBodyToJoint(
+            parent, pinocchio.Inertia(link.mass, link.p_com, link.I_com), pinocchio.SE3.Identity()
+        )
+    grip = pinocchio.Frame("grip", parent, 0, pinocchio.SE3(np.eye(3), read_grip()), pinocchio.FrameType.OP_FRAME)
+    model.addFrame(grip)
+    return model
+
+
+def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
+    """Builds the arm in the Robotics Toolbox for Python, which turns about positive axes only.
+
+    Returns: The arm, and the signs (num_joints,) that its angles and torques are to be multiplied by.
+    """
+    rotations = (roboticstoolbox.ET.Rx, roboticstoolbox.ET.Ry, roboticstoolbox.ET.Rz)
+    links: list[roboticstoolbox.Link] = []
+    signs = []
+    for link in read_links():
+        assert not link.p_parent[1:].any()
+        axis = int(np.abs(link.axis).argmax())
+        ets = roboticstoolbox.ETS([roboticstoolbox.ET.tx(link.p_parent[0])]) * rotations[axis]()
+        parent = links[-1] if links else None
+        links.append(roboticstoolbox.Link(ets, m=link.mass, r=link.p_com, I=link.I_com, parent=parent))
+        signs.append(link.axis[axis])
+    # The toolbox states gravity as the acceleration that is felt.
+    return roboticstoolbox.Robot(links, gravity=[0.0, 0.0, -9.81]), np.array(signs)
