@@ -1,0 +1,76 @@
+import dataclasses
+
+import numpy as np
+import pytest
+from seen_objects import TWO_MATERIALS, see
+
+from affordance.belief import Prior
+from affordance.noise import WeberNoise, WhiteNoise
+from affordance.static_hold import StaticHold
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+
+
+def test_percept_scatters_as_weber_and_threshold_say():
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+    tau = np.array([0.0, 1.0, -20.0])
+    drawn = []
+    for seed in range(20_000):
+        gain, offset = noise.draw_trial_errors((seed,), 3)
+        drawn.append(tau * (1 + gain) + offset)
+    np.testing.assert_allclose(np.mean(drawn, axis=0), tau, atol=0.04)
+    np.testing.assert_allclose(np.std(drawn, axis=0), np.sqrt(0.1**2 + (0.07 * tau) ** 2), rtol=0.02)
+    assert noise.draw_sample_error((0,), 3) is None
+
+
+def test_white_noise_is_new_in_every_sample_and_the_same_for_the_same_seed():
+    noise = WhiteNoise(sd=0.3)
+    errors = np.array([noise.draw_sample_error((7, k), 7) for k in range(5000)])
+    np.testing.assert_allclose(errors.std(axis=0), 0.3, rtol=0.05)
+    np.testing.assert_array_equal(errors[3], noise.draw_sample_error((7, 3), 7))
+    for lasting in noise.draw_trial_errors((7,), 7):
+        assert not lasting.any()
+
+
+def test_weber_likelihood_is_that_of_a_normal_percept(arm, rng):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+    hold, belief = StaticHold(arm), see(TWO_MATERIALS, PRIOR)
+    tau = hold.tau_arm + rng.normal(size=7)
+    at = np.array([800.0, 7000.0])
+    likelihood = noise.compute_likelihood(
+        noise.compute_features(tau, hold.tau_arm, hold.Y), 5, 7, belief.geometry, at
+    )
+    sd = np.sqrt(0.1**2 + (0.07 * (hold.tau_arm + hold.Y @ belief.geometry.Phi @ at)) ** 2)
+    for _ in range(5):
+        rho = rng.uniform(100, 9000, 2)
+        residual = tau - hold.tau_arm - hold.Y @ belief.geometry.Phi @ rho
+        expected = -0.5 * ((residual / sd) ** 2).sum() - np.log(sd).sum() - 3.5 * np.log(2 * np.pi)
+        actual = -0.5 * rho @ likelihood.precision @ rho + likelihood.shift @ rho + likelihood.log_constant
+        assert actual == pytest.approx(expected, abs=1e-9)
+
+
+def test_white_likelihood_is_the_product_over_samples(arm, rng):
+    noise = WhiteNoise(sd=0.2)
+    belief = see(TWO_MATERIALS, PRIOR)
+    samples = [(rng.normal(size=7), rng.normal(size=7), rng.normal(size=(7, 10))) for _ in range(6)]
+    features = np.mean([noise.compute_features(*sample) for sample in samples], axis=0)
+    likelihood = noise.compute_likelihood(features, 6, 7, belief.geometry, np.zeros(2))
+    rho = np.array([700.0, 7800.0])
+    expected = 0.0
+    for tau, tau_arm, Y in samples:
+        residual = tau - tau_arm - Y @ belief.geometry.Phi @ rho
+        expected += -0.5 * (residual**2).sum() / 0.2**2 - 3.5 * np.log(2 * np.pi * 0.2**2)
+    actual = -0.5 * rho @ likelihood.precision @ rho + likelihood.shift @ rho + likelihood.log_constant
+    assert actual == pytest.approx(expected, rel=1e-12)
+    assert len(features) == noise.num_features(7)
+
+
+def test_uncertain_geometry_makes_a_percept_say_less(arm, rng):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+    hold = StaticHold(arm)
+    exact = see(TWO_MATERIALS, PRIOR)
+    blurred = see([dataclasses.replace(part, size_sd=0.1) for part in TWO_MATERIALS], PRIOR)
+    rho = np.array([700.0, 7800.0])
+    features = hold.feel(exact, rho, noise, (1,)).features
+    sharp, vague = (noise.compute_likelihood(features, 1, 7, seen.geometry, rho) for seen in (exact, blurred))
+    assert (np.linalg.eigvalsh(sharp.precision - vague.precision) > 0).all()
