@@ -9,13 +9,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
+from pydrake.symbolic import Variable
 
 from affordance.arm import JointLimits
 
 Array = NDArray[np.float64]
 
 # Two orders tighter than Clarabel's own 1e-8, so that plans agree with the closed form to 1e-8 (tests/test_mpc.py).
-_SOLVER_TOLERANCE = 1e-10
+_SOLVER_TOLERANCE = 1e-12
 
 
 class MpcSettings(NamedTuple):
@@ -133,12 +134,13 @@ class AccelerationProgram:
 
 
 def _add_soft_bounds(
-    program: MathematicalProgram, values: NDArray[np.object_], slack: object, lower: Array, upper: Array
+    program: MathematicalProgram, values: NDArray[np.object_], slack: Variable, lower: Array, upper: Array
 ) -> None:
     """Adds lower - slack <= values <= upper + slack for every step, where the bounds are finite."""
+    num_steps = len(values)
     for bound, sign in ((upper, 1.0), (-lower, -1.0)):
+        A = np.hstack([sign * np.eye(num_steps), -np.ones((num_steps, 1))])
         for j in np.flatnonzero(np.isfinite(bound)):
-            for value in values[:, j]:
-                program.AddLinearConstraint(
-                    np.array([[sign, -1.0]]), np.array([-np.inf]), np.array([bound[j]]), [value, slack]
-                )
+            program.AddLinearConstraint(
+                A, np.full(num_steps, -np.inf), np.full(num_steps, bound[j]), np.array([*values[:, j], slack])
+            )

@@ -112,7 +112,8 @@ class DensityBelief:
     @cached_property
     def centre(self) -> Array:
         """Mean of the unrestricted normal distribution, shape (M,); may be negative."""
-        return self.covariance @ self.shift
+        centre: Array = self.covariance @ self.shift
+        return centre
 
     def condition(self, likelihood: Likelihood) -> "DensityBelief":
         """Applies Bayes' rule."""
@@ -147,7 +148,8 @@ class DensityBelief:
                 rho = self.compute_mean()
             case Point.MEDIAN:
                 rho = self.compute_percentiles([0.5])[0]
-        return np.maximum(rho, DENSITY_FLOOR)
+        floored: Array = np.maximum(rho, DENSITY_FLOOR)
+        return floored
 
     def compute_mode(self) -> Array:
         """Most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""

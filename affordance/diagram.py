@@ -8,7 +8,7 @@ material_memory --materials--'                  |
 
 from dataclasses import dataclass
 
-from pydrake.systems.framework import Diagram, DiagramBuilder
+from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
 from affordance.arm import Arm, ArmModel, add_arm, load_arm
@@ -63,22 +63,22 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
     n = arm.num_joints
     plant = arm.plant
 
-    vision = builder.AddNamedSystem("vision", Vision())
-    memory = builder.AddNamedSystem("material_memory", MaterialMemorySystem())
-    visual_prior = builder.AddNamedSystem("visual_prior", VisualPrior(settings.prior))
-    task = builder.AddNamedSystem("task", Task())
-    controller = builder.AddNamedSystem(
-        "mpc_controller", MpcController(model, settings.mpc, settings.tick, settings.point)
-    )
-    proprioception = builder.AddNamedSystem(
-        "proprioception", Proprioception(n, settings.noise, settings.sample_period)
-    )
-    estimator = builder.AddNamedSystem(
+    def add[S: System](name: str, system: S) -> S:
+        builder.AddNamedSystem(name, system)
+        return system
+
+    vision = add("vision", Vision())
+    memory = add("material_memory", MaterialMemorySystem())
+    visual_prior = add("visual_prior", VisualPrior(settings.prior))
+    task = add("task", Task())
+    controller = add("mpc_controller", MpcController(model, settings.mpc, settings.tick, settings.point))
+    proprioception = add("proprioception", Proprioception(n, settings.noise, settings.sample_period))
+    estimator = add(
         "density_estimator",
         DensityEstimator(model, settings.noise, settings.prior.deviation_sd, settings.sample_period),
     )
 
-    def connect(source: object, output: str, destination: object, input: str) -> None:
+    def connect(source: System, output: str, destination: System, input: str) -> None:
         builder.Connect(source.GetOutputPort(output), destination.GetInputPort(input))
 
     connect(vision, "features", visual_prior, "features")

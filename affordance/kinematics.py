@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.multibody.tree import Joint, RevoluteJoint
+from pydrake.multibody.tree import Frame, Joint, RevoluteJoint
 from pydrake.systems.framework import Context
 
 from affordance.arm import Arm
@@ -122,7 +122,7 @@ def build_chain(arm: Arm) -> SerialChain:
     joints: list[Joint] = [plant.get_joint(index) for index in plant.GetJointIndices()]
     moving = sorted((joint for joint in joints if joint.num_velocities() > 0), key=Joint.velocity_start)
     rotations, positions, axes = [], [], []
-    previous = plant.world_frame()
+    previous: Frame = plant.world_frame()
     for joint in moving:
         if not isinstance(joint, RevoluteJoint):
             raise AffordanceError(f"joint {joint.name()} is not revolute; only revolute serial arms are known")
@@ -158,7 +158,8 @@ def _rotation_about(axis: Array, angles: Array) -> Array:
     """Rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * (K @ K)
+    R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * (K @ K)
+    return R
 
 
 def _cross(a: Array, b: Array) -> Array:

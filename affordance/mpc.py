@@ -125,7 +125,8 @@ class MinimumAccelerationMpc:
             self._goal_matrices = (goal.C_q, goal.C_v)
             self._gain = self._compute_gain(goal)
         y = self._gain @ np.concatenate([x, goal.d_q, goal.d_v])
-        return self._trajectory_map @ np.concatenate([x, y]).reshape(4, -1)
+        trajectory: Array = self._trajectory_map @ np.concatenate([x, y]).reshape(4, -1)
+        return trajectory
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
         """Plans within the limits, by a convex quadratic program.

@@ -61,9 +61,8 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
     for block in _blocks(covariance):
         for i, coordinate in enumerate(block):
             if len(block) == 1:
-                percentiles[:, coordinate] = _truncated(mean[coordinate], covariance[coordinate, coordinate]).ppf(
-                    fractions
-                )
+                alone = _truncate(mean[coordinate], covariance[coordinate, coordinate])
+                percentiles[:, coordinate] = truncnorm.ppf(fractions, **alone)
             else:
                 nodes, density = _tabulate_marginal(mean[block], covariance[np.ix_(block, block)], i)
                 cumulative = cumulative_simpson(density, x=nodes, initial=0.0)
@@ -78,7 +77,7 @@ def compute_mean(mean: Array, covariance: Array) -> Array:
     for block in _blocks(covariance):
         for i, coordinate in enumerate(block):
             if len(block) == 1:
-                result[coordinate] = _truncated(mean[coordinate], covariance[coordinate, coordinate]).mean()
+                result[coordinate] = truncnorm.mean(**_truncate(mean[coordinate], covariance[coordinate, coordinate]))
             else:
                 nodes, density = _tabulate_marginal(mean[block], covariance[np.ix_(block, block)], i)
                 result[coordinate] = np.trapezoid(density * nodes, nodes) / np.trapezoid(density, nodes)
@@ -120,9 +119,10 @@ def _propose(mean: Array, root: Array, rng: np.random.Generator, num_samples: in
     return np.maximum(mean + z @ root.T, np.finfo(float).tiny), weights
 
 
-def _truncated(mean: float, variance: float) -> truncnorm:
-    sd = np.sqrt(variance)
-    return truncnorm(-mean / sd, np.inf, loc=mean, scale=sd)
+def _truncate(mean: float, variance: float) -> dict[str, float]:
+    """SciPy's parameters of a univariate normal distribution restricted to positive values."""
+    sd = float(np.sqrt(variance))
+    return {"a": -mean / sd, "b": np.inf, "loc": mean, "scale": sd}
 
 
 def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
@@ -143,8 +143,8 @@ def _log_mass(mean: Array, covariance: Array) -> float:
 
 def _tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
     """Tabulates the marginal density of coordinate i, up to a factor: p(x_i) P(all others > 0 | x_i)."""
-    alone = _truncated(mean[i], covariance[i, i])
-    nodes = np.linspace(alone.ppf(_TAIL), alone.isf(_TAIL), _NUM_NODES)
+    alone = _truncate(mean[i], covariance[i, i])
+    nodes = np.linspace(truncnorm.ppf(_TAIL, **alone), truncnorm.isf(_TAIL, **alone), _NUM_NODES)
     others = np.delete(np.arange(len(mean)), i)
     gain = covariance[others, i] / covariance[i, i]
     conditional_covariance = covariance[np.ix_(others, others)] - np.outer(gain, covariance[i, others])
@@ -153,5 +153,5 @@ def _tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, A
         log_others = norm.logcdf(conditional_means[:, 0] / np.sqrt(conditional_covariance[0, 0]))
     else:
         log_others = np.array([_log_mass(m, conditional_covariance) for m in conditional_means])
-    log_density = alone.logpdf(nodes) + log_others
+    log_density = truncnorm.logpdf(nodes, **alone) + log_others
     return nodes, np.exp(log_density - log_density.max())

@@ -144,7 +144,7 @@ def run_repeats(
 
 def _run_and_keep(folder: Path, run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> None:
     arrays = dict(run_repeat(repeat))
-    write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, **arrays))
+    write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **arrays))
 
 
 def _path_of(folder: Path, repeat: int) -> Path:

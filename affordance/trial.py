@@ -1,7 +1,7 @@
 """One trial: one object, one task, one run of the Diagram."""
 
 import functools
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -98,7 +98,7 @@ def get_runner(settings: Settings) -> TrialRunner:
 
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
     estimator_context = trial.estimator.GetMyContextFromRoot(context)
-    log_evidence = float(trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)[0])
+    log_evidence: Any = trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)
     memory_context = trial.memory.GetMyMutableContextFromRoot(context)
     trial.memory.learn(memory_context)
     log = trial.state_log.FindLog(context)
@@ -113,7 +113,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         height_grip=_measure_height(trial, q, np.zeros(3)),
         height_com=_measure_height(trial, q, tool.p_TTcm),
         memory=trial.memory.get_memory(memory_context),
-        log_evidence=log_evidence,
+        log_evidence=float(log_evidence[0]),
         counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
     )
 
@@ -122,4 +122,5 @@ def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:
     """Height of a point Q of the tool above where it was first, against gravity, (N,), [m]."""
     up = -trial.chain.gravity_W / np.linalg.norm(trial.chain.gravity_W)
     heights = trial.chain.compute_positions(q, p_TQ) @ up
-    return heights - heights[0]
+    above: Array = heights - heights[0]
+    return above

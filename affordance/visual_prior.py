@@ -91,7 +91,8 @@ class ObjectBelief:
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
         Phi = self.geometry.Phi + np.tensordot(errors, self.geometry.Phi_errors, axes=1)
-        return np.einsum("npm,nm->np", Phi, rho)
+        parameters: Array = np.einsum("npm,nm->np", Phi, rho)
+        return parameters
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:

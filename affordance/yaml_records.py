@@ -24,7 +24,7 @@ def read_record(path: Path) -> "Record":
         BadValueError: The file cannot be read, is not YAML, or is not a mapping.
     """
     try:
-        content = yaml_load_file(path, private=True)
+        content = yaml_load_file(path, private=True)  # type: ignore[no-untyped-call]  # Drake leaves it unannotated
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:

@@ -17,7 +17,6 @@ from affordance.settings import Settings
 from affordance.trial import TrialRecord, TrialRunner
 from benchmarks.tables import format_table
 
-REFERENCE = {"integration_scheme": "runge_kutta5", "accuracy": 1e-11}
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
 # One integrator of first order needs hours where another needs a second; what takes longer than this is not repeated
@@ -42,7 +41,9 @@ def run_trials(config: WeightConfig, settings: Settings) -> tuple[list[TrialReco
 def measure() -> list[list[str]]:
     """Measures every scheme at every accuracy; returns rows of a table."""
     config = load_config()
-    reference, _ = run_trials(config, dataclasses.replace(config.settings, **REFERENCE))
+    reference, _ = run_trials(
+        config, dataclasses.replace(config.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
+    )
     rows = []
     for scheme in SCHEMES:
         for accuracy in ACCURACIES:

@@ -34,7 +34,7 @@ def compute_grid_percentiles(
     """Percentiles of the posterior by brute force, errors evaluated at every density's own torque, (5,)."""
     predicted = hold.tau_arm + np.outer(GRID, hold.Y @ unit_parameters)
     sd = np.sqrt(noise.threshold**2 + (noise.weber_fraction * predicted) ** 2)
-    logs = norm.logpdf(tau, predicted, sd).sum(axis=1)
+    logs = np.sum(norm.logpdf(tau, predicted, sd), axis=1)
     logs += norm.logpdf(GRID, prior.mode, np.hypot(prior.sd, prior.deviation_sd))
     weights = np.exp(logs - logs.max())
     weights /= weights.sum()
@@ -50,7 +50,9 @@ def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array
     hold = StaticHold(load_arm())
     features = observe(load_config().tools[2], VisionError(), np.random.default_rng(0))
     belief = predict_object(features, MaterialMemory(), prior)
-    offsets, covered, covered_by_grid = [], [], []
+    offsets: list[Array] = []
+    covered: list[list[bool]] = []
+    covered_by_grid: list[list[bool]] = []
     for number, true in enumerate(true_densities):
         percept = hold.feel(belief, np.array([true]), noise, (number,))
         posterior = infer(belief, percept, len(hold.tau_arm), noise, prior.deviation_sd).posterior.densities

@@ -2,14 +2,14 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import Value
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues, ValueProducer
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 
 from affordance.arm import Arm, ArmModel
 from affordance.estimator import Inference, Percept, infer
 from affordance.noise import NoiseModel
 from affordance.regressor import compute_payload_regressor
 from affordance.systems.sampled_system import SampledSystem
+from affordance.visual_prior import ObjectBelief
 
 Array = NDArray[np.float64]
 
@@ -34,21 +34,16 @@ class DensityEstimator(SampledSystem):
         self._num_joints = arm.num_joints
         self._noise = noise
         self._deviation_sd = deviation_sd
-        self._prior = self.DeclareAbstractInputPort("prior", Value[object]())
-        self._sensation = self.DeclareVectorInputPort("sensation", 4 * arm.num_joints)
-        self._percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
+        self._prior = self.declare_object_input("prior", ObjectBelief)
+        self._sensation = self.declare_vector_input("sensation", 4 * arm.num_joints)
+        percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
+        self._percept = int(percept)
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_percept)
-        inference = self.DeclareCacheEntry(
-            "inference",
-            ValueProducer(allocate=lambda: Value[object](), calc=self._calc_inference),
-            {self.discrete_state_ticket(self._percept), self.input_port_ticket(self._prior.get_index())},
+        self._inference, inferred = self.declare_cached(
+            "inference", self._infer, {self.discrete_state_ticket(percept), self.input_ticket("prior")}
         )
-        self._inference = inference
-        ticket = {self.cache_entry_ticket(inference.cache_index())}
-        self.DeclareAbstractOutputPort(
-            "posterior", lambda: Value[object](), self._calc_posterior, prerequisites_of_calc=ticket
-        )
-        self.DeclareVectorOutputPort("log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc=ticket)
+        self.declare_object_output("posterior", self._calc_posterior, {inferred})
+        self.DeclareVectorOutputPort("log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={inferred})
 
     def _update_percept(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
@@ -63,15 +58,12 @@ class DensityEstimator(SampledSystem):
         state = context.get_discrete_state(self._percept).value()
         return Percept(state[:-1], int(state[-1]))
 
-    def _calc_inference(self, context: Context, output: Value) -> None:
-        prior = self._prior.Eval(context)
+    def _infer(self, context: Context) -> Inference:
         percept = self._get_percept(context)
-        output.set_value(infer(prior, percept, self._num_joints, self._noise, self._deviation_sd))
+        return infer(self._prior.Eval(context), percept, self._num_joints, self._noise, self._deviation_sd)
 
-    def _calc_posterior(self, context: Context, output: Value) -> None:
-        inference: Inference = self._inference.Eval(context)
-        output.set_value(inference.posterior)
+    def _calc_posterior(self, context: Context) -> ObjectBelief:
+        return self._inference.Eval(context).posterior
 
     def _calc_log_evidence(self, context: Context, output: BasicVector) -> None:
-        inference: Inference = self._inference.Eval(context)
-        output.SetFromVector([inference.log_evidence])
+        output.SetFromVector(np.array([self._inference.Eval(context).log_evidence]))

@@ -1,6 +1,8 @@
 """The memory of materials, as a system."""
 
-from pydrake.common.value import AbstractValue, Value
+from typing import Any
+
+from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context
 
 from affordance.memory import MaterialMemory
@@ -22,9 +24,10 @@ class MaterialMemorySystem(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._posterior = self.DeclareAbstractInputPort("posterior", Value[object]())
-        self._memory = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
-        self.DeclareStateOutputPort("materials", self._memory)
+        self._posterior = self.declare_object_input("posterior", ObjectBelief)
+        index = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
+        self._memory = int(index)
+        self.DeclareStateOutputPort("materials", index)
 
     def set_memory(self, context: Context, memory: MaterialMemory) -> None:
         """Sets what is believed when a trial begins."""
@@ -32,7 +35,8 @@ class MaterialMemorySystem(SampledSystem):
 
     def get_memory(self, context: Context) -> MaterialMemory:
         """Returns what is believed now."""
-        memory: MaterialMemory = context.get_abstract_state(self._memory).get_value()
+        value: Any = context.get_abstract_state(self._memory)
+        memory: MaterialMemory = value.get_value()
         return memory
 
     def learn(self, context: Context) -> None:
@@ -40,5 +44,4 @@ class MaterialMemorySystem(SampledSystem):
 
         Whatever is to be read off the trial's beliefs must be read before, for the prior changes with the memory.
         """
-        posterior: ObjectBelief = self._posterior.Eval(context)
-        context.SetAbstractState(self._memory, posterior.memory)
+        self.set_memory(context, self._posterior.Eval(context).memory)

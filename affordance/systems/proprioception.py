@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import BasicVector, Context
 
 from affordance.noise import NoiseModel
@@ -30,12 +29,12 @@ class Proprioception(SampledSystem):
         self._num_joints = num_joints
         self._noise = noise
         self._sample_period = sample_period
-        self._state = self.DeclareVectorInputPort("state", 2 * num_joints)
-        self._tau = self.DeclareVectorInputPort("tau", num_joints)
-        self._vdot = self.DeclareVectorInputPort("vdot", num_joints)
+        self._state = self.declare_vector_input("state", 2 * num_joints)
+        self._tau = self.declare_vector_input("tau", num_joints)
+        self._vdot = self.declare_vector_input("vdot", num_joints)
         self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
-        self._seed = self.DeclareAbstractParameter(AbstractValue.Make((0,)))
+        self._seed = self.declare_object_parameter(tuple[int, ...], (0,))
         self.DeclareVectorOutputPort("sensation", 4 * num_joints, self._calc_sensation)
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
@@ -43,7 +42,7 @@ class Proprioception(SampledSystem):
         gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
         context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
         context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
-        context.get_mutable_abstract_parameter(self._seed).set_value(seed)
+        self._seed.set(context, seed)
 
     def _calc_sensation(self, context: Context, output: BasicVector) -> None:
         tau = self._tau.Eval(context)
@@ -51,9 +50,8 @@ class Proprioception(SampledSystem):
         offset = context.get_numeric_parameter(self._offset_error).value()
         felt = tau * (1.0 + gain) + offset
         # The trial's seed and the sample's number decide, so that replays of a Context agree.
-        seed: tuple[int, ...] = context.get_abstract_parameter(self._seed).get_value()
         sample = round(context.get_time() / self._sample_period)
-        error = self._noise.draw_sample_error((*seed, sample), self._num_joints)
+        error = self._noise.draw_sample_error((*self._seed.get(context), sample), self._num_joints)
         if error is not None:
             felt = felt + error
         output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))

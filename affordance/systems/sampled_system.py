@@ -1,6 +1,45 @@
-"""Base of all our systems: sampled or algebraic, without continuous state."""
+"""Base of all our systems: sampled or algebraic, without continuous state, with ports that carry Python objects."""
 
-from pydrake.systems.framework import LeafSystem
+from collections.abc import Callable
+from typing import Any, Protocol, cast
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.common.value import AbstractValue, Value
+from pydrake.systems.framework import (
+    AbstractParameterIndex,
+    Context,
+    DependencyTicket,
+    LeafSystem,
+    ValueProducer,
+)
+
+Array = NDArray[np.float64]
+
+
+class Source[T](Protocol):
+    """An input port or cache entry whose values are of a known type; Drake's own stubs say ``object``."""
+
+    def Eval(self, context: Context, /) -> T:
+        """Evaluates it in a Context of its system."""
+
+
+class ObjectParameter[T]:
+    """A parameter of a system's Context that is a Python object."""
+
+    def __init__(self, index: int, ticket: DependencyTicket) -> None:
+        """Refers to a declared parameter; ticket is for what depends on it."""
+        self._index = index
+        self.ticket = ticket
+
+    def get(self, context: Context) -> T:
+        """Returns the object in a Context of the system."""
+        value: Any = context.get_abstract_parameter(self._index)
+        return cast(T, value.get_value())
+
+    def set(self, context: Context, value: T) -> None:
+        """Sets the object in a Context of the system."""
+        context.get_mutable_abstract_parameter(self._index).set_value(value)
 
 
 class SampledSystem(LeafSystem):
@@ -15,3 +54,41 @@ class SampledSystem(LeafSystem):
     """
 
     DoCalcTimeDerivatives = LeafSystem.AllocateContext
+
+    def declare_vector_input(self, name: str, size: int) -> Source[Array]:
+        """Declares an input port for vectors."""
+        return cast(Source[Array], self.DeclareVectorInputPort(name, size))
+
+    def declare_object_input[T](self, name: str, kind: type[T]) -> Source[T]:
+        """Declares an input port for objects of a kind."""
+        return cast(Source[T], self.DeclareAbstractInputPort(name, Value[object]()))
+
+    def declare_object_output(
+        self, name: str, calc: Callable[[Context], object], prerequisites: set[DependencyTicket]
+    ) -> None:
+        """Declares an output port for the object that ``calc`` returns, recomputed when a prerequisite changes."""
+        self.DeclareAbstractOutputPort(name, Value[object], _make_setter(calc), prerequisites_of_calc=prerequisites)
+
+    def declare_cached[T](
+        self, name: str, calc: Callable[[Context], T], prerequisites: set[DependencyTicket]
+    ) -> tuple[Source[T], DependencyTicket]:
+        """Declares a cache entry for the object that ``calc`` returns; gives it and the ticket for what uses it."""
+        producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
+        entry = self.DeclareCacheEntry(name, producer, prerequisites)
+        return cast(Source[T], entry), self.cache_entry_ticket(entry.cache_index())
+
+    def declare_object_parameter[T](self, kind: type[T], initial: T | None = None) -> ObjectParameter[T]:
+        """Declares a parameter of the Context that is an object of a kind; without initial it must be set first."""
+        index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
+        return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
+
+    def input_ticket(self, name: str) -> DependencyTicket:
+        """The ticket for what depends on an input port."""
+        return self.input_port_ticket(self.GetInputPort(name).get_index())
+
+
+def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
+    def set_value(context: Any, output: Any) -> None:
+        output.set_value(calc(context))
+
+    return set_value

@@ -1,7 +1,6 @@
 """The task, as a system."""
 
-from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, Context
+from pydrake.systems.framework import Context
 
 from affordance.systems.sampled_system import SampledSystem
 from affordance.tasks.hold import Hold
@@ -16,17 +15,9 @@ class Task(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._task = self.DeclareAbstractParameter(Value[object]())
-        self.DeclareAbstractOutputPort(
-            "goal",
-            lambda: Value[object](),
-            self._calc_goal,
-            prerequisites_of_calc={self.abstract_parameter_ticket(AbstractParameterIndex(self._task))},
-        )
+        self._task = self.declare_object_parameter(Hold)
+        self.declare_object_output("goal", self._task.get, {self._task.ticket})
 
     def set_task(self, context: Context, task: Hold) -> None:
         """Sets the task."""
-        context.get_mutable_abstract_parameter(self._task).set_value(task)
-
-    def _calc_goal(self, context: Context, output: Value) -> None:
-        output.set_value(context.get_abstract_parameter(self._task).get_value())
+        self._task.set(context, task)

@@ -1,7 +1,6 @@
 """The eye, as a system."""
 
-from pydrake.common.value import Value
-from pydrake.systems.framework import AbstractParameterIndex, Context
+from pydrake.systems.framework import Context
 
 from affordance.systems.sampled_system import SampledSystem
 from affordance.visual_prior import ComponentFeatures
@@ -16,17 +15,9 @@ class Vision(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._features = self.DeclareAbstractParameter(Value[object]())
-        self.DeclareAbstractOutputPort(
-            "features",
-            lambda: Value[object](),
-            self._calc_features,
-            prerequisites_of_calc={self.abstract_parameter_ticket(AbstractParameterIndex(self._features))},
-        )
+        self._features = self.declare_object_parameter(tuple[ComponentFeatures, ...])
+        self.declare_object_output("features", self._features.get, {self._features.ticket})
 
     def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:
         """Sets what the eye measured."""
-        context.get_mutable_abstract_parameter(self._features).set_value(features)
-
-    def _calc_features(self, context: Context, output: Value) -> None:
-        output.set_value(context.get_abstract_parameter(self._features).get_value())
+        self._features.set(context, features)

@@ -1,11 +1,11 @@
 """The visual system of the paper's figure 2: features in, belief about the object's inertia out."""
 
-from pydrake.common.value import Value
 from pydrake.systems.framework import Context
 
 from affordance.belief import Prior
+from affordance.memory import MaterialMemory
 from affordance.systems.sampled_system import SampledSystem
-from affordance.visual_prior import predict_object
+from affordance.visual_prior import ComponentFeatures, ObjectBelief, predict_object
 
 
 class VisualPrior(SampledSystem):
@@ -22,17 +22,10 @@ class VisualPrior(SampledSystem):
     def __init__(self, prior: Prior) -> None:
         super().__init__()
         self._prior = prior
-        self._features = self.DeclareAbstractInputPort("features", Value[object]())
-        self._materials = self.DeclareAbstractInputPort("materials", Value[object]())
-        self.DeclareAbstractOutputPort(
-            "prior",
-            lambda: Value[object](),
-            self._calc_prior,
-            prerequisites_of_calc={
-                self.input_port_ticket(self._features.get_index()),
-                self.input_port_ticket(self._materials.get_index()),
-            },
-        )
+        self._features = self.declare_object_input("features", tuple[ComponentFeatures, ...])
+        self._materials = self.declare_object_input("materials", MaterialMemory)
+        inputs = {self.input_ticket("features"), self.input_ticket("materials")}
+        self.declare_object_output("prior", self._calc_prior, inputs)
 
-    def _calc_prior(self, context: Context, output: Value) -> None:
-        output.set_value(predict_object(self._features.Eval(context), self._materials.Eval(context), self._prior))
+    def _calc_prior(self, context: Context) -> ObjectBelief:
+        return predict_object(self._features.Eval(context), self._materials.Eval(context), self._prior)

@@ -1,0 +1,18 @@
+"""Redraws the pictures in this folder from the Diagrams that are run: ``make diagrams``."""
+
+from pathlib import Path
+
+from affordance.diagram import build_trial_diagram
+from affordance.diagram_picture import save_diagram
+from affordance.experiments import weight
+
+
+def main() -> None:
+    """Writes one .dot and one .svg file for each experiment."""
+    config = weight.load_config()
+    trial = build_trial_diagram(config.tools[0], config.settings)
+    save_diagram(trial.diagram, Path(__file__).parent, weight.NAME)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,234 @@
+"""Each system alone, with fixed ports."""
+
+import logging
+
+import numpy as np
+import pytest
+from pydrake.common.value import AbstractValue
+from seen_objects import ONE_MATERIAL, RED, see
+
+from affordance.acceleration_program import AccelerationProgram
+from affordance.arm import ArmModel
+from affordance.belief import Point
+from affordance.memory import MaterialMemory
+from affordance.noise import WeberNoise, WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.static_hold import StaticHold
+from affordance.systems.density_estimator import DensityEstimator
+from affordance.systems.material_memory import MaterialMemorySystem
+from affordance.systems.mpc_controller import MpcController
+from affordance.systems.proprioception import Proprioception
+from affordance.systems.task import Task
+from affordance.systems.vision import Vision
+from affordance.systems.visual_prior import VisualPrior
+from affordance.tasks.hold import Hold
+
+PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
+
+
+def fix(system, context, **values):
+    for name, value in values.items():
+        port = system.GetInputPort(name)
+        port.FixValue(context, value if isinstance(value, np.ndarray) else AbstractValue.Make(value))
+
+
+def evaluate(system, context, port):
+    return system.GetOutputPort(port).Eval(context)
+
+
+def test_vision_shows_what_it_was_given_and_forgets_nothing_of_it():
+    system = Vision()
+    context = system.CreateDefaultContext()
+    system.set_features(context, ONE_MATERIAL)
+    assert evaluate(system, context, "features") == ONE_MATERIAL
+    clone = context.Clone()
+    system.set_features(context, ())
+    assert evaluate(system, context, "features") == ()
+    assert evaluate(system, clone, "features")[0].colour == RED
+
+
+def test_task_hands_over_the_task(model, arm):
+    system = Task()
+    context = system.CreateDefaultContext()
+    hold = Hold(model, arm.home)
+    system.set_task(context, hold)
+    assert evaluate(system, context, "goal").X_WH.IsExactlyEqualTo(hold.X_WH)
+
+
+def test_visual_prior_is_the_pure_function_on_its_ports():
+    system = VisualPrior(PRIOR)
+    context = system.CreateDefaultContext()
+    fix(system, context, features=ONE_MATERIAL, materials=MaterialMemory())
+    belief, expected = evaluate(system, context, "prior"), see(ONE_MATERIAL, PRIOR)
+    np.testing.assert_array_equal(belief.densities.precision, expected.densities.precision)
+    np.testing.assert_array_equal(belief.geometry.Phi, expected.geometry.Phi)
+
+
+def test_memory_learns_only_when_told(arm):
+    system = MaterialMemorySystem()
+    context = system.CreateDefaultContext()
+    posterior = see(ONE_MATERIAL, PRIOR)
+    fix(system, context, posterior=posterior)
+    assert evaluate(system, context, "materials").looks == ()
+    system.learn(context)
+    assert evaluate(system, context, "materials").looks == (RED,)
+    assert system.get_memory(context).belief.size == 1
+    assert system.CreateDefaultContext().get_abstract_state(0).get_value().looks == ()
+
+
+def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
+    system = Proprioception(7, WeberNoise(weber_fraction=0.07, threshold=0.1), 0.05)
+    context = system.CreateDefaultContext()
+    tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
+    fix(system, context, tau=tau, state=x, vdot=vdot)
+    np.testing.assert_array_equal(evaluate(system, context, "sensation"), np.concatenate([tau, x, vdot]))
+    system.draw_errors(context, (1, 2))
+    felt = evaluate(system, context, "sensation")
+    np.testing.assert_array_equal(felt[7:], np.concatenate([x, vdot]))
+    assert (felt[:7] != tau).all()
+    context.SetTime(1.0)
+    np.testing.assert_array_equal(evaluate(system, context, "sensation"), felt)
+    system.draw_errors(context, (1, 3))
+    assert (evaluate(system, context, "sensation")[:7] != felt[:7]).all()
+
+
+def test_white_noise_depends_on_the_sample_and_not_on_how_often_it_is_asked_for():
+    system = Proprioception(7, WhiteNoise(sd=0.1), 0.05)
+    context = system.CreateDefaultContext()
+    fix(system, context, tau=np.zeros(7), state=np.zeros(14), vdot=np.zeros(7))
+    system.draw_errors(context, (1,))
+    context.SetTime(0.05)
+    first = evaluate(system, context, "sensation")[:7].copy()
+    context.SetTime(0.1)
+    assert (evaluate(system, context, "sensation")[:7] != first).all()
+    context.SetTime(0.05)
+    np.testing.assert_array_equal(evaluate(system, context, "sensation")[:7], first)
+
+
+@pytest.fixture
+def estimator(arm):
+    system = DensityEstimator(arm, NOISE, PRIOR.deviation_sd, 0.05)
+    context = system.CreateDefaultContext()
+    hold, belief = StaticHold(arm), see(ONE_MATERIAL, PRIOR)
+    tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
+    sensation = np.concatenate([tau, arm.home, np.zeros(14)])
+    fix(system, context, prior=belief, sensation=sensation)
+    return system, context, belief
+
+
+def update(system, context):
+    discrete_state = system.EvalUniquePeriodicDiscreteUpdate(context)
+    context.SetDiscreteState(discrete_state)
+
+
+def test_estimator_believes_the_prior_before_it_feels_and_the_truth_afterwards(estimator):
+    system, context, belief = estimator
+    posterior = evaluate(system, context, "posterior")
+    np.testing.assert_array_equal(posterior.densities.centre, belief.densities.centre)
+    for _ in range(3):
+        update(system, context)
+    posterior = evaluate(system, context, "posterior")
+    # Felt without error, and the broad prior weighs next to nothing.
+    assert posterior.densities.centre[0] == pytest.approx(7850.0, rel=0.03)
+    assert evaluate(system, context, "log_evidence")[0] != 0.0
+
+
+def test_equal_samples_say_no_more_than_one_with_one_percept_a_trial(estimator):
+    system, context, _ = estimator
+    update(system, context)
+    once = evaluate(system, context, "posterior").densities.precision.copy()
+    for _ in range(10):
+        update(system, context)
+    np.testing.assert_allclose(evaluate(system, context, "posterior").densities.precision, once, rtol=1e-12)
+
+
+@pytest.fixture
+def controller(arm):
+    def build(point=Point.MODE):
+        system = MpcController(arm, DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.tick, point)
+        context = system.CreateDefaultContext()
+        hold = Hold(ArmModel(arm), arm.home)
+        fix(system, context, belief=see(ONE_MATERIAL, PRIOR), goal=hold)
+        fix(system, context, state=np.concatenate([arm.home, np.zeros(7)]))
+        return system, context
+
+    return build
+
+
+def test_controller_holds_the_weight_it_believes_in(controller, arm):
+    system, context = controller()
+    assert not evaluate(system, context, "tau").any()
+    update(system, context)
+    hold = StaticHold(arm)
+    expected = hold.tau_arm + hold.Y @ see(ONE_MATERIAL, PRIOR).compute_parameters(np.array([PRIOR.mode]))
+    np.testing.assert_allclose(evaluate(system, context, "tau"), expected, atol=1e-9)
+    assert system.get_counts(context) == (0, 0)
+
+
+def test_two_contexts_of_one_controller_do_not_disturb_each_other(controller, arm):
+    system, context = controller()
+    update(system, context)
+    alone = evaluate(system, context, "tau").copy()
+    _, other = controller()
+    other = system.CreateDefaultContext()
+    memory = see(ONE_MATERIAL, PRIOR._replace(mode=9000.0)).memory
+    fix(system, other, belief=see(ONE_MATERIAL, PRIOR, memory), goal=Hold(ArmModel(arm), arm.home))
+    fix(system, other, state=np.concatenate([arm.home, np.zeros(7)]))
+    update(system, other)
+    assert np.abs(evaluate(system, other, "tau") - alone).max() > 1.0
+    update(system, context)
+    np.testing.assert_array_equal(evaluate(system, context, "tau"), alone)
+
+
+def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
+    system, context = controller(Point.SAMPLE)
+    torques = []
+    for seed in ((1,), (2,), (1,)):
+        system.set_seed(context, seed)
+        update(system, context)
+        torques.append(evaluate(system, context, "tau").copy())
+        update(system, context)
+        np.testing.assert_array_equal(evaluate(system, context, "tau"), torques[-1])
+    assert (torques[0] != torques[1]).any()
+    np.testing.assert_array_equal(torques[0], torques[2])
+
+
+def test_limited_ticks_are_counted(controller, arm):
+    system, context = controller()
+    x = np.concatenate([arm.home, np.zeros(7)])
+    x[arm.joint_names.index("elbow_flexion")] = arm.limits.q_lower[3] - 0.05
+    fix(system, context, state=x)
+    update(system, context)
+    assert system.get_counts(context) == (1, 0)
+
+
+def test_failed_solver_lets_the_previous_plan_go_on_and_says_so(controller, arm, monkeypatch, caplog):
+    system, context = controller()
+    x = np.concatenate([arm.home + 0.02, np.zeros(7)])
+    fix(system, context, state=x)
+    update(system, context)
+    planned = evaluate(system, context, "tau").copy()
+    monkeypatch.setattr(AccelerationProgram, "solve", lambda *arguments: None)
+    monkeypatch.setattr(system._mpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+    with caplog.at_level(logging.WARNING):
+        update(system, context)
+    assert "the previous plan goes on" in caplog.text
+    tau = evaluate(system, context, "tau")
+    # Same state, same step of the same plan: the same torque.
+    np.testing.assert_allclose(tau, planned, atol=1e-9)
+    assert system.get_counts(context) == (0, 1)
+    monkeypatch.undo()
+    update(system, context)
+    assert system.get_counts(context) == (0, 1)
+
+
+def test_state_that_is_not_finite_keeps_the_last_torque(controller, arm):
+    system, context = controller()
+    update(system, context)
+    held = evaluate(system, context, "tau").copy()
+    x = np.concatenate([arm.home, np.zeros(7)])
+    x[2] = np.nan
+    fix(system, context, state=x)
+    update(system, context)
+    np.testing.assert_array_equal(evaluate(system, context, "tau"), held)
+    assert system.get_counts(context) == (0, 1)
