@@ -105,6 +105,10 @@ class ArmModel:
     """An internal model: an arm with a payload it believes in, at the state last set.
 
     Not thread-safe and cheap to make; every owner has one of its own, so that no owner sees another's state.
+
+    Attributes:
+        arm: The arm.
+        gravity: Acceleration of gravity in W, shape (3,), [m/s^2].
     """
 
     def __init__(self, arm: Arm) -> None:
@@ -114,6 +118,8 @@ class ArmModel:
         self._context = arm.plant.CreateDefaultContext()
         self._forces = MultibodyForces(arm.plant)
         self._world = arm.plant.world_frame()
+        self.gravity: Array = arm.plant.gravity_field().gravity_vector()
+        self._origin = np.zeros(3)
         self.set_payload(np.zeros(10))
 
     def set_payload(self, pi: Array) -> None:
@@ -140,19 +146,14 @@ class ArmModel:
     def compute_hand_jacobian(self) -> Array:
         """Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""
         return self._plant.CalcJacobianSpatialVelocity(
-            self._context, JacobianWrtVariable.kV, self.arm.hand, np.zeros(3), self._world, self._world
+            self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         )
 
     def compute_hand_bias_acceleration(self) -> Array:
         """Spatial acceleration of the hand at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
         return self._plant.CalcBiasSpatialAcceleration(
-            self._context, JacobianWrtVariable.kV, self.arm.hand, np.zeros(3), self._world, self._world
+            self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         ).get_coeffs()
-
-    @property
-    def gravity(self) -> Array:
-        """The acceleration of gravity in W, shape (3,), [m/s^2]."""
-        return self._plant.gravity_field().gravity_vector()
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:

@@ -34,10 +34,10 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
     J = model.compute_hand_jacobian()
     A_WT = J @ vdot + model.compute_hand_bias_acceleration()
     R_WT = model.compute_hand_pose().rotation().matrix()
-    w = J[:3] @ x[len(vdot) :]
-    vectors_W = np.array([A_WT[3:] - model.gravity, A_WT[:3], w])
-    wrench = _wrench_regressor(*(vectors_W @ R_WT))
-    return J[:3].T @ (R_WT @ wrench[:3]) + J[3:].T @ (R_WT @ wrench[3:])
+    motion_W = np.array([A_WT[3:] - model.gravity, A_WT[:3], J[:3] @ x[len(vdot) :]])
+    wrench = _compute_wrench_regressor(motion_W @ R_WT)
+    Y: Array = J[:3].T @ (R_WT @ wrench[:3]) + J[3:].T @ (R_WT @ wrench[3:])
+    return Y
 
 
 def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
@@ -52,37 +52,36 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
     Returns: Y, shape (N, num_joints, 10).
     """
     motion = chain.compute_motion(q, v, vdot)
-    R_TW = motion.R_WT.transpose(0, 2, 1)
-    vectors_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=-1)
-    a, alpha, w = np.moveaxis(R_TW @ vectors_W, -1, 0)
-    wrench = _wrench_regressor(a, alpha, w)
-    J_rotation = R_TW @ motion.Jv_V_WT[:, :3]
-    J_translation = R_TW @ motion.Jv_V_WT[:, 3:]
-    J = np.concatenate([J_rotation, J_translation], axis=1)
-    return J.transpose(0, 2, 1) @ wrench
+    motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
+    wrench = _compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
+    wrench_W = motion.R_WT[:, None] @ wrench.reshape(-1, 2, 3, NUM_PARAMETERS)
+    Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(-1, 6, NUM_PARAMETERS)
+    return Y
 
 
-def _wrench_regressor(a: Array, alpha: Array, w: Array) -> Array:
-    """Builds W with [n; f] = W pi, all in T; inputs of shape (..., 3), result of shape (..., 6, 10)."""
-    W = np.zeros((*a.shape[:-1], 6, NUM_PARAMETERS))
-    ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
-    bx, by, bz = alpha[..., 0], alpha[..., 1], alpha[..., 2]
-    wx, wy, wz = w[..., 0], w[..., 1], w[..., 2]
-    xx, yy, zz = wx * wx, wy * wy, wz * wz
-    xy, xz, yz = wx * wy, wx * wz, wy * wz
-    # Force: m a + ([alpha]x + [w]x [w]x) h, with h = m p.
-    W[..., 3:, 0] = a
-    W[..., 3, 1], W[..., 3, 2], W[..., 3, 3] = -yy - zz, xy - bz, xz + by
-    W[..., 4, 1], W[..., 4, 2], W[..., 4, 3] = xy + bz, -xx - zz, yz - bx
-    W[..., 5, 1], W[..., 5, 2], W[..., 5, 3] = xz - by, yz + bx, -xx - yy
-    # Moment: h x a, then I alpha + w x (I w) in the order Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
-    W[..., 0, 2], W[..., 0, 3] = az, -ay
-    W[..., 1, 1], W[..., 1, 3] = -az, ax
-    W[..., 2, 1], W[..., 2, 2] = ay, -ax
-    W[..., 0, 4], W[..., 0, 5], W[..., 0, 6] = bx, -yz, yz
-    W[..., 1, 4], W[..., 1, 5], W[..., 1, 6] = xz, by, -xz
-    W[..., 2, 4], W[..., 2, 5], W[..., 2, 6] = -xy, xy, bz
-    W[..., 0, 7], W[..., 0, 8], W[..., 0, 9] = by - xz, bz + xy, yy - zz
-    W[..., 1, 7], W[..., 1, 8], W[..., 1, 9] = bx + yz, zz - xx, bz - xy
-    W[..., 2, 7], W[..., 2, 8], W[..., 2, 9] = xx - yy, bx - yz, by + xz
+def _compute_wrench_regressor(motion: Array) -> Array:
+    """Computes W with [n; f] = W pi from the rows a, alpha and w, (..., 3, 3), all in T; shape (..., 6, 10)."""
+    w = motion[..., 2, :]
+    linear = np.concatenate([motion[..., 0, :], motion[..., 1, :], w[..., _FIRST] * w[..., _SECOND]], axis=-1)
+    W: Array = (linear @ _WRENCH_MAP).reshape(*motion.shape[:-2], 6, NUM_PARAMETERS)
     return W
+
+
+def _build_wrench_regressor(linear: Array) -> Array:
+    """Builds W from a, alpha and the products wx wx, wy wy, wz wz, wx wy, wx wz, wy wz, in which it is linear."""
+    ax, ay, az, bx, by, bz, xx, yy, zz, xy, xz, yz = linear
+    W = np.zeros((6, NUM_PARAMETERS))
+    # Moment n: h x a with h = m p, then I alpha + w x (I w) in the order Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+    W[:3, 1:4] = [[0, az, -ay], [-az, 0, ax], [ay, -ax, 0]]
+    W[:3, 4:7] = [[bx, -yz, yz], [xz, by, -xz], [-xy, xy, bz]]
+    W[:3, 7:] = [[by - xz, bz + xy, yy - zz], [bx + yz, zz - xx, bz - xy], [xx - yy, bx - yz, by + xz]]
+    # Force f: m a + ([alpha]x + [w]x [w]x) h.
+    W[3:, 0] = [ax, ay, az]
+    W[3:, 1:4] = [[-yy - zz, xy - bz, xz + by], [xy + bz, -xx - zz, yz - bx], [xz - by, yz + bx, -xx - yy]]
+    return W
+
+
+# The products of the components of w, in the order above, as pairs of indices.
+_FIRST, _SECOND = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
+# W is linear in twelve numbers: one matrix product builds it for any number of samples, (12, 60).
+_WRENCH_MAP = np.array([_build_wrench_regressor(unit).ravel() for unit in np.eye(12)])
