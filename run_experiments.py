@@ -4,6 +4,7 @@ run_experiments.py [weight|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] 
 """
 
 import argparse
+import logging
 import sys
 from pathlib import Path
 from typing import NoReturn
@@ -13,7 +14,7 @@ import joblib
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments import weight
 from affordance.report import write_report
-from affordance.results import prepare_folder
+from affordance.results import prepare_folder, remove_leftovers
 from affordance.tools import MODELS
 
 EXPERIMENTS = {weight.NAME: weight}
@@ -58,13 +59,15 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
 def main() -> int:
     """Runs what the command line asks for; returns the exit status."""
     arguments = build_parser().parse_args()
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     try:
         names = check_arguments(arguments)
         configs = {name: EXPERIMENTS[name].load_config(arguments.models, arguments.seed) for name in names}
-        out = prepare_folder(arguments.out)
-        for name in names:
-            EXPERIMENTS[name].run(configs[name], out / name, repeats=arguments.repeats, jobs=arguments.jobs)
-        print(f"The report: {write_report(out)}")
+        folders = {name: prepare_folder(arguments.out / name) for name in names}
+        for name, folder in folders.items():
+            EXPERIMENTS[name].run(configs[name], folder, repeats=arguments.repeats, jobs=arguments.jobs)
+            remove_leftovers(folder)
+        print(f"The report: {write_report(arguments.out)}")
     except AffordanceError as error:
         print(f"run_experiments.py: {error}", file=sys.stderr)
         return 2

@@ -13,20 +13,37 @@ class BadValueError(AffordanceError):
     Attributes:
         source: The file's path, or the command-line option.
         key: Where in the file, for example ``tools[2].components[0].semi_axes``; empty for the whole.
+        problem: What the value is, and the bound it breaks.
     """
 
     def __init__(self, source: Path | str, key: str, problem: str) -> None:
-        """Joins the parts to ``source: key: problem``, on one line."""
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(source, key, problem)
         self.source = source
         self.key = key
-        parts = [str(source), key, " ".join(problem.split())]
-        super().__init__(": ".join(part for part in parts if part))
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return ": ".join(part for part in (str(self.source), self.key, _on_one_line(self.problem)) if part)
 
 
 class ModelFileError(AffordanceError):
-    """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs."""
+    """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs.
+
+    Attributes:
+        path: The file.
+        problem: What is wrong with it.
+    """
 
     def __init__(self, path: Path | str, problem: str) -> None:
-        """Joins path and problem on one line."""
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(path, problem)
         self.path = path
-        super().__init__(f"{path}: {' '.join(problem.split())}")
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return f"{self.path}: {_on_one_line(self.problem)}"
+
+
+def _on_one_line(text: str) -> str:
+    return " ".join(text.split())

@@ -20,6 +20,7 @@ from pydrake.multibody.tree import BodyIndex, Frame
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arm import attach_tool, parse_arm
+from affordance.exceptions import AffordanceError
 from affordance.results import write_text
 from affordance.tools import Tool
 
@@ -56,7 +57,7 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
         title: Title of the page.
 
     Raises:
-        RuntimeError: Meshcat may not open a local port (as with DRAKE_ALLOW_NETWORK=none).
+        AffordanceError: Meshcat may not open a local port (as where DRAKE_ALLOW_NETWORK leaves it out).
     """
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
@@ -65,7 +66,10 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     for name, scene in zip(names, scenes, strict=True):
         attach_tool(plant, hand, scene.tool, name)
     plant.Finalize()
-    meshcat = Meshcat(MeshcatParams(host="localhost"))
+    try:
+        meshcat = Meshcat(MeshcatParams(host="localhost"))
+    except RuntimeError as error:
+        raise AffordanceError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from error
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(prefix="arm"))
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()

@@ -3,8 +3,10 @@
 import hashlib
 import importlib.metadata
 import json
+import logging
 import os
 import platform
+import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
@@ -17,6 +19,8 @@ from tqdm import tqdm
 
 from affordance.exceptions import BadValueError
 
+_LOG = logging.getLogger(__name__)
+_TEMPORARY = ".writing."
 _PACKAGE = Path(__file__).parent
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "scipy")
 
@@ -48,7 +52,7 @@ def write_whole(path: Path, write: Callable[[Path], object]) -> None:
         write: Writes the file at the path it is given, which has the same suffix.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
+    temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
     try:
         write(temporary)
         temporary.replace(path)
@@ -102,9 +106,11 @@ def compute_key(config: Any, model_folder: Path) -> str:
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    models = (path for path in model_folder.iterdir() if path.suffix in {".sdf", ".urdf", ".xml", ".yaml"})
-    for path in sorted([*_PACKAGE.rglob("*.py"), *models]):
-        digest.update(path.read_bytes())
+    models = [path for path in model_folder.iterdir() if path.suffix in {".sdf", ".urdf", ".xml", ".yaml"}]
+    for folder, paths in ((_PACKAGE, _PACKAGE.rglob("*.py")), (model_folder, models)):
+        for path in sorted(paths):
+            digest.update(str(path.relative_to(folder)).encode())
+            digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
@@ -128,23 +134,43 @@ def run_repeats(
 
     Returns: The arrays, stacked over repeats along the first axis.
     """
-    missing = [repeat for repeat in range(repeats) if not _path_of(folder, repeat).exists()]
+    kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(_path_of(folder, repeat))) is not None}
+    missing = [repeat for repeat in range(repeats) if repeat not in kept]
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
     finished = parallel(joblib.delayed(_run_and_keep)(folder, run_repeat, repeat) for repeat in missing)
-    progress = tqdm(total=repeats, initial=repeats - len(missing), desc=description, unit="repeat", smoothing=0.1)
-    with progress:
-        for _ in finished:
+    with tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress:
+        for repeat, arrays in finished:
+            kept[repeat] = arrays
             progress.update()
-    kept = []
-    for repeat in range(repeats):
-        with np.load(_path_of(folder, repeat)) as arrays:
-            kept.append(dict(arrays))
-    return {name: np.stack([arrays[name] for arrays in kept]) for name in kept[0]}
+    return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
 
 
-def _run_and_keep(folder: Path, run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> None:
+def remove_leftovers(folder: Path) -> None:
+    """Removes the temporary files of a run that was killed; no other run may be writing to the folder."""
+    for path in folder.rglob(f"{_TEMPORARY}*"):
+        path.unlink(missing_ok=True)
+
+
+def _run_and_keep(
+    folder: Path, run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int
+) -> tuple[int, dict[str, NDArray[Any]]]:
     arrays = dict(run_repeat(repeat))
     write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **arrays))
+    return repeat, arrays
+
+
+def _load(path: Path) -> dict[str, NDArray[Any]] | None:
+    """Reads a kept repeat; None if there is none. One that cannot be read is set aside, and run again."""
+    try:
+        with path.open("rb") as file, np.load(file) as arrays:
+            return dict(arrays)
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        aside = path.with_suffix(".broken")
+        path.replace(aside)
+        _LOG.warning("%s could not be read (%s); set aside as %s and run again", path, error, aside.name)
+        return None
 
 
 def _path_of(folder: Path, repeat: int) -> Path:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance import figures, metrics
+from affordance.arm import ARM, load_arm
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.memory import MaterialMemory
@@ -56,10 +57,11 @@ class WeightConfig:
 
 
 def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
-    """Reads the objects from a folder of models.
+    """Reads arm and objects from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
+        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     path = models / "tools" / "weight.yaml"
     tools = load_tools(path, load_materials(models / "materials.yaml"))
@@ -73,7 +75,9 @@ def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
     if honest != looks:
         names = ", ".join(sorted(material.name for material in honest))
         raise BadValueError(path, "tools", f"before the decoy are made of {names}, must be of the one they look like")
-    return WeightConfig(tools, seed, Settings(arm=models / "arm.dmd.yaml"))
+    settings = Settings(arm=models / ARM.name)
+    load_arm(settings.arm)  # an arm that cannot be loaded is refused here, before anything is written
+    return WeightConfig(tools, seed, settings)
 
 
 def run_observer(config: WeightConfig, repeat: int) -> tuple[list[TrialRecord], list[MaterialMemory]]:
@@ -142,12 +146,12 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
+    write_section(folder, describe(config, numbers, repeats))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, records, strict=True)
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
-    write_section(folder, describe(config, numbers, repeats))
 
 
 def compute_metrics(config: WeightConfig, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:

@@ -39,11 +39,13 @@ class DensityEstimator(SampledSystem):
         percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
         self._percept = int(percept)
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_percept)
-        self._inference, inferred = self.declare_cached(
+        self._inference = self.declare_cached(
             "inference", self._infer, {self.discrete_state_ticket(percept), self.input_ticket("prior")}
         )
-        self.declare_object_output("posterior", self._calc_posterior, {inferred})
-        self.DeclareVectorOutputPort("log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={inferred})
+        self.declare_object_output("posterior", self._calc_posterior, {self._inference.ticket})
+        self.DeclareVectorOutputPort(
+            "log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={self._inference.ticket}
+        )
 
     def _update_percept(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
@@ -63,7 +65,7 @@ class DensityEstimator(SampledSystem):
         return infer(self._prior.Eval(context), percept, self._num_joints, self._noise, self._deviation_sd)
 
     def _calc_posterior(self, context: Context) -> ObjectBelief:
-        return self._inference.Eval(context).posterior
+        return self._inference.get(context).posterior
 
     def _calc_log_evidence(self, context: Context, output: BasicVector) -> None:
-        output.SetFromVector(np.array([self._inference.Eval(context).log_evidence]))
+        output.SetFromVector(np.array([self._inference.get(context).log_evidence]))

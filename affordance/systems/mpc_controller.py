@@ -1,6 +1,7 @@
 """The control system of the paper's figure 2: model predictive control with the believed inertia."""
 
 import logging
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -58,9 +59,10 @@ class MpcController(SampledSystem):
         tau = self.DeclareDiscreteState(n)
         self._tau = int(tau)
         self._plan = int(self.DeclareDiscreteState(N * n))
-        self._counts = int(self.DeclareDiscreteState(3))  # ticks limited, ticks failed, ticks since the plan was made
+        # Ticks limited, ticks failed; how many failed in a row at the last failure, and its time.
+        self._counts = int(self.DeclareDiscreteState(np.array([0.0, 0.0, 0.0, -np.inf])))
         self._seed = self.declare_object_parameter(tuple[int, ...], (0,))
-        self._payload, _ = self.declare_cached(
+        self._payload = self.declare_cached(
             "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
         )
         self.DeclareStateOutputPort("tau", tau)
@@ -72,7 +74,7 @@ class MpcController(SampledSystem):
 
     def get_counts(self, context: Context) -> TickCounts:
         """Returns how many ticks were limited and failed so far."""
-        limited, failed, _ = context.get_discrete_state(self._counts).value()
+        limited, failed, _, _ = context.get_discrete_state(self._counts).value()
         return TickCounts(int(limited), int(failed))
 
     def _calc_payload(self, context: Context) -> Array:
@@ -82,33 +84,35 @@ class MpcController(SampledSystem):
         return belief.compute_parameters(belief.densities.choose(self._point, rng))
 
     def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
-        payload = self._payload.Eval(context)
+        payload = self._payload.get(context)
         if payload is not self._shown_payload:
             self._model.set_payload(payload)
             self._shown_payload = payload
         x = self._state.Eval(context)
-        if not np.isfinite(x).all():  # Drake ends the process if a plant is set to such a state
-            self._go_on(context, discrete_state, "the state is not finite, the last torque stays", None)
+        if not math.isfinite(x @ x):  # Drake ends the process if a plant is set to such a state
+            self._go_on(context, discrete_state, "the state is not finite")
             return
         self._model.set_state(x)
         goal = self._goal.Eval(context).compute_goal(self._model, x)
         solution = self._mpc.solve(x, goal, self._model)
-        limited, failed, age = context.get_discrete_state(self._counts).value()
         if solution.status is MpcStatus.FAILED:
-            plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
-            tau = self._mpc.continue_plan(plan, (age + 1) * self._tick, self._model)
-            self._go_on(context, discrete_state, "the solver failed, the previous plan goes on", tau)
+            self._go_on(context, discrete_state, "the solver failed", self._model)
             return
         discrete_state.set_value(self._tau, solution.tau)
         discrete_state.set_value(self._plan, solution.vdot.ravel())
-        is_limited = solution.status is MpcStatus.LIMITED
-        if is_limited or age > 0:
-            discrete_state.set_value(self._counts, np.array([limited + is_limited, failed, 0]))
+        if solution.status is MpcStatus.LIMITED:
+            limited, *failures = context.get_discrete_state(self._counts).value()
+            discrete_state.set_value(self._counts, np.array([limited + 1, *failures]))
 
-    def _go_on(self, context: Context, discrete_state: DiscreteValues, reason: str, tau: Array | None) -> None:
-        """Goes on without a new plan: with the torque given, or else the last one."""
-        limited, failed, age = context.get_discrete_state(self._counts).value()
-        _LOG.warning("t = %.3f s: no plan: %s", context.get_time(), reason)
-        discrete_state.set_value(self._counts, np.array([limited, failed + 1, age + 1]))
-        if tau is not None:
-            discrete_state.set_value(self._tau, tau)
+    def _go_on(
+        self, context: Context, discrete_state: DiscreteValues, reason: str, model: ArmModel | None = None
+    ) -> None:
+        """Goes on without a new plan: along the previous one, or without a model with the last torque."""
+        now = context.get_time()
+        limited, failed, run, last = context.get_discrete_state(self._counts).value()
+        run = run + 1 if now - last < 1.5 * self._tick else 1
+        _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", now, reason)
+        discrete_state.set_value(self._counts, np.array([limited, failed + 1, run, now]))
+        if model is not None:
+            plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
+            discrete_state.set_value(self._tau, self._mpc.continue_plan(plan, run * self._tick, model))

@@ -1,5 +1,6 @@
 """Base of all our systems: sampled or algebraic, without continuous state, with ports that carry Python objects."""
 
+import weakref
 from collections.abc import Callable
 from typing import Any, Protocol, cast
 
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 from pydrake.common.value import AbstractValue, Value
 from pydrake.systems.framework import (
     AbstractParameterIndex,
+    CacheIndex,
     Context,
     DependencyTicket,
     LeafSystem,
@@ -18,10 +20,28 @@ Array = NDArray[np.float64]
 
 
 class Source[T](Protocol):
-    """An input port or cache entry whose values are of a known type; Drake's own stubs say ``object``."""
+    """An input port whose values are of a known type; Drake's own stubs say ``object``."""
 
     def Eval(self, context: Context, /) -> T:
         """Evaluates it in a Context of its system."""
+
+
+class Cached[T]:
+    """A cache entry of a system.
+
+    It refers to its system weakly: a system that holds an entry of Drake's own is never freed (Drake 1.58).
+    """
+
+    def __init__(self, system: LeafSystem, index: CacheIndex) -> None:
+        """Refers to a declared cache entry."""
+        self._system = weakref.ref(system)
+        self._index = index
+        self.ticket = system.cache_entry_ticket(index)
+
+    def get(self, context: Context) -> T:
+        """Returns the value in a Context of the system, computed anew only if a prerequisite has changed."""
+        system: Any = self._system()
+        return cast(T, system.get_cache_entry(self._index).Eval(context))
 
 
 class ObjectParameter[T]:
@@ -71,11 +91,10 @@ class SampledSystem(LeafSystem):
 
     def declare_cached[T](
         self, name: str, calc: Callable[[Context], T], prerequisites: set[DependencyTicket]
-    ) -> tuple[Source[T], DependencyTicket]:
-        """Declares a cache entry for the object that ``calc`` returns; gives it and the ticket for what uses it."""
+    ) -> Cached[T]:
+        """Declares a cache entry for the object that ``calc`` returns, recomputed when a prerequisite changes."""
         producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
-        entry = self.DeclareCacheEntry(name, producer, prerequisites)
-        return cast(Source[T], entry), self.cache_entry_ticket(entry.cache_index())
+        return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
     def declare_object_parameter[T](self, kind: type[T], initial: T | None = None) -> ObjectParameter[T]:
         """Declares a parameter of the Context that is an object of a kind; without initial it must be set first."""
@@ -88,7 +107,10 @@ class SampledSystem(LeafSystem):
 
 
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
+    """Makes of a method what Drake calls for objects; weakly, as Drake would keep the method's owner for ever."""
+    method: Any = weakref.WeakMethod(calc)
+
     def set_value(context: Any, output: Any) -> None:
-        output.set_value(calc(context))
+        output.set_value(method()(context))
 
     return set_value

@@ -1,0 +1,161 @@
+"""What Python costs: the closed loop of experiment ``weight`` beside the same plant under a hold written in C++.
+
+The C++ hold is Drake's InverseDynamicsController on a state that is sampled and held at the same tick, with the gains
+of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so that arm and
+integrator do the same work. Both Diagrams log the same ports. They run by turns, in one process.
+"""
+
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.controllers import InverseDynamicsController
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, ZeroOrderHold
+
+from affordance.arm import add_arm, load_arm
+from affordance.belief import DensityBelief
+from affordance.experiments.weight import WeightConfig, load_config
+from affordance.memory import MaterialMemory
+from affordance.settings import Settings
+from affordance.systems.density_estimator import DensityEstimator
+from affordance.systems.mpc_controller import MpcController
+from affordance.tools import Tool
+from affordance.trial import TrialRunner
+from benchmarks.tables import format_table
+
+NUM_TURNS = 15
+
+
+def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: float) -> Callable[[], None]:
+    """Builds the Diagram with the hold in C++; returns a function that runs one trial in a fresh Context."""
+    builder = DiagramBuilder()
+    arm = add_arm(builder, settings.arm, tool)
+    believed = load_arm(settings.arm)
+    believed_context = believed.plant.CreateDefaultContext()
+    believed.set_payload(believed_context, tool.parameters * density / tool.components[0].material.density)
+    one, T = np.ones(arm.num_joints), settings.mpc.horizon
+    hold = builder.AddSystem(
+        InverseDynamicsController(believed.plant, 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one, False, believed_context)
+    )
+    state = builder.AddSystem(ZeroOrderHold(settings.tick, 2 * arm.num_joints))
+    goal = builder.AddSystem(ConstantVectorSource(np.concatenate([arm.home, 0.0 * one])))
+    builder.Connect(arm.plant.GetOutputPort("state"), state.get_input_port())
+    builder.Connect(state.get_output_port(), hold.GetInputPort("estimated_state"))
+    builder.Connect(goal.get_output_port(), hold.GetInputPort("desired_state"))
+    builder.Connect(hold.GetOutputPort("generalized_force"), arm.plant.GetInputPort("actuation"))
+    for port in ("state", "net_actuation"):
+        LogVectorOutput(arm.plant.GetOutputPort(port), builder, settings.log_period)
+    diagram = builder.Build()
+
+    def run(keep_alive: object = believed) -> None:
+        context = diagram.CreateDefaultContext()
+        arm.set_payload(arm.plant.GetMyMutableContextFromRoot(context), tool.parameters)
+        simulator = Simulator(diagram, context)
+        ApplySimulatorConfig(settings.simulator, simulator)
+        simulator.AdvanceTo(duration)
+
+    return run
+
+
+@contextmanager
+def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
+    """Adds up the wall time spent in methods, by name of their class, while the context lasts, [s]."""
+    spent: dict[str, float] = defaultdict(float)
+    originals = [(owner, name, getattr(owner, name)) for owner, name in methods]
+
+    def wrap(owner: type, original: Callable[..., Any]) -> Callable[..., Any]:
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            result = original(*arguments)
+            spent[owner.__name__] += time.perf_counter() - start
+            return result
+
+        return timed
+
+    for owner, name, original in originals:
+        setattr(owner, name, wrap(owner, original))
+    try:
+        yield spent
+    finally:
+        for owner, name, original in originals:
+            setattr(owner, name, original)
+
+
+def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, float]:
+    """Times both loops by turns for one object and one believed density; medians, [s]."""
+    memory = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    runner = TrialRunner(config.settings)
+    runner.get_diagram(tool)
+    run_cpp = build_cpp_hold(tool, density, config.settings, config.duration)
+
+    def run_loop() -> None:
+        runner.run_hold(tool, memory, duration=config.duration, seed=(0,))
+
+    walls: dict[str, list[float]] = {"cpp": [], "loop": []}
+    for _ in range(NUM_TURNS):
+        for name, run in (("cpp", run_cpp), ("loop", run_loop)):
+            start = time.perf_counter()
+            run()
+            walls[name].append(time.perf_counter() - start)
+    medians = {name: float(np.median(values)) for name, values in walls.items()}
+
+    with time_methods((MpcController, "_update"), (DensityEstimator, "_update_percept")) as spent:
+        # Callbacks are bound when a system is built.
+        timed = TrialRunner(config.settings)
+        timed.run_hold(tool, memory, duration=config.duration, seed=(0,))
+        spent.clear()
+        start = time.perf_counter()
+        timed.run_hold(tool, memory, duration=config.duration, seed=(0,))
+        total = time.perf_counter() - start
+    mpc, estimator = spent["MpcController"] / total, spent["DensityEstimator"] / total
+    return {**medians, "mpc": mpc, "estimator": estimator}
+
+
+def measure() -> tuple[list[list[str]], dict[str, float]]:
+    """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
+    config = load_config()
+    true = config.tools[0].components[0].material.density
+    learned = 0.97 * true  # about what is believed after a trial or two
+    cases = [(config.tools[0], config.settings.prior.mode), *((tool, learned) for tool in config.tools[1:])]
+    rows = []
+    totals: dict[str, float] = defaultdict(float)
+    for tool, density in cases:
+        found = measure_case(config, tool, density)
+        totals["cpp"] += found["cpp"]
+        totals["loop"] += found["loop"]
+        rows.append(
+            [
+                tool.name,
+                f"{density:.0f}",
+                f"{config.duration / found['cpp']:.1f}",
+                f"{config.duration / found['loop']:.1f}",
+                f"{found['cpp'] / found['loop']:.2f}",
+                f"{100 * found['mpc']:.0f}",
+                f"{100 * found['estimator']:.1f}",
+                f"{100 * (1 - found['mpc'] - found['estimator']):.0f}",
+            ]
+        )
+        print(rows[-1], flush=True)
+    ratios = {
+        "loop_vs_cpp_hold": totals["cpp"] / totals["loop"],
+        "loop_realtime_factor": len(cases) * config.duration / totals["loop"],
+    }
+    return rows, ratios
+
+
+def main() -> None:
+    """Prints the table."""
+    rows, ratios = measure()
+    header = ["object", "density believed", "C++ hold, x real time", "closed loop, x real time", "ratio"]
+    header += ["MPC, %", "estimator, %", "integrator and rest, %"]
+    print(format_table(header, rows))
+    print(ratios)
+
+
+if __name__ == "__main__":
+    main()

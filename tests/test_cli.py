@@ -1,0 +1,121 @@
+"""run_experiments.py as its users run it."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from affordance.tools import MODELS
+
+ROOT = Path(__file__).parents[1]
+
+
+def start(*arguments):
+    command = [sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)]
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def run(*arguments):
+    process = start(*arguments)
+    out, err = process.communicate(timeout=300)
+    return process.returncode, out, err
+
+
+def check_refusal(arguments, message, out):
+    status, printed, err = run(*arguments, "--out", out)
+    assert status == 2
+    assert printed == ""
+    assert message in err
+    assert err.count("\n") == 1
+    assert not out.exists() or out.is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["wieght"], "experiment: is 'wieght', must be one of weight, all"),
+        (["--repeats", "0"], "--repeats: is 0, must be at least 1"),
+        (["--repeats", "-5"], "--repeats: is -5, must be at least 1"),
+        (["--seed", "-1"], "--seed: is -1, must be at least 0"),
+        (["--jobs", "0"], "--jobs: is 0, must be at least 1"),
+        (["--repeats", "many"], "--repeats: invalid int value: 'many'"),
+        (["--colour"], "unrecognized arguments: --colour"),
+    ],
+)
+def test_bad_arguments_are_refused_in_one_line(tmp_path, arguments, message):
+    check_refusal(arguments, message, tmp_path / "results")
+
+
+def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "tools" / "weight.yaml"
+    path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
+    message = "tools[0].components[0].semi_axes[1]: is -0.015, must be greater than 0"
+    check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
+
+
+def test_bad_arm_is_refused_before_anything_is_written(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    (tmp_path / "models" / "arm.sdf").write_text("<sdf")
+    check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
+
+
+def test_missing_models_are_refused(tmp_path):
+    check_refusal(["--models", tmp_path / "nowhere"], "materials.yaml: cannot be read", tmp_path / "results")
+
+
+def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path):
+    out = tmp_path / "results"
+    out.write_text("precious")
+    check_refusal([], "which is or lies below a file, must be a folder", out)
+    assert out.read_text() == "precious"
+
+
+def test_help_explains_every_option():
+    status, out, _ = run("--help")
+    assert status == 0
+    for option in ("--repeats", "--seed", "--jobs", "--out", "--models", "weight"):
+        assert option in out
+
+
+def wait_for_repeats(out, count):
+    deadline = time.monotonic() + 120
+    while len(list(out.rglob("repeat_*.npz"))) < count:
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+
+
+def test_killed_run_resumes_to_the_same_numbers(tmp_path):
+    interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
+    process = start("weight", "--repeats", 4, "--jobs", 1, "--out", interrupted)
+    wait_for_repeats(interrupted, 1)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not (interrupted / "report.html").exists()
+
+    status, out, err = run("weight", "--repeats", 4, "--jobs", 2, "--out", interrupted)
+    assert status == 0, err
+    assert "report.html" in out
+    assert "4/4" in err
+    status, _, err = run("weight", "--repeats", 4, "--jobs", 1, "--out", whole)
+    assert status == 0, err
+
+    names = sorted(path.relative_to(whole) for path in whole.rglob("*") if path.is_file())
+    assert names == sorted(path.relative_to(interrupted) for path in interrupted.rglob("*") if path.is_file())
+    for name in names:
+        ours, theirs = (whole / name).read_bytes(), (interrupted / name).read_bytes()
+        if name.name == "metrics.json":
+            first, second = json.loads(ours), json.loads(theirs)
+            assert first.pop("wall_s") > 0
+            assert second.pop("wall_s") > 0
+            assert first == second
+        elif name.suffix != ".npz" and name.name != "replay.html":
+            assert ours == theirs, name

@@ -1,0 +1,57 @@
+import numpy as np
+from matplotlib.image import imread
+
+from affordance.figures import draw_density_and_drop, draw_heights, save_figure
+from affordance.metrics import estimate_mean
+
+QUARTILES = np.array(
+    [[1500, 3100, 5200], [7500, 8200, 8900], [8100, 8500, 8900], [8100, 8400, 8700], [8200, 8450, 8700]]
+)
+
+
+def draw_figure3():
+    return draw_density_and_drop(
+        quartiles=QUARTILES,
+        mode=QUARTILES[:, 1],
+        density_true=8500.0,
+        drop=estimate_mean(np.abs(np.random.default_rng(0).normal(size=(10, 4)))),
+        masses=np.array([0.4, 0.6, 0.8, 1.0]),
+        num_repeats=10,
+    )
+
+
+def test_density_is_drawn_as_given():
+    left, right = draw_figure3().axes
+    lines = {line.get_label(): line for line in left.get_lines()}
+    np.testing.assert_array_equal(lines["median of the belief"].get_ydata(), [3100, 8200, 8500, 8400, 8450])
+    assert lines["true density"].get_ydata()[0] == 8500.0
+    assert "kg/m³" in left.get_ylabel()
+    assert "cm" in right.get_ylabel()
+    assert len(right.patches) == 4
+
+
+def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
+    times = np.linspace(0, 3, 31)
+    heights = rng.normal(size=(6, 3, 31)) * 0.01
+    figure = draw_heights(
+        times=times,
+        shown=heights[0],
+        mean=estimate_mean(heights),
+        labels=["one", "two", "decoy"],
+        shown_label="seed 0",
+        num_repeats=6,
+    )
+    one, every, _ = figure.axes
+    drawn = [line for line in one.get_lines() if line.get_label() in ("one", "two", "decoy")]
+    assert [line.get_label() for line in drawn] == ["one", "two", "decoy"]
+    np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
+    assert len({line.get_color() for line in drawn}) == 3
+    np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
+
+
+def test_figures_are_saved_as_pictures_and_the_same_twice(tmp_path):
+    save_figure(draw_figure3(), tmp_path, "a")
+    save_figure(draw_figure3(), tmp_path, "b")
+    assert imread(tmp_path / "a.png").shape[1] >= 1500
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
