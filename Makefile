@@ -39,7 +39,7 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 	$(PYTHON) diagrams/redraw.py
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
-	$(PYTHON) benchmarks/run.py
+	$(PYTHON) -m benchmarks.run
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

@@ -1,7 +1,9 @@
 """The bounded quadratic program behind minimum angular acceleration; see mpc.py for the problem it states.
 
-Angles and rates after each step are decision variables beside the accelerations, so that every constraint is sparse
-and only three of them change from tick to tick: the first step's dynamics, the goal, and the torque limit.
+The accelerations are the decision variables; angles and rates after each step are linear in them. Of the limits of
+angle and rate, which are many and of which few are ever reached, only those enter that a plan without them breaks.
+What enters is found by solving, looking, and solving again; a solution that breaks none of the others is the optimum
+of the whole program.
 """
 
 from typing import NamedTuple
@@ -9,14 +11,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
-from pydrake.symbolic import Variable
 
 from affordance.arm import JointLimits
 
 Array = NDArray[np.float64]
 
-# Two orders tighter than Clarabel's own 1e-8, so that plans agree with the closed form to 1e-8 (tests/test_mpc.py).
+# Four orders tighter than Clarabel's own 1e-8, so that plans agree with the closed form to 1e-8 (tests/test_mpc.py).
 _SOLVER_TOLERANCE = 1e-12
+# How far a plan may overstep a limit before the limit enters: rounding, in rad and rad/s.
+LIMIT_TOLERANCE = 1e-9
 
 
 class MpcSettings(NamedTuple):
@@ -51,60 +54,56 @@ class TerminalGoal(NamedTuple):
     d_v: Array
 
 
+def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
+    """Angles and rates after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
+    N = settings.num_steps
+    h = settings.horizon / N
+    steps = np.arange(1, N + 1)
+    return h**2 * np.tri(N) * (steps[:, None] - steps + 0.5), h * np.tri(N)
+
+
 class AccelerationProgram:
     """A kept MathematicalProgram for goals with a given number of rows."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
         """Builds the program for goals of (m_q, m_v) rows."""
-        N, T = settings.num_steps, settings.horizon
-        n, h = len(limits.tau_max), settings.horizon / settings.num_steps
-        self._horizon = T
+        N, T, n = settings.num_steps, settings.horizon, len(limits.tau_max)
         self._limits = limits
-        self._step = h
-        self._num_goal_rows = num_goal_rows
+        self._times = T / N * np.arange(1, N + 1)
+        responses = [np.kron(response, np.eye(n)) for response in compute_responses(settings)]
+        self._motion_response = np.vstack(responses)  # (2 N n, N n)
+        self._end_response = np.vstack([response[-n:] for response in responses])  # (2 n, N n)
+        m_q, m_v = num_goal_rows
+        self._miss_scale = np.concatenate([np.full(m_q, T**2), np.full(m_v, T)]) / np.sqrt(settings.goal_weight)
+
         program = MathematicalProgram()
-        vdot = program.NewContinuousVariables(N, n, "vdot")
-        v = program.NewContinuousVariables(N, n, "v")
-        q = program.NewContinuousVariables(N, n, "q")
-        miss = program.NewContinuousVariables(sum(num_goal_rows), "miss")
+        vdot = program.NewContinuousVariables(N * n, "vdot")
+        miss = program.NewContinuousVariables(m_q + m_v, "miss")
         slack = program.NewContinuousVariables(2, "slack")
-        program.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), vdot.ravel(), is_convex=True)
+        program.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), vdot, is_convex=True)
         program.AddQuadraticCost(2.0 * np.eye(len(miss)), np.zeros(len(miss)), miss, is_convex=True)
         program.AddLinearCost(settings.limit_weight * np.array([1.0 / T**2, 1.0 / T]), slack)
         program.AddBoundingBoxConstraint(0.0, np.inf, slack)
-
-        one, zero = np.eye(n), np.zeros((n, n))
-        first = np.block([[one, zero, -0.5 * h**2 * one], [zero, one, -h * one]])
-        self._first_step = program.AddLinearEqualityConstraint(
-            first, np.zeros(2 * n), np.concatenate([q[0], v[0], vdot[0]])
-        )
-        step = np.block([[one, zero, -0.5 * h**2 * one, -one, -h * one], [zero, one, -h * one, zero, -one]])
-        for k in range(1, N):
-            program.AddLinearEqualityConstraint(
-                step, np.zeros(2 * n), np.concatenate([q[k], v[k], vdot[k], q[k - 1], v[k - 1]])
-            )
-        self._miss_scale = np.concatenate([np.full(num_goal_rows[0], T**2), np.full(num_goal_rows[1], T)]) / np.sqrt(
-            settings.goal_weight
-        )
         self._goal = program.AddLinearEqualityConstraint(
-            np.zeros((len(miss), 2 * n + len(miss))),
-            np.zeros(len(miss)),
-            np.concatenate([q[-1], v[-1], miss]),
+            np.zeros((len(miss), N * n + len(miss))), np.zeros(len(miss)), np.concatenate([vdot, miss])
         )
-        for values, slack_variable, lower, upper in (
-            (q, slack[0], limits.q_lower, limits.q_upper),
-            (v, slack[1], -limits.v_max, limits.v_max),
-        ):
-            _add_soft_bounds(program, values, slack_variable, lower, upper)
-        self._torque = program.AddLinearConstraint(np.eye(n), np.full(n, -np.inf), np.full(n, np.inf), vdot[0])
-        self._vdot = vdot
-        self._program = program
+        # First the upper limits of angles and rates, then the lower ones, each less its slack.
+        off = np.kron(np.eye(2), -np.ones((N * n, 1)))
+        endless = np.full(2 * N * n, np.inf)
+        self._bounds = [
+            program.AddLinearConstraint(
+                np.hstack([sign * self._motion_response, off]), -endless, endless, np.concatenate([vdot, slack])
+            )
+            for sign in (1.0, -1.0)
+        ]
+        self._torque = program.AddLinearConstraint(np.eye(n), np.full(n, -np.inf), np.full(n, np.inf), vdot[:n])
+        self._program, self._vdot, self._slack = program, vdot, slack
         self._solver = ClarabelSolver()
         self._options = SolverOptions()
         for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
             self._options.SetOption(ClarabelSolver.id(), name, _SOLVER_TOLERANCE)
 
-    def solve(self, x: Array, goal: TerminalGoal, M: Array, bias: Array) -> Array | None:
+    def solve(self, x: Array, goal: TerminalGoal, M: Array, bias: Array, free: Array) -> Array | None:
         """Solves for the accelerations.
 
         Args:
@@ -112,35 +111,48 @@ class AccelerationProgram:
             goal: The goal at the end of the horizon.
             M: Believed mass matrix, shape (num_joints, num_joints).
             bias: Believed torques at zero acceleration, shape (num_joints,), [N m].
+            free: Accelerations of the plan without limits, shape (num_steps, num_joints), [rad/s^2].
 
         Returns: vdot, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
         """
         # Drake aborts the process on coefficients that are not finite.
-        if not all(np.isfinite(array).all() for array in (x, M, bias, *goal)):
+        if not all(np.isfinite(array).all() for array in (x, M, bias, free, *goal)):
             return None
-        n = len(bias)
-        q, v = x[:n], x[n:]
-        first_step = self._first_step.evaluator()
-        first_step.UpdateCoefficients(first_step.GetDenseA(), np.concatenate([q + self._step * v, v]))
-        m_q, m_v = self._num_goal_rows
-        C = np.block([[goal.C_q, np.zeros((m_q, n))], [np.zeros((m_v, n)), goal.C_v]])
-        self._goal.evaluator().UpdateCoefficients(
-            np.hstack([C, np.diag(self._miss_scale)]), np.concatenate([goal.d_q, goal.d_v])
-        )
+        q, v = np.split(x, 2)
+        self._set_goal(q, v, goal)
         tau_max = self._limits.tau_max
         self._torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
-        result = self._solver.Solve(self._program, None, self._options)
-        return result.GetSolution(self._vdot) if result.is_success() else None
+        rooms = self._compute_rooms(q, v)
+        entered = self._find_broken(free.ravel(), np.zeros(2), rooms)
+        while True:
+            for bound, room, rows in zip(self._bounds, rooms, entered, strict=True):
+                bound.evaluator().UpdateUpperBound(np.where(rows, room, np.inf))
+            result = self._solver.Solve(self._program, None, self._options)
+            if not result.is_success():
+                return None
+            vdot = result.GetSolution(self._vdot)
+            broken = self._find_broken(vdot, result.GetSolution(self._slack), rooms) & ~entered
+            if not broken.any():
+                return vdot.reshape(free.shape)
+            entered |= broken
 
+    def _compute_rooms(self, q: Array, v: Array) -> Array:
+        """How far angles and rates may go up and down from where they coast to, (2, 2 N n)."""
+        num_steps = len(self._times)
+        coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
+        upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)
+        lower = np.repeat([self._limits.q_lower, -self._limits.v_max], num_steps, axis=0)
+        return np.array([(upper - coasting).ravel(), (coasting - lower).ravel()])
 
-def _add_soft_bounds(
-    program: MathematicalProgram, values: NDArray[np.object_], slack: Variable, lower: Array, upper: Array
-) -> None:
-    """Adds lower - slack <= values <= upper + slack for every step, where the bounds are finite."""
-    num_steps = len(values)
-    for bound, sign in ((upper, 1.0), (-lower, -1.0)):
-        A = np.hstack([sign * np.eye(num_steps), -np.ones((num_steps, 1))])
-        for j in np.flatnonzero(np.isfinite(bound)):
-            program.AddLinearConstraint(
-                A, np.full(num_steps, -np.inf), np.full(num_steps, bound[j]), np.array([*values[:, j], slack])
-            )
+    def _find_broken(self, vdot: Array, slack: Array, rooms: Array) -> NDArray[np.bool_]:
+        """Which limits a plan oversteps by more than its slack, (2, 2 N n)."""
+        motion = self._motion_response @ vdot
+        broken: NDArray[np.bool_] = (
+            np.array([motion, -motion]) > rooms + np.repeat(slack, len(vdot)) + LIMIT_TOLERANCE
+        )
+        return broken
+
+    def _set_goal(self, q: Array, v: Array, goal: TerminalGoal) -> None:
+        end = np.vstack([goal.C_q @ self._end_response[: len(q)], goal.C_v @ self._end_response[len(q) :]])
+        missing = np.concatenate([goal.d_q - goal.C_q @ (q + self._times[-1] * v), goal.d_v - goal.C_v @ v])
+        self._goal.evaluator().UpdateCoefficients(np.hstack([end, np.diag(self._miss_scale)]), missing)

@@ -21,13 +21,16 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.acceleration_program import AccelerationProgram, MpcSettings, TerminalGoal
+from affordance.acceleration_program import (
+    LIMIT_TOLERANCE,
+    AccelerationProgram,
+    MpcSettings,
+    TerminalGoal,
+    compute_responses,
+)
 from affordance.arm import ArmModel, JointLimits
 
 Array = NDArray[np.float64]
-
-# How far a plan may overstep a limit before the bounded program is solved: rounding, in rad and rad/s.
-_LIMIT_TOLERANCE = 1e-9
 
 
 class MpcStatus(enum.Enum):
@@ -73,9 +76,7 @@ class MinimumAccelerationMpc:
         T, N = settings.horizon, settings.num_steps
         h = T / N
         steps = np.arange(1, N + 1)
-        # Angles and rates after each step (rows), per unit acceleration in each step up to it (columns).
-        angle_response = h**2 * np.tri(N) * (steps[:, None] - steps[None, :] + 0.5)
-        rate_response = h * np.tri(N)
+        angle_response, rate_response = compute_responses(settings)
         # The optimal accelerations are vdot = terminal^T y: a combination of the last rows of both.
         terminal = np.array([angle_response[-1] / T**2, rate_response[-1] / T])  # (2, N)
         self._gram = terminal @ terminal.T
@@ -89,7 +90,7 @@ class MinimumAccelerationMpc:
         )
         lower = np.repeat([limits.q_lower, -limits.v_max], N, axis=0)
         upper = np.repeat([limits.q_upper, limits.v_max], N, axis=0)
-        self._motion_lower, self._motion_upper = lower - _LIMIT_TOLERANCE, upper + _LIMIT_TOLERANCE
+        self._motion_lower, self._motion_upper = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
         self._goal_matrices: tuple[Array, Array] | None = None
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
@@ -137,7 +138,8 @@ class MinimumAccelerationMpc:
         if num_goal_rows not in self._programs:
             self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
         M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(x) // 2))
-        vdot = self._programs[num_goal_rows].solve(x, goal, M, bias)
+        free = self.solve_free(x, goal)[: self.settings.num_steps]
+        vdot = self._programs[num_goal_rows].solve(x, goal, M, bias, free)
         if vdot is None:
             return MpcSolution(
                 np.full((self.settings.num_steps, len(bias)), np.nan),

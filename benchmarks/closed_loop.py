@@ -29,6 +29,16 @@ from affordance.trial import TrialRunner
 from benchmarks.tables import format_table
 
 NUM_TURNS = 15
+HEADER = [
+    "object",
+    "density believed",
+    "C++ hold, x real time",
+    "closed loop, x real time",
+    "ratio",
+    "MPC, %",
+    "estimator, %",
+    "integrator and rest, %",
+]
 
 
 def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: float) -> Callable[[], None]:
@@ -151,9 +161,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
 def main() -> None:
     """Prints the table."""
     rows, ratios = measure()
-    header = ["object", "density believed", "C++ hold, x real time", "closed loop, x real time", "ratio"]
-    header += ["MPC, %", "estimator, %", "integrator and rest, %"]
-    print(format_table(header, rows))
+    print(format_table(HEADER, rows))
     print(ratios)
 
 

@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 import pinocchio
-from independent_arms import build_pinocchio, build_toolbox_arm
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.arm import add_arm
+from benchmarks.peer_arms import build_pinocchio, build_toolbox_arm
 
 
 def test_dynamics_agree_with_pinocchio(model, rng):

@@ -145,7 +145,8 @@ def test_limited_plan_is_the_optimum_another_solver_finds(limits, x):
     x = np.array(x)
     M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([0.3, -0.4])
     goal = TerminalGoal(np.eye(2), np.array([0.05, 0.2]), np.eye(2), np.zeros(2))
-    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M, bias)
+    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M, bias, free)
 
     # The same problem condensed to the accelerations and slacks, for SNOPT's active-set method.
     T = settings.horizon
@@ -182,7 +183,6 @@ def test_limited_plan_is_the_optimum_another_solver_finds(limits, x):
     assert ours == pytest.approx(compute_cost(found, x, goal, settings, limits), rel=1e-6)
     np.testing.assert_allclose(vdot, found, atol=1e-3)
     # A limit is active, or the case would prove nothing.
-    free = MinimumAccelerationMpc(two_joints(), settings).solve_free(x, goal)[:5]
     assert np.abs(vdot - free).max() > 0.1
 
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pinocchio
 import pytest
-from independent_arms import build_pinocchio
 
 from affordance.arm import ArmModel
 from affordance.inertia import parameters_from_pseudo_inertia
 from affordance.regressor import compute_payload_regressor, compute_payload_regressors
+from benchmarks.peer_arms import build_pinocchio
 
 # Where Pinocchio keeps our parameters: its order is m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz.
 FROM_PINOCCHIO = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]

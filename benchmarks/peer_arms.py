@@ -1,4 +1,4 @@
-"""The same arm in two other dynamics libraries, built from models/arm.sdf without Drake."""
+"""The same arm in two other dynamics libraries, built from models/arm.sdf without Drake; for tests too."""
 
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -25,33 +25,26 @@ class LinkData(NamedTuple):
 
 def read_links() -> list[LinkData]:
     """Reads the chain of links from the SDF file."""
-    model = ElementTree.parse(MODELS / "arm.sdf").getroot().find("model")
+    model = _read_model()
     links = {link.get("name"): link for link in model.findall("link")}
     chain = []
     for joint in model.findall("joint"):
-        link = links[joint.findtext("child").strip()]
-        pose = link.find("pose")
-        assert pose.get("relative_to") == joint.findtext("parent").strip()
-        inertial = link.find("inertial")
-        place = np.fromstring(inertial.findtext("pose", "0 0 0 0 0 0"), sep=" ")
+        link = links[_text(joint, "child")]
+        pose = _find(link, "pose")
+        assert pose.get("relative_to") == _text(joint, "parent")
+        inertial = _find(link, "inertial")
+        place = _numbers(inertial, "pose") if inertial.find("pose") is not None else np.zeros(6)
         assert not place[3:].any()
-        entry = {
-            name: float(inertial.findtext(f"inertia/{name}")) for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-        }
-        inertia = np.array(
-            [
-                [entry["ixx"], entry["ixy"], entry["ixz"]],
-                [entry["ixy"], entry["iyy"], entry["iyz"]],
-                [entry["ixz"], entry["iyz"], entry["izz"]],
-            ]
+        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = (
+            float(_text(inertial, f"inertia/{entry}")) for entry in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
         )
         chain.append(
             LinkData(
-                np.fromstring(pose.text, sep=" ")[:3],
-                np.fromstring(joint.findtext("axis/xyz"), sep=" "),
-                float(inertial.findtext("mass")),
+                _numbers(link, "pose")[:3],
+                _numbers(joint, "axis/xyz"),
+                float(_text(inertial, "mass")),
                 place[:3],
-                inertia,
+                np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]]),
             )
         )
     return chain
@@ -59,9 +52,26 @@ def read_links() -> list[LinkData]:
 
 def read_grip() -> Array:
     """Place of the hand's frame H in the last link, (3,), [m]."""
-    model = ElementTree.parse(MODELS / "arm.sdf").getroot().find("model")
-    (frame,) = (frame for frame in model.findall("frame") if frame.get("name") == "hand_grip")
-    return np.fromstring(frame.findtext("pose"), sep=" ")[:3]
+    (frame,) = (frame for frame in _read_model().findall("frame") if frame.get("name") == "hand_grip")
+    return _numbers(frame, "pose")[:3]
+
+
+def _read_model() -> ElementTree.Element:
+    return _find(ElementTree.parse(MODELS / "arm.sdf").getroot(), "model")
+
+
+def _find(element: ElementTree.Element, path: str) -> ElementTree.Element:
+    found = element.find(path)
+    assert found is not None, path
+    return found
+
+
+def _text(element: ElementTree.Element, path: str) -> str:
+    return (_find(element, path).text or "").strip()
+
+
+def _numbers(element: ElementTree.Element, path: str) -> Array:
+    return np.array([float(number) for number in _text(element, path).split()])
 
 
 def build_pinocchio() -> pinocchio.Model:
@@ -90,7 +100,7 @@ def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
     for link in read_links():
         assert not link.p_parent[1:].any()
         axis = int(np.abs(link.axis).argmax())
-        ets = roboticstoolbox.ETS([roboticstoolbox.ET.tx(link.p_parent[0])]) * rotations[axis]()
+        ets = roboticstoolbox.ET.tx(link.p_parent[0]) * rotations[axis]()
         parent = links[-1] if links else None
         links.append(roboticstoolbox.Link(ets, m=link.mass, r=link.p_com, I=link.I_com, parent=parent))
         signs.append(link.axis[axis])

@@ -1,0 +1,154 @@
+"""A tick of the controller, beside the bare algebra it needs and beside Drake's own solvers.
+
+Where no limit is active the yardstick is the closed form alone: solve for the multipliers of the terminal goal, and
+multiply out the accelerations. Where limits are active it is OSQP at 1e-6 on a kept program that states the problem
+in the way that suits OSQP best: accelerations only, goal and limits hard. That one cannot always be met; states are
+compared where it can.
+"""
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.solvers import MathematicalProgram, OsqpSolver, SolverOptions
+
+from affordance.acceleration_program import MpcSettings, TerminalGoal, compute_responses
+from affordance.arm import ArmModel, JointLimits, load_arm
+from affordance.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.tasks.hold import Hold
+from benchmarks.tables import format_table
+from benchmarks.timing import time_by_turns
+
+Array = NDArray[np.float64]
+
+NUM_LIMITED = 40
+HEADER = ["limits active", "tick of the controller", "us"]
+
+
+def build_bare_algebra(settings: MpcSettings, num_joints: int) -> Callable[[Array, TerminalGoal], Array]:
+    """The closed form without checks: multipliers of the goal, then accelerations."""
+    angle, rate = compute_responses(settings)
+    one = np.eye(num_joints)
+    G = np.vstack([np.kron(angle[-1], one), np.kron(rate[-1], one)])
+    gram, T = G @ G.T, settings.horizon
+
+    def solve(x: Array, goal: TerminalGoal) -> Array:
+        q, v = x[:num_joints], x[num_joints:]
+        missing = np.concatenate([goal.d_q - q - T * v, goal.d_v - v])
+        vdot: Array = G.T @ np.linalg.solve(gram, missing)
+        return vdot
+
+    return solve
+
+
+class HardOsqp:
+    """A kept program of accelerations only, with hard goal and limits, solved by OSQP at 1e-6."""
+
+    def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
+        """Builds the program."""
+        N, n = settings.num_steps, len(limits.tau_max)
+        self._limits, self._horizon, self._num_steps = limits, settings.horizon, N
+        angle, rate = compute_responses(settings)
+        one = np.eye(n)
+        self._motion = np.vstack([np.kron(angle, one), np.kron(rate, one)])
+        self._terminal = np.vstack([np.kron(angle[-1], one), np.kron(rate[-1], one)])
+        program = MathematicalProgram()
+        vdot = program.NewContinuousVariables(N * n)
+        program.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), vdot, is_convex=True)
+        endless = np.full(2 * N * n, np.inf)
+        self._limit = program.AddLinearConstraint(self._motion, -endless, endless, vdot)
+        self._goal = program.AddLinearEqualityConstraint(self._terminal, np.zeros(2 * n), vdot)
+        self._torque = program.AddLinearConstraint(one, -np.ones(n), np.ones(n), vdot[:n])
+        self._program, self._vdot = program, vdot
+        self._options = SolverOptions()
+        for name, value in (("eps_abs", 1e-6), ("eps_rel", 1e-6)):
+            self._options.SetOption(OsqpSolver.id(), name, value)
+        self._options.SetOption(OsqpSolver.id(), "max_iter", 20_000)
+
+    def solve(self, x: Array, goal: TerminalGoal, M: Array, bias: Array) -> Array | None:
+        """Solves for the accelerations, (N n,); None if OSQP does not succeed."""
+        n, N, T = len(bias), self._num_steps, self._horizon
+        q, v = x[:n], x[n:]
+        times = np.arange(1, N + 1) * T / N
+        drift = np.concatenate([(q + times[:, None] * v).ravel(), np.tile(v, N)])
+        limits = self._limits
+        lower = np.concatenate([np.tile(limits.q_lower, N), np.tile(-limits.v_max, N)]) - drift
+        upper = np.concatenate([np.tile(limits.q_upper, N), np.tile(limits.v_max, N)]) - drift
+        self._limit.evaluator().UpdateCoefficients(self._motion, lower, upper)
+        missing = np.concatenate([goal.d_q - q - T * v, goal.d_v - v])
+        self._goal.evaluator().UpdateCoefficients(self._terminal, missing)
+        self._torque.evaluator().UpdateCoefficients(M, -limits.tau_max - bias, limits.tau_max - bias)
+        result = OsqpSolver().Solve(self._program, None, self._options)
+        return result.GetSolution(self._vdot) if result.is_success() else None
+
+
+def draw_limited(
+    mpc: MinimumAccelerationMpc, hold: Hold, model: ArmModel, osqp: HardOsqp
+) -> list[tuple[Array, TerminalGoal, Array, Array]]:
+    """Draws states in which a limit is active and the hard problem has a solution."""
+    rng = np.random.default_rng(0)
+    home = model.arm.home
+    cases: list[tuple[Array, TerminalGoal, Array, Array]] = []
+    while len(cases) < NUM_LIMITED:
+        x = np.concatenate([home + 0.2 * rng.normal(size=len(home)), 1.5 * rng.normal(size=len(home))])
+        model.set_state(x)
+        goal = hold.compute_goal(model, x)
+        if mpc.solve(x, goal, model).status is MpcStatus.LIMITED:
+            M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(home)))
+            if osqp.solve(x, goal, M, bias) is not None:
+                cases.append((x, goal, M, bias))
+    return cases
+
+
+def measure() -> tuple[list[list[str]], dict[str, float]]:
+    """Times the ticks; returns rows of a table, and the two ratios."""
+    arm, settings = load_arm(), DEFAULT_SETTINGS.mpc
+    model = ArmModel(arm)
+    mpc, hold = MinimumAccelerationMpc(arm.limits, settings), Hold(model, arm.home)
+    bare = build_bare_algebra(settings, arm.num_joints)
+    x = np.concatenate([arm.home + 0.01, np.full(arm.num_joints, 0.02)])
+    model.set_state(x)
+    goal = hold.compute_goal(model, x)
+    assert mpc.solve(x, goal, model).status is MpcStatus.FREE
+    free = time_by_turns(
+        {
+            "bare algebra": lambda: bare(x, goal),
+            "closed form with its motion": lambda: mpc.solve_free(x, goal),
+            "tick: and limits, and torques": lambda: mpc.solve(x, goal, model),
+            "goal of the hold": lambda: hold.compute_goal(model, x),
+        },
+        calls_per_turn=500,
+    )
+
+    osqp = HardOsqp(arm.limits, settings)
+    cases = draw_limited(mpc, hold, model, osqp)
+
+    def solve_ours() -> None:
+        for x, goal, _, _ in cases:
+            model.set_state(x)
+            mpc.solve(x, goal, model)
+
+    def solve_osqp() -> None:
+        for x, goal, M, bias in cases:
+            osqp.solve(x, goal, M, bias)
+
+    limited = time_by_turns({"ours, Clarabel": solve_ours, "OSQP at 1e-6": solve_osqp}, turns=7, calls_per_turn=1)
+    limited = {name: value / NUM_LIMITED for name, value in limited.items()}
+    rows = [["none", name, f"{1e6 * value:.1f}"] for name, value in free.items()]
+    rows += [["some", name, f"{1e6 * value:.0f}"] for name, value in limited.items()]
+    return rows, {
+        "mpc_tick_vs_algebra": free["tick: and limits, and torques"] / free["bare algebra"],
+        "mpc_limits_vs_osqp": limited["ours, Clarabel"] / limited["OSQP at 1e-6"],
+    }
+
+
+def main() -> None:
+    """Prints the table."""
+    rows, ratios = measure()
+    print(format_table(HEADER, rows))
+    print(ratios)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,41 @@
+"""Runs every side-by-side measurement, one after the other, and writes results/benchmarks/: ``make bench``."""
+
+import os
+
+# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+from pathlib import Path
+
+from affordance.results import list_versions, write_json, write_text
+from benchmarks import closed_loop, mpc_tick, regressor
+from benchmarks.tables import format_table
+
+FOLDER = Path("results/benchmarks")
+HOW = {
+    "loop_vs_cpp_hold": "wall time of the same plant under a C++ hold over that of the closed loop, all five trials",
+    "loop_realtime_factor": "simulated seconds of the closed loop per second of wall time on one core",
+    "mpc_tick_vs_algebra": "time of a tick with no limit active over that of the bare closed form",
+    "mpc_limits_vs_osqp": "time of a tick with limits active over that of OSQP at 1e-6 on a kept program",
+    "regressor_vs_pinocchio": "time for 300 samples over that of Pinocchio's C++ regressor in a loop",
+}
+
+
+def main() -> None:
+    """Measures, prints the tables, and writes them with the ratios."""
+    tables, ratios = [], {}
+    for module in (closed_loop, mpc_tick, regressor):
+        rows, found = module.measure()
+        tables.append(format_table(module.HEADER, rows))
+        ratios.update(found)
+        print(tables[-1], flush=True)
+    summary = format_table(
+        ["ratio", "value", "what it is"], [[name, f"{value:.2f}", HOW[name]] for name, value in ratios.items()]
+    )
+    print(summary)
+    write_text(FOLDER / "tables.md", "\n\n".join([summary, *tables]) + "\n")
+    write_json(FOLDER / "metrics.json", {**ratios, "how": HOW, "versions": list_versions()})
+
+
+if __name__ == "__main__":
+    main()
