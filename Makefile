@@ -1,6 +1,9 @@
 # Every target does its own set-up; nothing needs to be installed or activated by hand.
 VENV := .venv
 PYTHON := $(VENV)/bin/python
+# Exact versions, for what is installed and for what builds it.
+export PIP_CONSTRAINT := constraints.txt
+export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams tests run_experiments.py
 
 .PHONY: run test lint format diagrams bench clean
@@ -13,11 +16,11 @@ $(PYTHON):
 	@python=$$(./.ci/find_python.sh) && "$$python" -m venv $(VENV)
 
 $(VENV)/run.stamp: $(PYTHON) pyproject.toml constraints.txt
-	$(PYTHON) -m pip install --quiet --constraint constraints.txt --editable .
+	$(PYTHON) -m pip install --quiet --editable .
 	@touch $@
 
 $(VENV)/dev.stamp: $(PYTHON) pyproject.toml constraints.txt
-	$(PYTHON) -m pip install --quiet --constraint constraints.txt --editable '.[dev]'
+	$(PYTHON) -m pip install --quiet --editable '.[dev]'
 	@touch $@ $(VENV)/run.stamp
 
 run: $(VENV)/run.stamp ## run every experiment and write results/report.html
