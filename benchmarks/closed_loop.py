@@ -26,7 +26,6 @@ from affordance.systems.density_estimator import DensityEstimator
 from affordance.systems.mpc_controller import MpcController
 from affordance.tools import Tool
 from affordance.trial import TrialRunner
-from benchmarks.tables import format_table
 
 NUM_TURNS = 15
 HEADER = [
@@ -156,14 +155,3 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         "loop_realtime_factor": len(cases) * config.duration / totals["loop"],
     }
     return rows, ratios
-
-
-def main() -> None:
-    """Prints the table."""
-    rows, ratios = measure()
-    print(format_table(HEADER, rows))
-    print(ratios)
-
-
-if __name__ == "__main__":
-    main()

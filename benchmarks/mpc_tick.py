@@ -17,7 +17,6 @@ from affordance.arm import ArmModel, JointLimits, load_arm
 from affordance.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.tasks.hold import Hold
-from benchmarks.tables import format_table
 from benchmarks.timing import time_by_turns
 
 Array = NDArray[np.float64]
@@ -141,14 +140,3 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         "mpc_tick_vs_algebra": free["tick: and limits, and torques"] / free["bare algebra"],
         "mpc_limits_vs_osqp": limited["ours, Clarabel"] / limited["OSQP at 1e-6"],
     }
-
-
-def main() -> None:
-    """Prints the table."""
-    rows, ratios = measure()
-    print(format_table(HEADER, rows))
-    print(ratios)
-
-
-if __name__ == "__main__":
-    main()

@@ -11,7 +11,6 @@ from affordance.arm import ArmModel, load_arm
 from affordance.kinematics import build_chain
 from affordance.regressor import compute_payload_regressor, compute_payload_regressors
 from benchmarks.peer_arms import build_pinocchio
-from benchmarks.tables import format_table
 from benchmarks.timing import time_by_turns
 
 NUM_SAMPLES = 300
@@ -46,14 +45,3 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     reference = times["Pinocchio, C++, in a loop"]
     rows = [[name, f"{1e3 * value:.2f}", f"{value / reference:.2f}"] for name, value in times.items()]
     return rows, {"regressor_vs_pinocchio": times["ours, all samples at once"] / reference}
-
-
-def main() -> None:
-    """Prints the table."""
-    rows, ratios = measure()
-    print(format_table(HEADER, rows))
-    print(ratios)
-
-
-if __name__ == "__main__":
-    main()
