@@ -3,7 +3,8 @@
 The accelerations are the decision variables; angles and rates after each step are linear in them. Of the limits of
 angle and rate, which are many and of which few are ever reached, only those enter that a plan without them breaks.
 What enters is found by solving, looking, and solving again; a solution that breaks none of the others is the optimum
-of the whole program.
+of the whole program. Where no plan keeps all limits, as when the arm is beyond one already, a linear program first
+finds by how little they must be overstepped.
 """
 
 from typing import NamedTuple
@@ -29,13 +30,11 @@ class MpcSettings(NamedTuple):
         horizon: T, [s].
         num_steps: N.
         goal_weight: Weight of missing the goal against acceleration, dimensionless.
-        limit_weight: Weight of overstepping a limit of angle or rate, [rad/s^2].
     """
 
     horizon: float
     num_steps: int
     goal_weight: float = 1e6
-    limit_weight: float = 1e6
 
 
 class TerminalGoal(NamedTuple):
@@ -63,10 +62,10 @@ def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
 
 
 class AccelerationProgram:
-    """A kept MathematicalProgram for goals with a given number of rows."""
+    """Kept MathematicalPrograms for goals with a given number of rows."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
-        """Builds the program for goals of (m_q, m_v) rows."""
+        """Builds the programs for goals of (m_q, m_v) rows."""
         N, T, n = settings.num_steps, settings.horizon, len(limits.tau_max)
         self._limits = limits
         self._times = T / N * np.arange(1, N + 1)
@@ -76,34 +75,41 @@ class AccelerationProgram:
         m_q, m_v = num_goal_rows
         self._miss_scale = np.concatenate([np.full(m_q, T**2), np.full(m_v, T)]) / np.sqrt(settings.goal_weight)
 
-        program = MathematicalProgram()
-        vdot = program.NewContinuousVariables(N * n, "vdot")
-        miss = program.NewContinuousVariables(m_q + m_v, "miss")
-        slack = program.NewContinuousVariables(2, "slack")
-        program.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), vdot, is_convex=True)
-        program.AddQuadraticCost(2.0 * np.eye(len(miss)), np.zeros(len(miss)), miss, is_convex=True)
-        program.AddLinearCost(settings.limit_weight * np.array([1.0 / T**2, 1.0 / T]), slack)
-        program.AddBoundingBoxConstraint(0.0, np.inf, slack)
-        self._goal = program.AddLinearEqualityConstraint(
-            np.zeros((len(miss), N * n + len(miss))), np.zeros(len(miss)), np.concatenate([vdot, miss])
+        self._plan = MathematicalProgram()
+        self._vdot = self._plan.NewContinuousVariables(N * n, "vdot")
+        miss = self._plan.NewContinuousVariables(m_q + m_v, "miss")
+        self._plan.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), self._vdot, is_convex=True)
+        self._plan.AddQuadraticCost(2.0 * np.eye(len(miss)), np.zeros(len(miss)), miss, is_convex=True)
+        self._goal = self._plan.AddLinearEqualityConstraint(
+            np.zeros((len(miss), N * n + len(miss))), np.zeros(len(miss)), np.concatenate([self._vdot, miss])
         )
-        # First the upper limits of angles and rates, then the lower ones, each less its slack.
-        off = np.kron(np.eye(2), -np.ones((N * n, 1)))
         endless = np.full(2 * N * n, np.inf)
-        self._bounds = [
-            program.AddLinearConstraint(
-                np.hstack([sign * self._motion_response, off]), -endless, endless, np.concatenate([vdot, slack])
-            )
-            for sign in (1.0, -1.0)
-        ]
-        self._torque = program.AddLinearConstraint(np.eye(n), np.full(n, -np.inf), np.full(n, np.inf), vdot[:n])
-        self._program, self._vdot, self._slack = program, vdot, slack
+        self._motion = self._plan.AddLinearConstraint(self._motion_response, -endless, endless, self._vdot)
+        torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
+        self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
+
+        # How far angles and rates must overstep: the least of s_q / T^2 + s_v / T.
+        self._rescue = MathematicalProgram()
+        vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
+        self._overstep = self._rescue.NewContinuousVariables(2, "overstep")
+        self._rescue.AddLinearCost(np.array([1.0 / T**2, 1.0 / T]), self._overstep)
+        self._rescue.AddBoundingBoxConstraint(0.0, np.inf, self._overstep)
+        of_each = np.kron(np.eye(2), np.ones((N * n, 1)))
+        variables = np.concatenate([vdot, self._overstep])
+        self._rescue_upper = self._rescue.AddLinearConstraint(
+            np.hstack([self._motion_response, -of_each]), -endless, endless, variables
+        )
+        self._rescue_lower = self._rescue.AddLinearConstraint(
+            np.hstack([self._motion_response, of_each]), -endless, endless, variables
+        )
+        self._rescue_torque = self._rescue.AddLinearConstraint(*torque, vdot[:n])
+
         self._solver = ClarabelSolver()
         self._options = SolverOptions()
         for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
             self._options.SetOption(ClarabelSolver.id(), name, _SOLVER_TOLERANCE)
 
-    def solve(self, x: Array, goal: TerminalGoal, M: Array, bias: Array, free: Array) -> Array | None:
+    def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, free: Array) -> Array | None:
         """Solves for the accelerations.
 
         Args:
@@ -119,38 +125,51 @@ class AccelerationProgram:
         if not all(np.isfinite(array).all() for array in (x, M, bias, free, *goal)):
             return None
         q, v = np.split(x, 2)
-        self._set_goal(q, v, goal)
         tau_max = self._limits.tau_max
         self._torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
-        rooms = self._compute_rooms(q, v)
-        entered = self._find_broken(free.ravel(), np.zeros(2), rooms)
+        self._set_goal(q, v, goal)
+        lower, upper = self._compute_room(q, v)
+        vdot = self._solve_within(lower, upper, free.ravel())
+        if vdot is None:
+            self._rescue_torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
+            overstep = self._find_least_overstep(lower, upper)
+            if overstep is not None:
+                vdot = self._solve_within(lower - overstep, upper + overstep, free.ravel())
+        return None if vdot is None else vdot.reshape(free.shape)
+
+    def _solve_within(self, lower: Array, upper: Array, free: Array) -> Array | None:
+        """Solves with angles and rates between bounds, (2 N n,) each, entering those that are met."""
+        entered = np.zeros(len(lower), dtype=bool)
+        vdot: Array = free
         while True:
-            for bound, room, rows in zip(self._bounds, rooms, entered, strict=True):
-                bound.evaluator().UpdateUpperBound(np.where(rows, room, np.inf))
-            result = self._solver.Solve(self._program, None, self._options)
+            motion = self._motion_response @ vdot
+            broken = (motion < lower - LIMIT_TOLERANCE) | (motion > upper + LIMIT_TOLERANCE)
+            if vdot is not free and not (broken & ~entered).any():
+                return vdot
+            entered |= broken
+            self._motion.evaluator().set_bounds(np.where(entered, lower, -np.inf), np.where(entered, upper, np.inf))
+            result = self._solver.Solve(self._plan, None, self._options)
             if not result.is_success():
                 return None
             vdot = result.GetSolution(self._vdot)
-            broken = self._find_broken(vdot, result.GetSolution(self._slack), rooms) & ~entered
-            if not broken.any():
-                return vdot.reshape(free.shape)
-            entered |= broken
 
-    def _compute_rooms(self, q: Array, v: Array) -> Array:
-        """How far angles and rates may go up and down from where they coast to, (2, 2 N n)."""
+    def _find_least_overstep(self, lower: Array, upper: Array) -> Array | None:
+        """By how little angles and rates overstep at best, (2 N n,), and a rounding more; None if that fails."""
+        self._rescue_upper.evaluator().UpdateUpperBound(upper)
+        self._rescue_lower.evaluator().UpdateLowerBound(lower)
+        result = self._solver.Solve(self._rescue, None, self._options)
+        if not result.is_success():
+            return None
+        overstep = np.maximum(0.0, result.GetSolution(self._overstep)) + LIMIT_TOLERANCE
+        return np.repeat(overstep, len(lower) // 2)
+
+    def _compute_room(self, q: Array, v: Array) -> tuple[Array, Array]:
+        """How far angles and rates may go down and up from where they coast to, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)
         lower = np.repeat([self._limits.q_lower, -self._limits.v_max], num_steps, axis=0)
-        return np.array([(upper - coasting).ravel(), (coasting - lower).ravel()])
-
-    def _find_broken(self, vdot: Array, slack: Array, rooms: Array) -> NDArray[np.bool_]:
-        """Which limits a plan oversteps by more than its slack, (2, 2 N n)."""
-        motion = self._motion_response @ vdot
-        broken: NDArray[np.bool_] = (
-            np.array([motion, -motion]) > rooms + np.repeat(slack, len(vdot)) + LIMIT_TOLERANCE
-        )
-        return broken
+        return (lower - coasting).ravel(), (upper - coasting).ravel()
 
     def _set_goal(self, q: Array, v: Array, goal: TerminalGoal) -> None:
         end = np.vstack([goal.C_q @ self._end_response[: len(q)], goal.C_v @ self._end_response[len(q) :]])

@@ -49,6 +49,7 @@ class Arm:
     """A finalized plant of an arm that holds a tool, with the handles others need.
 
     Attributes:
+        source: The file that describes it.
         plant: The continuous plant; its context carries the tool's inertia as parameters.
         hand: Frame H.
         tool: Body T, welded to H.
@@ -56,6 +57,7 @@ class Arm:
         limits: Joint limits.
     """
 
+    source: Path
     plant: MultibodyPlant
     hand: Frame
     tool: RigidBody
@@ -165,10 +167,11 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
         ModelFileError: The file cannot be loaded or has no frame for the hand.
     """
     parser = Parser(plant)
+    parser.SetStrictParsing()  # or a mass of nan would quietly become one of 1 kg
     package = directives.parent / "package.xml"
-    if package.exists():
-        parser.package_map().AddPackageXml(str(package))
     try:
+        if package.exists():
+            parser.package_map().AddPackageXml(str(package))
         parser.AddModels(str(directives))
         return plant.GetFrameByName(HAND_FRAME)
     except RuntimeError as error:
@@ -203,9 +206,11 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) ->
         plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
     )
     home = plant.GetPositions(plant.CreateDefaultContext())
+    if not ((limits.q_lower <= home) & (home <= limits.q_upper)).all():
+        raise ModelFileError(directives, f"has the posture {home.tolist()}, must keep within its joints' limits")
     for array in (home, *limits):
         array.setflags(write=False)
-    return Arm(plant, hand, body, home, limits)
+    return Arm(directives, plant, hand, body, home, limits)
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path) -> None:

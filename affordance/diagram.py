@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from affordance.arm import Arm, ArmModel, add_arm, load_arm
+from affordance.arm import Arm, add_arm, load_arm
 from affordance.kinematics import SerialChain, build_chain
 from affordance.settings import Settings
 from affordance.systems.density_estimator import DensityEstimator
 from affordance.systems.material_memory import MaterialMemorySystem
 from affordance.systems.mpc_controller import MpcController
 from affordance.systems.proprioception import Proprioception
-from affordance.systems.task import Task
+from affordance.systems.task import TaskSystem
 from affordance.systems.vision import Vision
 from affordance.systems.visual_prior import VisualPrior
 from affordance.tasks.hold import Hold
@@ -41,7 +41,7 @@ class TrialDiagram:
     estimator: DensityEstimator
     controller: MpcController
     proprioception: Proprioception
-    task: Task
+    task: TaskSystem
     hold: Hold
     state_log: VectorLogSink
     tau_log: VectorLogSink
@@ -70,12 +70,19 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
     vision = add("vision", Vision())
     memory = add("material_memory", MaterialMemorySystem())
     visual_prior = add("visual_prior", VisualPrior(settings.prior))
-    task = add("task", Task())
-    controller = add("mpc_controller", MpcController(model, settings.mpc, settings.tick, settings.point))
+    task = add("task", TaskSystem())
+    controller = add(
+        "mpc_controller", MpcController(model, settings=settings.mpc, tick=settings.tick, point=settings.point)
+    )
     proprioception = add("proprioception", Proprioception(n, settings.noise, settings.sample_period))
     estimator = add(
         "density_estimator",
-        DensityEstimator(model, settings.noise, settings.prior.deviation_sd, settings.sample_period),
+        DensityEstimator(
+            model,
+            noise=settings.noise,
+            deviation_sd=settings.prior.deviation_sd,
+            sample_period=settings.sample_period,
+        ),
     )
 
     def connect(source: System, output: str, destination: System, input: str) -> None:
@@ -114,7 +121,7 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
         controller,
         proprioception,
         task,
-        Hold(ArmModel(model), arm.home),
+        Hold(arm.home),
         state_log,
         tau_log,
     )

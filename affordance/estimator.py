@@ -15,7 +15,7 @@ from affordance.belief import Likelihood
 from affordance.exceptions import AffordanceError
 from affordance.memory import MaterialMemory
 from affordance.noise import NoiseModel
-from affordance.visual_prior import ObjectBelief
+from affordance.object_belief import ObjectBelief
 
 Array = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ class BadValueError(AffordanceError):
         self.problem = problem
 
     def __str__(self) -> str:
-        return ": ".join(part for part in (str(self.source), self.key, _on_one_line(self.problem)) if part)
+        return _on_one_line(": ".join(part for part in (str(self.source), self.key, self.problem) if part))
 
 
 class ModelFileError(AffordanceError):
@@ -42,7 +42,7 @@ class ModelFileError(AffordanceError):
         self.problem = problem
 
     def __str__(self) -> str:
-        return f"{self.path}: {_on_one_line(self.problem)}"
+        return _on_one_line(f"{self.path}: {self.problem}")
 
 
 def _on_one_line(text: str) -> str:

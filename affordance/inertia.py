@@ -107,22 +107,6 @@ def parameters_from_pseudo_inertia(J: Array) -> Array:
     return np.array([mass, *first_moment, *moments, -Sigma[0, 1], -Sigma[0, 2], -Sigma[1, 2]])
 
 
-def pseudo_inertia_from_parameters(pi: Array) -> Array:
-    """Converts the ten parameters pi, shape (10,), to the pseudo-inertia, shape (4, 4)."""
-    I_TTo = rotational_inertia_from_parameters(pi)
-    J = np.empty((4, 4))
-    J[:3, :3] = 0.5 * np.trace(I_TTo) * np.eye(3) - I_TTo
-    J[:3, 3] = J[3, :3] = pi[1:4]
-    J[3, 3] = pi[0]
-    return J
-
-
-def rotational_inertia_from_parameters(pi: Array) -> Array:
-    """Returns I_TTo as a symmetric matrix, shape (3, 3), [kg m^2]."""
-    Ixx, Iyy, Izz, Ixy, Ixz, Iyz = pi[4:]
-    return np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
-
-
 def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:
     """Converts the ten parameters to Drake's spatial inertia M_TTo_T.
 

@@ -13,7 +13,7 @@ from pydrake.multibody.tree import Frame, Joint, RevoluteJoint
 from pydrake.systems.framework import Context
 
 from affordance.arm import Arm
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import ModelFileError
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def build_chain(arm: Arm) -> SerialChain:
     """Reads the constants of the chain from W to the tool from a Drake plant.
 
     Raises:
-        AffordanceError: The joints are not revolute or do not lie one after the other.
+        ModelFileError: The joints are not revolute or do not lie one after the other.
     """
     plant = arm.plant
     context = plant.CreateDefaultContext()
@@ -125,7 +125,7 @@ def build_chain(arm: Arm) -> SerialChain:
     previous: Frame = plant.world_frame()
     for joint in moving:
         if not isinstance(joint, RevoluteJoint):
-            raise AffordanceError(f"joint {joint.name()} is not revolute; only revolute serial arms are known")
+            raise ModelFileError(arm.source, f"has joint {joint.name()}, which is not revolute as all must be")
         X_PF = joint.frame_on_parent().CalcPose(context, previous)
         rotations.append(X_PF.rotation().matrix())
         positions.append(X_PF.translation())
@@ -151,7 +151,7 @@ def _check_against_plant(chain: SerialChain, arm: Arm, context: Context) -> None
     arm.plant.SetPositions(context, q)
     p_WQ = arm.tool.body_frame().CalcPoseInWorld(context) @ p_TQ
     if not np.allclose(chain.compute_positions(q[None], p_TQ)[0], p_WQ, rtol=0.0, atol=1e-9):
-        raise AffordanceError("the joints of the arm do not lie one after the other from base to hand")
+        raise ModelFileError(arm.source, "has joints that do not lie one after the other from base to hand")
 
 
 def _rotation_about(axis: Array, angles: Array) -> Array:

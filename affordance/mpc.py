@@ -2,17 +2,18 @@
 
 Over a horizon of duration T, in N steps of constant joint acceleration, it minimises
 
-    1/N sum_k |vdot_k|^2  +  goal_weight |e|^2  +  limit_weight (s_q / T^2 + s_v / T)
+    1/N sum_k |vdot_k|^2  +  goal_weight |e|^2
 
 where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is what the plan misses of the goal at the horizon's end,
 subject to the double integrator and
 
-    q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N,      s_q, s_v >= 0
+    q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
     |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
 
-Goal and limits of angle and rate are soft, so that a plan always exists: the goal is missed by about
-1 / goal_weight of the way, and s is zero whenever the limits can be kept at all (an exact penalty). Where no limit is
-active the plan is one linear solve; if that plan breaks no limit, it is the optimum.
+s is zero wherever these limits can be kept, and else as small as can be: torque comes before angle and rate, these
+before the goal, and the goal before ease. The goal is soft, so that a plan always exists: it is missed by about
+1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
+the optimum.
 """
 
 import enum
@@ -91,7 +92,7 @@ class MinimumAccelerationMpc:
         lower = np.repeat([limits.q_lower, -limits.v_max], N, axis=0)
         upper = np.repeat([limits.q_upper, limits.v_max], N, axis=0)
         self._motion_lower, self._motion_upper = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
-        self._goal_matrices: tuple[Array, Array] | None = None
+        self._kept_matrices: tuple[Array | None, Array | None] = (None, None)
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
     def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
@@ -118,13 +119,11 @@ class MinimumAccelerationMpc:
 
         Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
         """
-        if (
-            self._goal_matrices is None
-            or self._goal_matrices[0] is not goal.C_q
-            or self._goal_matrices[1] is not goal.C_v
-        ):
-            self._goal_matrices = (goal.C_q, goal.C_v)
+        if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._gain = self._compute_gain(goal)
+            # Arrays that can be written to may be others the next time, though they are the same objects.
+            can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
+            self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
         y = self._gain @ np.concatenate([x, goal.d_q, goal.d_v])
         trajectory: Array = self._trajectory_map @ np.concatenate([x, y]).reshape(4, -1)
         return trajectory
@@ -139,7 +138,7 @@ class MinimumAccelerationMpc:
             self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
         M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(x) // 2))
         free = self.solve_free(x, goal)[: self.settings.num_steps]
-        vdot = self._programs[num_goal_rows].solve(x, goal, M, bias, free)
+        vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, free=free)
         if vdot is None:
             return MpcSolution(
                 np.full((self.settings.num_steps, len(bias)), np.nan),

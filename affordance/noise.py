@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from affordance.belief import Likelihood
 from affordance.inertia import NUM_PARAMETERS
-from affordance.visual_prior import Geometry
+from affordance.object_belief import Geometry
 
 Array = NDArray[np.float64]
 

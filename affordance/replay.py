@@ -1,5 +1,6 @@
 """The arm in motion as a web page that needs nothing else: recorded joint angles, shown by Meshcat."""
 
+import gc
 import html
 from collections.abc import Sequence
 from pathlib import Path
@@ -59,6 +60,23 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     Raises:
         AffordanceError: Meshcat may not open a local port (as where DRAKE_ALLOW_NETWORK leaves it out).
     """
+    try:
+        meshcat = Meshcat(MeshcatParams(host="localhost"))
+    except RuntimeError as error:
+        raise AffordanceError(f"{path}: cannot be drawn: {error}") from error
+    try:
+        captions = _record(meshcat, directives, scenes)
+        page = meshcat.StaticHtml()
+    finally:
+        # Meshcat ends the process if it is freed by a thread other than the one that made it, and the garbage
+        # collector runs in whatever thread comes by. So it is freed here.
+        del meshcat
+        gc.collect()
+    write_text(path, _add_captions(page, title, captions))
+
+
+def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene]) -> list[str]:
+    """Plays the scenes into Meshcat's recording; returns what is said of each."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
@@ -66,10 +84,6 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     for name, scene in zip(names, scenes, strict=True):
         attach_tool(plant, hand, scene.tool, name)
     plant.Finalize()
-    try:
-        meshcat = Meshcat(MeshcatParams(host="localhost"))
-    except RuntimeError as error:
-        raise AffordanceError(f"{path}: cannot be drawn: {' '.join(str(error).split())}") from error
     MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(prefix="arm"))
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
@@ -93,7 +107,7 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     meshcat.StopRecording()
     meshcat.get_mutable_recording().set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
     meshcat.PublishRecording()
-    write_text(path, _add_captions(meshcat.StaticHtml(), title, captions))
+    return captions
 
 
 def _set_stage(meshcat: Meshcat, plant: MultibodyPlant, plant_context: Context, hand: Frame) -> None:

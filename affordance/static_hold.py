@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from affordance.arm import Arm, ArmModel
 from affordance.estimator import Percept
 from affordance.noise import NoiseModel
+from affordance.object_belief import ObjectBelief
 from affordance.regressor import compute_payload_regressor
-from affordance.visual_prior import ObjectBelief
 
 Array = NDArray[np.float64]
 

@@ -20,6 +20,11 @@ Array = NDArray[np.float64]
 
 MODELS = Path(__file__).resolve().parents[1] / "models"
 
+# What a hand can hold: semi-axes from a tenth of a millimetre, nothing larger or further than a metre, [m]; and
+# densities from aerogel to beyond osmium, [kg/m^3]. Beyond them a value is a slip of units rather than an object.
+_SIZE_MIN, _SIZE_MAX = 1e-4, 1.0
+_DENSITY_MIN, _DENSITY_MAX = 0.1, 25_000.0
+
 type Colour = tuple[float, float, float]
 
 
@@ -125,8 +130,8 @@ def load_materials(path: Path) -> dict[str, Material]:
         materials[name] = Material(
             name=name,
             colour=_read_colour(record),
-            density=record.number("density", above=0.0),
-            density_sd=record.number("density_sd", at_least=0.0),
+            density=record.number("density", low=_DENSITY_MIN, high=_DENSITY_MAX),
+            density_sd=record.number("density_sd", low=0.0, high=_DENSITY_MAX),
             source=record.text("source"),
         )
         record.finish()
@@ -153,11 +158,12 @@ def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
 
 
 def _read_component(record: Record, materials: dict[str, Material]) -> Component:
-    a, b, c = (float(value) for value in record.vector("semi_axes", 3, above=0.0))
+    a, b, c = (float(value) for value in record.vector("semi_axes", 3, low=_SIZE_MIN, high=_SIZE_MAX))
     X_TE = np.eye(4)
-    X_TE[:3, 3] = record.vector("position", 3)
+    X_TE[:3, 3] = record.vector("position", 3, low=-_SIZE_MAX, high=_SIZE_MAX)
     if record.has("rpy_deg"):
-        X_TE[:3, :3] = Rotation.from_euler("xyz", record.vector("rpy_deg", 3), degrees=True).as_matrix()
+        turn = record.vector("rpy_deg", 3, low=-360.0, high=360.0)
+        X_TE[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
     material = _read_material(record, "material", materials)
     looks_like = _read_material(record, "looks_like", materials) if record.has("looks_like") else material
     record.finish()

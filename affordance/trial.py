@@ -12,6 +12,7 @@ from affordance.diagram import TrialDiagram, build_trial_diagram
 from affordance.memory import MaterialMemory
 from affordance.settings import Settings
 from affordance.systems.mpc_controller import TickCounts
+from affordance.tasks.task import Task
 from affordance.tools import Tool
 from affordance.vision import observe
 
@@ -61,12 +62,19 @@ class TrialRunner:
         return self._diagrams[tool.appearance]
 
     def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
-        """Holds an object in the arm's home posture, at rest at t = 0 and with the object attached.
+        """Holds an object in the arm's home posture; arguments and result are those of ``run``."""
+        return self.run(tool, self.get_diagram(tool).hold, memory, duration=duration, seed=seed)
+
+    def run(
+        self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
+    ) -> TrialRecord:
+        """Runs one trial, from rest in the arm's home posture and with the object attached.
 
         Args:
             tool: The object; its true densities act in the plant.
+            task: What is to be done with it.
             memory: What is believed of materials when the trial begins.
-            duration: How long it is held, [s].
+            duration: How long it lasts, [s].
             seed: Determines every random draw of the trial.
 
         Returns: What happened.
@@ -80,7 +88,7 @@ class TrialRunner:
         trial.vision.set_features(trial.vision.GetMyMutableContextFromRoot(context), features)
         trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
         trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
-        trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), trial.hold)
+        trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
 
         simulator = Simulator(trial.diagram, context)
         ApplySimulatorConfig(self.settings.simulator, simulator)

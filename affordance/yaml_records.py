@@ -5,6 +5,7 @@ with its bound; ``finish`` then refuses keys nobody asked for, so that a misspel
 """
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,6 @@ from typing import Any
 import numpy as np
 import yaml
 from numpy.typing import NDArray
-from pydrake.common.yaml import yaml_load_file
 
 from affordance.exceptions import BadValueError
 
@@ -21,19 +21,20 @@ def read_record(path: Path) -> "Record":
     """Reads a YAML file whose top level is a mapping.
 
     Raises:
-        BadValueError: The file cannot be read, is not YAML, or is not a mapping.
+        BadValueError: The file cannot be read, is not YAML, names a key twice, or is not a mapping.
     """
     try:
-        content = yaml_load_file(path, private=True)  # type: ignore[no-untyped-call]  # Drake leaves it unannotated
+        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
         raise BadValueError(path, "", "is not a text file in UTF-8") from error
-    except (yaml.YAMLError, RuntimeError, ValueError) as error:
-        mark = getattr(error, "problem_mark", None)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        reason = getattr(error, "problem", None) or str(error)
-        raise BadValueError(path, where, f"is not YAML: {reason}") from error
+        raise BadValueError(path, where, f"is not YAML: {error.problem}") from error
+    except (yaml.YAMLError, ValueError, RecursionError) as error:
+        raise BadValueError(path, "", f"is not YAML: {error}") from error
     return Record(path, "", content)
 
 
@@ -49,7 +50,7 @@ class Record:
         self.path = path
         self.key = key
         if not isinstance(content, Mapping):
-            raise BadValueError(path, key, f"is {_shown(content)}, must be a mapping of keys to values")
+            raise BadValueError(path, key, f"is {_show(content)}, must be a mapping of keys to values")
         self._content: dict[Any, Any] = dict(content)
         self._unread = set(self._content)
 
@@ -69,27 +70,27 @@ class Record:
         """
         value = self._take(name)
         if not isinstance(value, str) or not value.strip():
-            raise self.error(name, f"is {_shown(value)}, must be a non-empty text")
+            raise self.error(name, f"is {_show(value)}, must be a non-empty text")
         return value
 
-    def number(self, name: str, *, above: float = -math.inf, at_least: float = -math.inf) -> float:
-        """Takes a finite number greater than ``above`` and not less than ``at_least``.
+    def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
+        """Takes a finite number from ``low`` to ``high``.
 
         Raises:
             BadValueError: The key is missing, not a finite number, or out of bounds.
         """
-        return self._checked_number(name, self._take(name), above=above, at_least=at_least)
+        return self._check_number(name, self._take(name), low, high)
 
-    def vector(self, name: str, size: int, *, above: float = -math.inf) -> NDArray[np.float64]:
-        """Takes a list of ``size`` finite numbers, each greater than ``above``.
+    def vector(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> NDArray[np.float64]:
+        """Takes a list of ``size`` finite numbers, each from ``low`` to ``high``.
 
         Raises:
             BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
         """
         values = self._take(name)
         if not isinstance(values, list) or len(values) != size:
-            raise self.error(name, f"is {_shown(values)}, must be a list of {size} numbers")
-        return np.array([self._checked_number(f"{name}[{i}]", value, above=above) for i, value in enumerate(values)])
+            raise self.error(name, f"is {_show(values)}, must be a list of {size} numbers")
+        return np.array([self._check_number(f"{name}[{i}]", value, low, high) for i, value in enumerate(values)])
 
     def records(self, name: str) -> Iterator["Record"]:
         """Takes a non-empty list of mappings.
@@ -99,7 +100,7 @@ class Record:
         """
         values = self._take(name)
         if not isinstance(values, list) or not values:
-            raise self.error(name, f"is {_shown(values)}, must be a list with at least one entry")
+            raise self.error(name, f"is {_show(values)}, must be a list with at least one entry")
         for i, value in enumerate(values):
             yield Record(self.path, self._key_of(f"{name}[{i}]"), value)
 
@@ -113,7 +114,7 @@ class Record:
             raise BadValueError(self.path, self.key, "is empty, must hold at least one entry")
         for name in self._content:
             if not isinstance(name, str):
-                raise BadValueError(self.path, self.key, f"the key {_shown(name)} must be a text")
+                raise BadValueError(self.path, self.key, f"the key {_show(name)} must be a text")
             yield name, Record(self.path, self._key_of(name), self._take(name))
 
     def finish(self) -> None:
@@ -135,23 +136,45 @@ class Record:
         self._unread.discard(name)
         return self._content[name]
 
-    def _checked_number(
-        self, name: str, value: Any, *, above: float = -math.inf, at_least: float = -math.inf
-    ) -> float:
+    def _check_number(self, name: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(name, f"is {_shown(value)}, must be a number")
-        if not math.isfinite(value):
-            raise self.error(name, f"is {value}, must be finite")
-        if value <= above:
-            raise self.error(name, f"is {value}, must be greater than {above:g}")
-        if value < at_least:
-            raise self.error(name, f"is {value}, must be at least {at_least:g}")
-        return float(value)
+            raise self.error(name, f"is {_show(value)}, must be a number")
+        if not low <= value <= high:  # before float(), which a whole number of 400 digits would overflow
+            bounds = f"must be from {low:g} to {high:g}" if math.isfinite(high) else f"must be at least {low:g}"
+            raise self.error(name, f"is {_show(value)}, {bounds if math.isfinite(low) else 'must be finite'}")
+        try:
+            number = float(value)
+        except OverflowError as error:
+            raise self.error(name, f"is {_show(value)}, must be finite") from error
+        if not math.isfinite(number):
+            raise self.error(name, f"is {number}, must be finite")
+        return number
 
 
-def _shown(value: Any) -> str:
+class _Loader(yaml.SafeLoader):
+    """Reads numbers such as 1e-3 as YAML 1.2 does, and refuses a key given twice."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
+        for (key_node, _), key in zip(node.value, keys, strict=True):
+            if keys.count(key) > 1:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f"the key {_show(key)} twice", key_node.start_mark
+                )
+        return super().construct_mapping(node, deep)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
+)
+
+
+def _show(value: Any) -> str:
     """Describes a value in a few words, however long it is."""
     if value is None:
         return "empty"
-    text = repr(value)
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not write whole numbers of more than 4300 digits
+        text = "a whole number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."

@@ -1,10 +1,14 @@
 """What Python costs: the closed loop of experiment ``weight`` beside the same plant under a hold written in C++.
 
-The C++ hold is Drake's InverseDynamicsController on a state that is sampled and held at the same tick, with the gains
-of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so that arm and
-integrator do the same work. Both Diagrams log the same ports. They run by turns, in one process.
+The C++ hold is Drake's InverseDynamicsController, whose torque is sampled and held at the same tick, with the gains
+of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so that arm
+and integrator do the same work. Both Diagrams log the same ports. They run by turns, in one process.
+
+The shares: what the controller and the estimator take is timed in the loop; what the integrator takes is the time of
+the same plant fed, by C++ alone, the very torques of the loop, so that it moves in the same way.
 """
 
+import dataclasses
 import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
@@ -12,12 +16,14 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.controllers import InverseDynamicsController
-from pydrake.systems.framework import DiagramBuilder
-from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, ZeroOrderHold
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource, ZeroOrderHold
+from pydrake.trajectories import PiecewisePolynomial
 
-from affordance.arm import add_arm, load_arm
+from affordance.arm import Arm, add_arm, load_arm
 from affordance.belief import DensityBelief
 from affordance.experiments.weight import WeightConfig, load_config
 from affordance.memory import MaterialMemory
@@ -26,6 +32,9 @@ from affordance.systems.density_estimator import DensityEstimator
 from affordance.systems.mpc_controller import MpcController
 from affordance.tools import Tool
 from affordance.trial import TrialRunner
+from benchmarks.timing import time_by_turns
+
+Array = NDArray[np.float64]
 
 NUM_TURNS = 15
 HEADER = [
@@ -34,9 +43,10 @@ HEADER = [
     "C++ hold, x real time",
     "closed loop, x real time",
     "ratio",
+    "integrator, %",
     "MPC, %",
     "estimator, %",
-    "integrator and rest, %",
+    "rest, %",
 ]
 
 
@@ -51,17 +61,39 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
     hold = builder.AddSystem(
         InverseDynamicsController(believed.plant, 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one, False, believed_context)
     )
-    state = builder.AddSystem(ZeroOrderHold(settings.tick, 2 * arm.num_joints))
     goal = builder.AddSystem(ConstantVectorSource(np.concatenate([arm.home, 0.0 * one])))
-    builder.Connect(arm.plant.GetOutputPort("state"), state.get_input_port())
-    builder.Connect(state.get_output_port(), hold.GetInputPort("estimated_state"))
+    builder.Connect(arm.plant.GetOutputPort("state"), hold.GetInputPort("estimated_state"))
     builder.Connect(goal.get_output_port(), hold.GetInputPort("desired_state"))
-    builder.Connect(hold.GetOutputPort("generalized_force"), arm.plant.GetInputPort("actuation"))
+    run = _finish_diagram(builder, arm, hold.GetOutputPort("generalized_force"), tool, settings, duration)
+
+    def run_while_believed_lives(keep_alive: object = believed) -> None:
+        run()
+
+    return run_while_believed_lives
+
+
+def build_torque_replay(tool: Tool, tau: Array, settings: Settings, duration: float) -> Callable[[], None]:
+    """Builds the plant fed with torques, one row of tau a tick; returns a function that runs one trial."""
+    builder = DiagramBuilder()
+    arm = add_arm(builder, settings.arm, tool)
+    times = settings.tick * np.arange(len(tau) + 1)
+    steps = PiecewisePolynomial.ZeroOrderHold(times.tolist(), list(np.vstack([tau, tau[-1:]])))
+    source = builder.AddSystem(TrajectorySource(steps))
+    return _finish_diagram(builder, arm, source.get_output_port(), tool, settings, duration)
+
+
+def _finish_diagram(
+    builder: DiagramBuilder, arm: Arm, tau: OutputPort, tool: Tool, settings: Settings, duration: float
+) -> Callable[[], None]:
+    """Holds the torque for a tick, adds the logs, and builds."""
+    held = builder.AddSystem(ZeroOrderHold(settings.tick, arm.num_joints))
+    builder.Connect(tau, held.get_input_port())
+    builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
     for port in ("state", "net_actuation"):
         LogVectorOutput(arm.plant.GetOutputPort(port), builder, settings.log_period)
     diagram = builder.Build()
 
-    def run(keep_alive: object = believed) -> None:
+    def run() -> None:
         context = diagram.CreateDefaultContext()
         arm.set_payload(arm.plant.GetMyMutableContextFromRoot(context), tool.parameters)
         simulator = Simulator(diagram, context)
@@ -96,22 +128,19 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
 
 
 def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, float]:
-    """Times both loops by turns for one object and one believed density; medians, [s]."""
+    """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
     memory = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    every_tick = dataclasses.replace(config.settings, log_period=config.settings.tick)
+    # The torque logged at a time is that of the tick which ends there.
+    tau = TrialRunner(every_tick).run_hold(tool, memory, duration=config.duration, seed=(0,)).tau[1:]
     runner = TrialRunner(config.settings)
     runner.get_diagram(tool)
-    run_cpp = build_cpp_hold(tool, density, config.settings, config.duration)
-
-    def run_loop() -> None:
-        runner.run_hold(tool, memory, duration=config.duration, seed=(0,))
-
-    walls: dict[str, list[float]] = {"cpp": [], "loop": []}
-    for _ in range(NUM_TURNS):
-        for name, run in (("cpp", run_cpp), ("loop", run_loop)):
-            start = time.perf_counter()
-            run()
-            walls[name].append(time.perf_counter() - start)
-    medians = {name: float(np.median(values)) for name, values in walls.items()}
+    loops: dict[str, Callable[[], object]] = {
+        "cpp": build_cpp_hold(tool, density, config.settings, config.duration),
+        "loop": lambda: runner.run_hold(tool, memory, duration=config.duration, seed=(0,)),
+        "integrator": build_torque_replay(tool, tau, config.settings, config.duration),
+    }
+    medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
 
     with time_methods((MpcController, "_update"), (DensityEstimator, "_update_percept")) as spent:
         # Callbacks are bound when a system is built.
@@ -121,8 +150,8 @@ def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, 
         start = time.perf_counter()
         timed.run_hold(tool, memory, duration=config.duration, seed=(0,))
         total = time.perf_counter() - start
-    mpc, estimator = spent["MpcController"] / total, spent["DensityEstimator"] / total
-    return {**medians, "mpc": mpc, "estimator": estimator}
+    shares = {"mpc": spent["MpcController"] / total, "estimator": spent["DensityEstimator"] / total}
+    return {**medians, **shares}
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
@@ -137,6 +166,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         found = measure_case(config, tool, density)
         totals["cpp"] += found["cpp"]
         totals["loop"] += found["loop"]
+        integrator = found["integrator"] / found["loop"]
         rows.append(
             [
                 tool.name,
@@ -144,12 +174,12 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
                 f"{config.duration / found['cpp']:.1f}",
                 f"{config.duration / found['loop']:.1f}",
                 f"{found['cpp'] / found['loop']:.2f}",
+                f"{100 * integrator:.0f}",
                 f"{100 * found['mpc']:.0f}",
                 f"{100 * found['estimator']:.1f}",
-                f"{100 * (1 - found['mpc'] - found['estimator']):.0f}",
+                f"{100 * (1 - integrator - found['mpc'] - found['estimator']):.0f}",
             ]
         )
-        print(rows[-1], flush=True)
     ratios = {
         "loop_vs_cpp_hold": totals["cpp"] / totals["loop"],
         "loop_realtime_factor": len(cases) * config.duration / totals["loop"],

@@ -4,7 +4,8 @@ import numpy as np
 
 from affordance.inertia import Ellipsoid
 from affordance.memory import MaterialMemory
-from affordance.visual_prior import ComponentFeatures, ObjectBelief, predict_object
+from affordance.object_belief import ObjectBelief
+from affordance.visual_prior import ComponentFeatures, predict_object
 
 RED, BLUE = (0.9, 0.1, 0.1), (0.1, 0.1, 0.9)
 

@@ -58,7 +58,7 @@ def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "weight.yaml"
     path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
-    message = "tools[0].components[0].semi_axes[1]: is -0.015, must be greater than 0"
+    message = "tools[0].components[0].semi_axes[1]: is -0.015, must be from 0.0001 to 1"
     check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
 
 

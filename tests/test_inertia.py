@@ -9,8 +9,6 @@ from affordance.inertia import (
     build_inertia_map,
     parameters_from_pseudo_inertia,
     parameters_from_spatial_inertia,
-    pseudo_inertia_from_parameters,
-    rotational_inertia_from_parameters,
     spatial_inertia_from_parameters,
 )
 
@@ -70,14 +68,15 @@ def test_unit_inertia_of_ellipsoid_agrees_with_monte_carlo_integration(rng):
     np.testing.assert_allclose(np.diag(J)[:3], (inside**2).sum(axis=0) * cell, rtol=1e-2)
 
 
-def test_pseudo_inertia_and_parameters_are_inverse_maps(rng):
-    root = rng.normal(size=(4, 4))
-    J = root @ root.T
-    pi = parameters_from_pseudo_inertia(J)
-    np.testing.assert_allclose(pseudo_inertia_from_parameters(pi), J, atol=1e-13)
-    np.testing.assert_allclose(
-        rotational_inertia_from_parameters(pi), np.trace(J[:3, :3]) * np.eye(3) - J[:3, :3], atol=1e-13
-    )
+def test_parameters_of_a_pseudo_inertia_are_its_moments(rng):
+    """Against a cloud of point masses."""
+    masses, points = rng.uniform(0.1, 1.0, 20), rng.normal(size=(20, 3))
+    homogeneous = np.hstack([points, np.ones((20, 1))])
+    pi = parameters_from_pseudo_inertia(np.einsum("i,ij,ik->jk", masses, homogeneous, homogeneous))
+    inertia = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(masses, points, strict=True))
+    np.testing.assert_allclose(pi[:4], [masses.sum(), *(masses @ points)], atol=1e-12)
+    np.testing.assert_allclose(pi[4:7], np.diag(inertia), atol=1e-12)
+    np.testing.assert_allclose(pi[7:], [inertia[0, 1], inertia[0, 2], inertia[1, 2]], atol=1e-12)
 
 
 def test_spatial_inertia_and_parameters_are_inverse_maps(rng):

@@ -1,10 +1,12 @@
+from pathlib import Path
+
 import numpy as np
 import pytest
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia
 
 from affordance.arm import Arm
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import ModelFileError
 from affordance.kinematics import build_chain
 
 
@@ -42,7 +44,7 @@ def build_arm(connect):
     first, second = plant.AddRigidBody("first", inertia), plant.AddRigidBody("second", inertia)
     connect(plant, first, second)
     plant.Finalize()
-    return Arm(plant, second.body_frame(), second, np.zeros(plant.num_positions()), None)
+    return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(plant.num_positions()), None)
 
 
 def test_sliding_joint_is_refused():
@@ -50,7 +52,7 @@ def test_sliding_joint_is_refused():
         plant.AddJoint(RevoluteJoint("turn", plant.world_frame(), first.body_frame(), [0, 0, 1]))
         plant.AddJoint(PrismaticJoint("slide", first.body_frame(), second.body_frame(), [1, 0, 0]))
 
-    with pytest.raises(AffordanceError, match="joint slide is not revolute"):
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joint slide, which is not revolute"):
         build_chain(build_arm(connect))
 
 
@@ -61,5 +63,5 @@ def test_branching_joints_are_refused():
         third = plant.AddRigidBody("third", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
         plant.AddJoint(RevoluteJoint("right", second.body_frame(), third.body_frame(), [0, 1, 0]))
 
-    with pytest.raises(AffordanceError, match="do not lie one after the other"):
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that do not lie one after the other"):
         build_chain(build_arm(connect))

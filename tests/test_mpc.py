@@ -17,8 +17,8 @@ def mpc(arm):
 
 
 @pytest.fixture
-def hold(model, arm):
-    return Hold(model, arm.home)
+def hold(arm):
+    return Hold(arm.home)
 
 
 def draw_state(arm, rng, angle, rate):
@@ -38,23 +38,25 @@ def roll_out(vdot, x, T):
     return np.array(angles), np.array(rates)
 
 
-def compute_cost(vdot, x, goal, settings, limits=None):
-    """The cost as mpc.py states it, with slacks as small as they can be."""
+def compute_cost(vdot, x, goal, settings):
+    """The cost as mpc.py states it."""
     T = settings.horizon
     q, v = roll_out(vdot, x, T)
     e = np.concatenate([(goal.C_q @ q[-1] - goal.d_q) / T**2, (goal.C_v @ v[-1] - goal.d_v) / T])
-    cost = (vdot**2).sum() / len(vdot) + settings.goal_weight * (e**2).sum()
-    if limits is not None:
-        s_q = max(0.0, (q - limits.q_upper).max(), (limits.q_lower - q).max())
-        s_v = max(0.0, (np.abs(v) - limits.v_max).max())
-        cost += settings.limit_weight * (s_q / T**2 + s_v / T)
-    return cost
+    return (vdot**2).sum() / len(vdot) + settings.goal_weight * (e**2).sum()
+
+
+def measure_overstep(vdot, x, limits, settings):
+    """How far angles and rates overstep at the most, s_q and s_v."""
+    q, v = roll_out(vdot, x, settings.horizon)
+    s_q = max(0.0, (q - limits.q_upper).max(), (limits.q_lower - q).max())
+    return s_q, max(0.0, (np.abs(v) - limits.v_max).max())
 
 
 def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.1, 0.5)
     model.set_state(x)
-    trajectory = mpc.solve_free(x, hold.compute_goal(model, x))
+    trajectory = mpc.solve_free(x, hold.compute_goal(model, x, 0.0))
     vdot, angles, rates = np.split(trajectory, 3)
     q, v = roll_out(vdot, x, SETTINGS.horizon)
     np.testing.assert_allclose(angles, q, atol=1e-12)
@@ -64,7 +66,7 @@ def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
 def test_free_plan_is_stationary_by_finite_differences(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.1, 0.5)
     model.set_state(x)
-    goal = hold.compute_goal(model, x)
+    goal = hold.compute_goal(model, x, 0.0)
     vdot = mpc.solve_free(x, goal)[: SETTINGS.num_steps]
     cost = compute_cost(vdot, x, goal, SETTINGS)
     for _ in range(20):
@@ -90,7 +92,7 @@ def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, model, r
 def test_goal_is_missed_by_no_more_than_the_weight_allows(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.2, 0.0)
     model.set_state(x)
-    goal = hold.compute_goal(model, x)
+    goal = hold.compute_goal(model, x, 0.0)
     _, angles, _ = np.split(mpc.solve_free(x, goal), 3)
     assert np.abs(angles[-1] - goal.d_q).max() < 1e-4 * np.abs(goal.d_q - x[:7]).max()
 
@@ -100,7 +102,7 @@ def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model
     for _ in range(60):
         x = draw_state(arm, rng, 0.05, 0.3)
         model.set_state(x)
-        goal = hold.compute_goal(model, x)
+        goal = hold.compute_goal(model, x, 0.0)
         solution = mpc.solve(x, goal, model)
         if solution.status is MpcStatus.FREE:
             limited = mpc.solve_limited(x, goal, model)
@@ -130,60 +132,92 @@ def two_joints(**changes):
     return limits._replace(**changes)
 
 
-@pytest.mark.parametrize(
-    ("limits", "x"),
-    [
-        (two_joints(v_max=np.array([2.0, 0.8])), [0.0, 0.0, 0.0, 0.0]),
-        (two_joints(q_upper=np.array([1.0, 0.21])), [0.0, 0.15, 0.0, 1.5]),
-        (two_joints(tau_max=np.array([1.0, 6.0])), [0.0, 0.0, 0.0, 0.0]),
-        (two_joints(q_upper=np.array([-0.1, 1.0])), [0.0, 0.0, 0.0, 0.0]),
-    ],
-    ids=["rate", "angle", "torque", "start beyond a limit"],
-)
-def test_limited_plan_is_the_optimum_another_solver_finds(limits, x):
-    settings = MpcSettings(horizon=0.3, num_steps=5, goal_weight=1e3, limit_weight=1e4)
-    x = np.array(x)
-    M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([0.3, -0.4])
-    goal = TerminalGoal(np.eye(2), np.array([0.05, 0.2]), np.eye(2), np.zeros(2))
-    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
-    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M, bias, free)
-
-    # The same problem condensed to the accelerations and slacks, for SNOPT's active-set method.
-    T = settings.horizon
-    free_q, free_v = roll_out(np.zeros((5, 2)), x, T)
-    effects = [roll_out(unit.reshape(5, 2), np.zeros(4), T) for unit in np.eye(10)]
+def solve_with_snopt(limits, x, goal, settings, *, M, bias, overstep=(0.0, 0.0)):
+    """The same problem condensed to the accelerations, all limits at once, by another library's active-set method."""
+    T, N = settings.horizon, settings.num_steps
+    num = 2 * N
+    free_q, free_v = roll_out(np.zeros((N, 2)), x, T)
+    effects = [roll_out(unit.reshape(N, 2), np.zeros(4), T) for unit in np.eye(num)]
     S_q = np.array([q.ravel() for q, _ in effects]).T
     S_v = np.array([v.ravel() for _, v in effects]).T
     program = MathematicalProgram()
-    z = program.NewContinuousVariables(10)
-    slack = program.NewContinuousVariables(2)
+    z = program.NewContinuousVariables(num)
     E = np.vstack([S_q[-2:] / T**2, S_v[-2:] / T])
     e = np.concatenate([(free_q[-1] - goal.d_q) / T**2, (free_v[-1] - goal.d_v) / T])
-    program.AddQuadraticCost(
-        2 * (np.eye(10) / 5 + settings.goal_weight * E.T @ E), 2 * settings.goal_weight * E.T @ e, z
-    )
-    program.AddLinearCost(settings.limit_weight * np.array([1 / T**2, 1 / T]), slack)
-    program.AddBoundingBoxConstraint(0, np.inf, slack)
+    w = settings.goal_weight
+    program.AddQuadraticCost(2 * (np.eye(num) / N + w * E.T @ E), 2 * w * E.T @ e, z)
     for S, free, lower, upper, s in (
-        (S_q, free_q, limits.q_lower, limits.q_upper, slack[0]),
-        (S_v, free_v, -limits.v_max, limits.v_max, slack[1]),
+        (S_q, free_q, limits.q_lower, limits.q_upper, overstep[0]),
+        (S_v, free_v, -limits.v_max, limits.v_max, overstep[1]),
     ):
-        for sign, bound in ((1, np.tile(upper, 5) - free.ravel()), (-1, free.ravel() - np.tile(lower, 5))):
-            A = np.hstack([sign * S, -np.ones((10, 1))])
-            program.AddLinearConstraint(A, np.full(10, -np.inf), bound, np.append(z, s))
+        program.AddLinearConstraint(S, np.tile(lower, N) - s - free.ravel(), np.tile(upper, N) + s - free.ravel(), z)
     program.AddLinearConstraint(M, -limits.tau_max - bias, limits.tau_max - bias, z[:2])
     options = SolverOptions()
     for name in ("Major optimality tolerance", "Major feasibility tolerance", "Minor feasibility tolerance"):
-        options.SetOption(SnoptSolver.id(), name, 1e-8)
-    result = SnoptSolver().Solve(program, np.zeros(12), options)
+        options.SetOption(SnoptSolver.id(), name, 1e-9)
+    result = SnoptSolver().Solve(program, np.zeros(num), options)
     assert result.is_success()
-    found = result.GetSolution(z).reshape(5, 2)
+    return result.GetSolution(z).reshape(N, 2)
 
-    ours = compute_cost(vdot, x, goal, settings, limits)
-    assert ours == pytest.approx(compute_cost(found, x, goal, settings, limits), rel=1e-6)
+
+CASES = {
+    "rate": (two_joints(v_max=np.array([2.0, 0.8])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.2]),
+    "angle": (two_joints(q_upper=np.array([1.0, 0.21])), [0.0, 0.15, 0.0, 1.0], [0.05, 0.2]),
+    "torque": (two_joints(tau_max=np.array([1.0, 6.0])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.2]),
+    "goal beyond an angle": (two_joints(q_upper=np.array([1.0, 0.1])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.9]),
+    "goal too far for the rate": (two_joints(v_max=np.array([2.0, 1.0])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.9]),
+}
+
+
+@pytest.mark.parametrize(("limits", "x", "d_q"), CASES.values(), ids=CASES)
+def test_limited_plan_is_the_optimum_another_solver_finds(limits, x, d_q):
+    settings = MpcSettings(horizon=0.3, num_steps=5, goal_weight=1e3)
+    x = np.array(x)
+    M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([0.3, -0.4])
+    goal = TerminalGoal(np.eye(2), np.array(d_q), np.eye(2), np.zeros(2))
+    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    found = solve_with_snopt(limits, x, goal, settings, M=M, bias=bias)
+    costs = [compute_cost(plan, x, goal, settings) for plan in (vdot, found)]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-6)
     np.testing.assert_allclose(vdot, found, atol=1e-3)
+    assert max(measure_overstep(vdot, x, limits, settings)) < 1e-8
+    assert (np.abs(M @ vdot[0] + bias) < limits.tau_max + 1e-8).all()
     # A limit is active, or the case would prove nothing.
     assert np.abs(vdot - free).max() > 0.1
+
+
+def test_limits_that_cannot_be_kept_are_overstepped_as_little_as_possible():
+    """A start beyond a limit: back inside in the second step at the earliest, whatever the goal says."""
+    settings = MpcSettings(horizon=0.3, num_steps=5, goal_weight=1e3)
+    limits = two_joints(q_upper=np.array([-0.1, 1.0]))
+    x = np.zeros(4)
+    M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.zeros(2)
+    goal = TerminalGoal(np.eye(2), np.array([0.5, 0.2]), np.eye(2), np.zeros(2))
+    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    overstep = measure_overstep(vdot, x, limits, settings)
+    # In one step of 0.06 s at no more than 2 rad/s, and from rest, 0.06 of the 0.1 rad can be made good.
+    assert overstep[0] == pytest.approx(0.04, abs=1e-6)
+    assert overstep[1] < 1e-6
+    found = solve_with_snopt(limits, x, goal, settings, M=M, bias=bias, overstep=(0.04 + 1e-8, 1e-8))
+    np.testing.assert_allclose(vdot, found, atol=0.05)
+
+
+def test_goals_far_beyond_the_limits_do_not_move_the_arm_beyond_them(mpc, arm, model):
+    """What the goal's weight would like does not matter: from home, where staying put breaks nothing."""
+    x = np.concatenate([arm.home, np.zeros(7)])
+    model.set_state(x)
+    one = np.eye(7)
+    for beyond in (0.03, 0.3, 3.0):
+        for limit, sign in ((arm.limits.q_lower, -1.0), (arm.limits.q_upper, 1.0)):
+            goal = TerminalGoal(one, limit + sign * beyond, one, np.zeros(7))
+            solution = mpc.solve(x, goal, model)
+            assert solution.status is MpcStatus.LIMITED
+            s_q, s_v = measure_overstep(solution.vdot, x, arm.limits, SETTINGS)
+            assert s_q < 1e-7
+            assert s_v < 1e-6
+            assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-7).all()
 
 
 def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
@@ -191,7 +225,7 @@ def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
     for _ in range(60):
         x = draw_state(arm, rng, 0.4, 3.0)
         model.set_state(x)
-        solution = mpc.solve(x, hold.compute_goal(model, x), model)
+        solution = mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
         limited += solution.status is MpcStatus.LIMITED
         assert solution.status is not MpcStatus.FAILED
         assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-6).all()
@@ -205,7 +239,7 @@ def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     x[elbow], x[7 + elbow] = arm.limits.q_lower[elbow] + 0.02, -1.0
     model.set_state(x)
-    goal = hold.compute_goal(model, x)
+    goal = hold.compute_goal(model, x, 0.0)
     free = np.split(mpc.solve_free(x, goal), 3)[1]
     assert free[:, elbow].min() < arm.limits.q_lower[elbow] - 0.01
     solution = mpc.solve(x, goal, model)
@@ -219,7 +253,7 @@ def test_state_beyond_a_limit_has_a_plan_that_comes_back(mpc, arm, model, hold):
     elbow = arm.joint_names.index("elbow_flexion")
     x[elbow] = arm.limits.q_lower[elbow] - 0.1
     model.set_state(x)
-    solution = mpc.solve(x, hold.compute_goal(model, x), model)
+    solution = mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
     assert solution.status is MpcStatus.LIMITED
     q, _ = roll_out(solution.vdot, x, SETTINGS.horizon)
     assert q[-1, elbow] > arm.limits.q_lower[elbow] - 1e-3
@@ -230,18 +264,18 @@ def test_joints_without_limits_are_left_alone(arm, model, hold, rng):
     mpc = MinimumAccelerationMpc(JointLimits(-endless, endless, endless, endless), SETTINGS)
     x = draw_state(arm, rng, 1.0, 10.0)
     model.set_state(x)
-    goal = hold.compute_goal(model, x)
+    goal = hold.compute_goal(model, x, 0.0)
     solution = mpc.solve(x, goal, model)
     assert solution.status is MpcStatus.FREE
     np.testing.assert_allclose(mpc.solve_limited(x, goal, model).vdot, solution.vdot, rtol=0, atol=1e-6)
 
 
 def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
-    states = [draw_state(arm, rng, 0.4, 3.0) for _ in range(3)]
+    states = [draw_state(arm, rng, 0.6, 6.0) for _ in range(3)]
 
     def solve(x):
         model.set_state(x)
-        return mpc.solve(x, hold.compute_goal(model, x), model)
+        return mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
 
     first = solve(states[0])
     assert first.status is MpcStatus.LIMITED
@@ -255,7 +289,7 @@ def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
 def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     model.set_state(x)
-    goal = hold.compute_goal(model, x)
+    goal = hold.compute_goal(model, x, 0.0)
     broken = x.copy()
     broken[3] = np.nan
     assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
@@ -298,7 +332,7 @@ def test_sampled_loop_is_stable_for_a_believed_inertia_too_large_by(arm, ratio):
 def test_programs_are_kept_per_number_of_goal_rows(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     model.set_state(x)
-    whole = hold.compute_goal(model, x)
+    whole = hold.compute_goal(model, x, 0.0)
     mpc.solve_limited(x, whole, model)
     program = mpc._programs[7, 7]
     mpc.solve_limited(x, whole._replace(C_q=whole.C_q[:3], d_q=whole.d_q[:3]), model)

@@ -1,3 +1,6 @@
+import gc
+import threading
+
 import numpy as np
 import pytest
 
@@ -22,6 +25,14 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight_config, sce
     # Everything is carried inside; nothing is fetched.
     assert 'src="http' not in page
     assert 1e6 < len(page) < 5e6
+
+
+def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight_config, scenes):
+    """Meshcat would end the process, and with it this test."""
+    write_replay(tmp_path / "replay.html", weight_config.settings.arm, scenes, title="")
+    collector = threading.Thread(target=gc.collect)
+    collector.start()
+    collector.join()
 
 
 def test_no_page_without_a_port(tmp_path, weight_config, scenes, monkeypatch):

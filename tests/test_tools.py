@@ -71,10 +71,15 @@ def test_decoy_appears_as_the_tool_it_imitates():
         ("name: hammer", "nome: hammer", r"tools.yaml: tools\[0\].name: is missing"),
         ("semi_axes: [0.1, 0.01, 0.01], ", "", r"tools\[0\].components\[0\].semi_axes: is missing"),
         ("[0.1, 0.01, 0.01]", "[0.1, 0.01]", r"semi_axes: is \[0.1, 0.01\], must be a list of 3 numbers"),
-        ("[0.1, 0.01, 0.01]", "[0.1, -0.01, 0.01]", r"semi_axes\[1\]: is -0.01, must be greater than 0"),
-        ("[0.1, 0.01, 0.01]", "[0.1, 0, 0.01]", r"semi_axes\[1\]: is 0, must be greater than 0"),
-        ("[0.1, 0.01, 0.01]", "[0.1, .nan, 0.01]", r"semi_axes\[1\]: is nan, must be finite"),
-        ("[0.1, 0.01, 0.01]", "[0.1, .inf, 0.01]", r"semi_axes\[1\]: is inf, must be finite"),
+        ("[0.1, 0.01, 0.01]", "[0.1, -0.01, 0.01]", r"semi_axes\[1\]: is -0.01, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, 0, 0.01]", r"semi_axes\[1\]: is 0, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, .nan, 0.01]", r"semi_axes\[1\]: is nan, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, .inf, 0.01]", r"semi_axes\[1\]: is inf, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[100, 0.01, 0.01]", r"semi_axes\[0\]: is 100, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", f"[1{'0' * 400}, 0.01, 0.01]", r"semi_axes\[0\]: is 10+\.\.\., must be from"),
+        ("position: [0.2, 0, 0]", "position: [200, 0, 0]", r"position\[0\]: is 200, must be from -1 to 1"),
+        ("[0, 0, 90]", "[0, 0, 900]", r"rpy_deg\[2\]: is 900, must be from -360 to 360"),
+        ("material: beech}", "material: beech, material: beech}", r"is not YAML: the key 'material' twice"),
         ("[0.1, 0.01, 0.01]", "[0.1, wide, 0.01]", r"semi_axes\[1\]: is 'wide', must be a number"),
         ("[0.1, 0.01, 0.01]", "[0.1, true, 0.01]", r"semi_axes\[1\]: is True, must be a number"),
         (
@@ -117,8 +122,8 @@ def test_bad_tools_file_is_named_with_key_value_and_bound(files, old, new, messa
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("density: 8500", "density: 0", r"materials.yaml: brass.density: is 0, must be greater than 0"),
-        ("density_sd: 87", "density_sd: -1", r"brass.density_sd: is -1, must be at least 0"),
+        ("density: 8500", "density: 0", r"materials.yaml: brass.density: is 0, must be from 0.1 to 25000"),
+        ("density_sd: 87", "density_sd: -1", r"brass.density_sd: is -1, must be from 0 to 25000"),
         ('"#b5a642"', "yellow", r"brass.colour: is 'yellow', must be red, green and blue in hexadecimal"),
         ("source: a table", "source: ''", r"brass.source: is '', must be a non-empty text"),
         (GOOD_MATERIALS, "{}", r"materials.yaml: is empty, must hold at least one entry"),
@@ -129,6 +134,11 @@ def test_bad_materials_file_is_named_with_key_value_and_bound(files, old, new, m
     assert old in GOOD_MATERIALS
     with pytest.raises(BadValueError, match=message):
         files(materials=GOOD_MATERIALS.replace(old, new, 1))
+
+
+def test_numbers_may_be_written_with_an_exponent(files):
+    (tool,) = files(tools=GOOD_TOOLS.replace("[0.1, 0.01, 0.01]", "[1e-1, 1.0e-2, 1E-2]", 1))
+    assert tool.components[0].shape.semi_axes == (0.1, 0.01, 0.01)
 
 
 def test_missing_and_binary_files_are_named(tmp_path):

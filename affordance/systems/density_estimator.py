@@ -7,9 +7,9 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues
 from affordance.arm import Arm, ArmModel
 from affordance.estimator import Inference, Percept, infer
 from affordance.noise import NoiseModel
+from affordance.object_belief import ObjectBelief
 from affordance.regressor import compute_payload_regressor
-from affordance.systems.sampled_system import SampledSystem
-from affordance.visual_prior import ObjectBelief
+from affordance.systems.sampled_system import SampledSystem, Source
 
 Array = NDArray[np.float64]
 
@@ -28,13 +28,13 @@ class DensityEstimator(SampledSystem):
         log_evidence: Log probability of what was felt, (1,).
     """
 
-    def __init__(self, arm: Arm, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
+    def __init__(self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
         self._noise = noise
         self._deviation_sd = deviation_sd
-        self._prior = self.declare_object_input("prior", ObjectBelief)
+        self._prior: Source[ObjectBelief] = self.declare_object_input("prior")
         self._sensation = self.declare_vector_input("sensation", 4 * arm.num_joints)
         percept = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
         self._percept = int(percept)

@@ -6,8 +6,8 @@ from pydrake.common.value import AbstractValue
 from pydrake.systems.framework import Context
 
 from affordance.memory import MaterialMemory
-from affordance.systems.sampled_system import SampledSystem
-from affordance.visual_prior import ObjectBelief
+from affordance.object_belief import ObjectBelief
+from affordance.systems.sampled_system import SampledSystem, Source
 
 
 class MaterialMemorySystem(SampledSystem):
@@ -24,7 +24,7 @@ class MaterialMemorySystem(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._posterior = self.declare_object_input("posterior", ObjectBelief)
+        self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
         index = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
         self._memory = int(index)
         self.DeclareStateOutputPort("materials", index)

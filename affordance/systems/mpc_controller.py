@@ -12,9 +12,9 @@ from affordance.acceleration_program import MpcSettings
 from affordance.arm import Arm, ArmModel
 from affordance.belief import Point
 from affordance.mpc import MinimumAccelerationMpc, MpcStatus
-from affordance.systems.sampled_system import SampledSystem
-from affordance.tasks.hold import Hold
-from affordance.visual_prior import ObjectBelief
+from affordance.object_belief import ObjectBelief
+from affordance.systems.sampled_system import ObjectParameter, SampledSystem, Source
+from affordance.tasks.task import Task
 
 Array = NDArray[np.float64]
 
@@ -37,14 +37,14 @@ class MpcController(SampledSystem):
 
     Input ports:
         belief: What is believed of the object, ObjectBelief.
-        goal: The task.
+        goal: The Task.
         state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
 
     Output ports:
         tau: Torques, (num_joints,), [N m].
     """
 
-    def __init__(self, arm: Arm, settings: MpcSettings, tick: float, point: Point) -> None:
+    def __init__(self, arm: Arm, *, settings: MpcSettings, tick: float, point: Point) -> None:
         super().__init__()
         self._model = ArmModel(arm)
         self._mpc = MinimumAccelerationMpc(arm.limits, settings)
@@ -53,15 +53,15 @@ class MpcController(SampledSystem):
         self._point = point
         n, N = arm.num_joints, settings.num_steps
         self._shown_payload: Array | None = None
-        self._belief = self.declare_object_input("belief", ObjectBelief)
-        self._goal = self.declare_object_input("goal", Hold)
+        self._belief: Source[ObjectBelief] = self.declare_object_input("belief")
+        self._goal: Source[Task] = self.declare_object_input("goal")
         self._state = self.declare_vector_input("state", 2 * n)
         tau = self.DeclareDiscreteState(n)
         self._tau = int(tau)
         self._plan = int(self.DeclareDiscreteState(N * n))
         # Ticks limited, ticks failed; how many failed in a row at the last failure, and its time.
         self._counts = int(self.DeclareDiscreteState(np.array([0.0, 0.0, 0.0, -np.inf])))
-        self._seed = self.declare_object_parameter(tuple[int, ...], (0,))
+        self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
             "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
         )
@@ -93,7 +93,8 @@ class MpcController(SampledSystem):
             self._go_on(context, discrete_state, "the state is not finite")
             return
         self._model.set_state(x)
-        goal = self._goal.Eval(context).compute_goal(self._model, x)
+        end_time = context.get_time() + self._mpc.settings.horizon
+        goal = self._goal.Eval(context).compute_goal(self._model, x, end_time)
         solution = self._mpc.solve(x, goal, self._model)
         if solution.status is MpcStatus.FAILED:
             self._go_on(context, discrete_state, "the solver failed", self._model)

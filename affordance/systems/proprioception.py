@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from pydrake.systems.framework import BasicVector, Context
 
 from affordance.noise import NoiseModel
-from affordance.systems.sampled_system import SampledSystem
+from affordance.systems.sampled_system import ObjectParameter, SampledSystem
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ class Proprioception(SampledSystem):
         self._vdot = self.declare_vector_input("vdot", num_joints)
         self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
-        self._seed = self.declare_object_parameter(tuple[int, ...], (0,))
+        self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self.DeclareVectorOutputPort("sensation", 4 * num_joints, self._calc_sensation)
 
     def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:

@@ -79,9 +79,9 @@ class SampledSystem(LeafSystem):
         """Declares an input port for vectors."""
         return cast(Source[Array], self.DeclareVectorInputPort(name, size))
 
-    def declare_object_input[T](self, name: str, kind: type[T]) -> Source[T]:
-        """Declares an input port for objects of a kind."""
-        return cast(Source[T], self.DeclareAbstractInputPort(name, Value[object]()))
+    def declare_object_input(self, name: str) -> Source[Any]:
+        """Declares an input port for objects; annotate what it is assigned to with their type."""
+        return cast(Source[Any], self.DeclareAbstractInputPort(name, Value[object]()))
 
     def declare_object_output(
         self, name: str, calc: Callable[[Context], object], prerequisites: set[DependencyTicket]
@@ -96,8 +96,8 @@ class SampledSystem(LeafSystem):
         producer = ValueProducer(allocate=Value[object], calc=_make_setter(calc))
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
-    def declare_object_parameter[T](self, kind: type[T], initial: T | None = None) -> ObjectParameter[T]:
-        """Declares a parameter of the Context that is an object of a kind; without initial it must be set first."""
+    def declare_object_parameter(self, initial: object = None) -> ObjectParameter[Any]:
+        """Declares a parameter of the Context that is an object; without initial it must be set before it is read."""
         index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
         return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
 

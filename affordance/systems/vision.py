@@ -2,7 +2,7 @@
 
 from pydrake.systems.framework import Context
 
-from affordance.systems.sampled_system import SampledSystem
+from affordance.systems.sampled_system import ObjectParameter, SampledSystem
 from affordance.visual_prior import ComponentFeatures
 
 
@@ -15,7 +15,7 @@ class Vision(SampledSystem):
 
     def __init__(self) -> None:
         super().__init__()
-        self._features = self.declare_object_parameter(tuple[ComponentFeatures, ...])
+        self._features: ObjectParameter[tuple[ComponentFeatures, ...]] = self.declare_object_parameter()
         self.declare_object_output("features", self._features.get, {self._features.ticket})
 
     def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:

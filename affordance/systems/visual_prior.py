@@ -4,8 +4,9 @@ from pydrake.systems.framework import Context
 
 from affordance.belief import Prior
 from affordance.memory import MaterialMemory
-from affordance.systems.sampled_system import SampledSystem
-from affordance.visual_prior import ComponentFeatures, ObjectBelief, predict_object
+from affordance.object_belief import ObjectBelief
+from affordance.systems.sampled_system import SampledSystem, Source
+from affordance.visual_prior import ComponentFeatures, predict_object
 
 
 class VisualPrior(SampledSystem):
@@ -22,8 +23,8 @@ class VisualPrior(SampledSystem):
     def __init__(self, prior: Prior) -> None:
         super().__init__()
         self._prior = prior
-        self._features = self.declare_object_input("features", tuple[ComponentFeatures, ...])
-        self._materials = self.declare_object_input("materials", MaterialMemory)
+        self._features: Source[tuple[ComponentFeatures, ...]] = self.declare_object_input("features")
+        self._materials: Source[MaterialMemory] = self.declare_object_input("materials")
         inputs = {self.input_ticket("features"), self.input_ticket("materials")}
         self.declare_object_output("prior", self._calc_prior, inputs)
 

@@ -1,0 +1,26 @@
+"""What every task offers to a controller."""
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.acceleration_program import TerminalGoal
+from affordance.arm import ArmModel
+
+Array = NDArray[np.float64]
+
+
+class Task(Protocol):
+    """States its goal at the end of a controller's horizon."""
+
+    def compute_goal(self, model: ArmModel, x: Array, end_time: float) -> TerminalGoal:
+        """Computes the goal.
+
+        Args:
+            model: The arm, already at state x.
+            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            end_time: Time at the end of the horizon, [s].
+
+        Returns: Linear goal; matrices that stay the same should be the same arrays, whose factor can then be kept.
+        """
