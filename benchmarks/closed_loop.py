@@ -31,12 +31,14 @@ from affordance.settings import Settings
 from affordance.systems.density_estimator import DensityEstimator
 from affordance.systems.mpc_controller import MpcController
 from affordance.tools import Tool
-from affordance.trial import TrialRunner
+from affordance.trial import TrialRecord, TrialRunner
 from benchmarks.timing import time_by_turns
 
 Array = NDArray[np.float64]
 
 NUM_TURNS = 15
+# How long torques are replayed before the recorded state is set again, [s].
+_REPLAYED_AT_ONCE = 0.5
 HEADER = [
     "object",
     "density believed",
@@ -64,7 +66,8 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
     goal = builder.AddSystem(ConstantVectorSource(np.concatenate([arm.home, 0.0 * one])))
     builder.Connect(arm.plant.GetOutputPort("state"), hold.GetInputPort("estimated_state"))
     builder.Connect(goal.get_output_port(), hold.GetInputPort("desired_state"))
-    run = _finish_diagram(builder, arm, hold.GetOutputPort("generalized_force"), tool, settings, duration)
+    rest = (np.zeros(1), np.concatenate([arm.home, 0.0 * one])[None])
+    run = _finish_diagram(builder, arm, hold.GetOutputPort("generalized_force"), tool, settings, duration, rest)
 
     def run_while_believed_lives(keep_alive: object = believed) -> None:
         run()
@@ -72,20 +75,34 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
     return run_while_believed_lives
 
 
-def build_torque_replay(tool: Tool, tau: Array, settings: Settings, duration: float) -> Callable[[], None]:
-    """Builds the plant fed with torques, one row of tau a tick; returns a function that runs one trial."""
+def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, duration: float) -> Callable[[], None]:
+    """Builds the plant fed with the torques of a record of every tick; returns a function that runs one trial.
+
+    An arm without feedback departs from its record by a factor of ten every twelfth of a second, beginning with the
+    rounding error; so the state of the record is set anew from time to time.
+    """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm, tool)
-    times = settings.tick * np.arange(len(tau) + 1)
-    steps = PiecewisePolynomial.ZeroOrderHold(times.tolist(), list(np.vstack([tau, tau[-1:]])))
+    # The torque logged at a time is that of the tick which ends there. Breaks lie half a tick before the ticks, so
+    # that no rounding makes a tick read the row before its own.
+    tau = np.vstack([record.tau[1:], record.tau[-1:]])
+    steps = PiecewisePolynomial.ZeroOrderHold((record.times - 0.5 * settings.tick).tolist(), list(tau[:, :, None]))
     source = builder.AddSystem(TrajectorySource(steps))
-    return _finish_diagram(builder, arm, source.get_output_port(), tool, settings, duration)
+    starts = np.arange(0.0, duration, _REPLAYED_AT_ONCE)
+    states = np.hstack([record.q, record.v])[np.round(starts / settings.tick).astype(int)]
+    return _finish_diagram(builder, arm, source.get_output_port(), tool, settings, duration, (starts, states))
 
 
 def _finish_diagram(
-    builder: DiagramBuilder, arm: Arm, tau: OutputPort, tool: Tool, settings: Settings, duration: float
+    builder: DiagramBuilder,
+    arm: Arm,
+    tau: OutputPort,
+    tool: Tool,
+    settings: Settings,
+    duration: float,
+    starts: tuple[Array, Array],
 ) -> Callable[[], None]:
-    """Holds the torque for a tick, adds the logs, and builds."""
+    """Holds the torque for a tick, adds the logs, and builds; starts are times, and the states to set there."""
     held = builder.AddSystem(ZeroOrderHold(settings.tick, arm.num_joints))
     builder.Connect(tau, held.get_input_port())
     builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
@@ -95,10 +112,16 @@ def _finish_diagram(
 
     def run() -> None:
         context = diagram.CreateDefaultContext()
-        arm.set_payload(arm.plant.GetMyMutableContextFromRoot(context), tool.parameters)
+        plant_context = arm.plant.GetMyMutableContextFromRoot(context)
+        arm.set_payload(plant_context, tool.parameters)
         simulator = Simulator(diagram, context)
         ApplySimulatorConfig(settings.simulator, simulator)
-        simulator.AdvanceTo(duration)
+        times, states = starts
+        for start, end, x in zip(times, [*times[1:], duration], states, strict=True):
+            context.SetTime(start)
+            arm.plant.SetPositionsAndVelocities(plant_context, x)
+            simulator.Initialize()
+            simulator.AdvanceTo(end)
 
     return run
 
@@ -131,14 +154,13 @@ def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, 
     """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
     memory = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     every_tick = dataclasses.replace(config.settings, log_period=config.settings.tick)
-    # The torque logged at a time is that of the tick which ends there.
-    tau = TrialRunner(every_tick).run_hold(tool, memory, duration=config.duration, seed=(0,)).tau[1:]
+    record = TrialRunner(every_tick).run_hold(tool, memory, duration=config.duration, seed=(0,))
     runner = TrialRunner(config.settings)
     runner.get_diagram(tool)
     loops: dict[str, Callable[[], object]] = {
         "cpp": build_cpp_hold(tool, density, config.settings, config.duration),
         "loop": lambda: runner.run_hold(tool, memory, duration=config.duration, seed=(0,)),
-        "integrator": build_torque_replay(tool, tau, config.settings, config.duration),
+        "integrator": build_torque_replay(tool, record, config.settings, config.duration),
     }
     medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
 
