@@ -12,12 +12,11 @@ from typing import NoReturn
 import joblib
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experiments import weight
-from affordance.report import write_report
-from affordance.results import prepare_folder, remove_leftovers
+from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.tools import MODELS
 
-EXPERIMENTS = {weight.NAME: weight}
+# Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
+BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**64 - 1), "jobs": (1, 4096)}
 
 
 class OneLineParser(argparse.ArgumentParser):
@@ -49,10 +48,10 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     if arguments.experiment not in (*EXPERIMENTS, "all"):
         known = ", ".join((*EXPERIMENTS, "all"))
         raise BadValueError("experiment", "", f"is {arguments.experiment!r}, must be one of {known}")
-    for name, bound in (("repeats", 1), ("seed", 0), ("jobs", 1)):
+    for name, (low, high) in BOUNDS.items():
         value = getattr(arguments, name)
-        if value < bound:
-            raise BadValueError(f"--{name}", "", f"is {value}, must be at least {bound}")
+        if not low <= value <= high:
+            raise BadValueError(f"--{name}", "", f"is {value}, must be from {low} to {high}")
     return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
 
 
@@ -62,14 +61,20 @@ def main() -> int:
     logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     try:
         names = check_arguments(arguments)
-        configs = {name: EXPERIMENTS[name].load_config(arguments.models, arguments.seed) for name in names}
-        folders = {name: prepare_folder(arguments.out / name) for name in names}
-        for name, folder in folders.items():
-            EXPERIMENTS[name].run(configs[name], folder, repeats=arguments.repeats, jobs=arguments.jobs)
-            remove_leftovers(folder)
-        print(f"The report: {write_report(arguments.out)}")
+        report = run_suite(
+            names,
+            arguments.out,
+            models=arguments.models,
+            seed=arguments.seed,
+            repeats=arguments.repeats,
+            jobs=arguments.jobs,
+        )
+        print(f"The report: {report}")
     except AffordanceError as error:
         print(f"run_experiments.py: {error}", file=sys.stderr)
+        return 2
+    except OSError as error:  # a full disk, a folder that was taken away
+        print(f"run_experiments.py: {error.filename}: {error.strerror}", file=sys.stderr)
         return 2
     return 0
 

@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 # In the order of the paper's figure 4: blue, green, red, cyan; the decoy magenta.
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
+# Told apart by these when there are more objects than colours.
+_LINE_STYLES = ("-", "--", "-.", ":")
 _FONT_SIZE = 10
 _METRES_TO_CM = 100.0
 
@@ -59,7 +61,9 @@ def draw_density_and_drop(
     positions = np.arange(1, len(masses) + 1)
     height = _METRES_TO_CM * drop.mean
     error = _METRES_TO_CM * np.array([drop.mean - drop.low, drop.high - drop.mean])
-    right.bar(positions, height, color=OBJECT_COLOURS[: len(masses)], yerr=error, capsize=4.0, width=0.65)
+    right.bar(
+        positions, height, color=[_style(k)[0] for k in range(len(masses))], yerr=error, capsize=4.0, width=0.65
+    )
     for position, value, top in zip(positions, height, height + error[1], strict=True):
         right.annotate(
             f"{value:.2f}", (position, top), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=9
@@ -88,11 +92,11 @@ def draw_heights(
     """
     figure = Figure(figsize=(12.0, 3.8))
     one, every, near = figure.subplots(1, 3, sharex=True)
-    colours = [*OBJECT_COLOURS[: len(labels) - 1], DECOY_COLOUR]
-    for k, (label, colour) in enumerate(zip(labels, colours, strict=True)):
-        one.plot(times, _METRES_TO_CM * shown[k], color=colour, label=label, linewidth=1.6)
+    styles = [*(_style(k) for k in range(len(labels) - 1)), (DECOY_COLOUR, "-")]
+    for k, (label, (colour, line)) in enumerate(zip(labels, styles, strict=True)):
+        one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=label, linewidth=1.6)
         for axes in (every, near):
-            axes.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, linewidth=1.6)
+            axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
             low, high = _METRES_TO_CM * mean.low[k], _METRES_TO_CM * mean.high[k]
             axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)
     every.sharey(one)
@@ -106,9 +110,14 @@ def draw_heights(
     one.set_title(f"One observer ({shown_label})", fontsize=_FONT_SIZE)
     every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=_FONT_SIZE)
     near.set_title("The same, enlarged around the goal", fontsize=_FONT_SIZE)
-    figure.legend(frameon=False, loc="outside lower center", ncols=len(labels))
+    figure.legend(frameon=False, loc="outside lower center", ncols=min(len(labels), 6))
     _tidy(one, every, near)
     return figure
+
+
+def _style(k: int) -> tuple[str, str]:
+    """Colour and line of the k-th object."""
+    return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], _LINE_STYLES[k // len(OBJECT_COLOURS) % len(_LINE_STYLES)]
 
 
 def _tidy(*all_axes: Axes) -> None:

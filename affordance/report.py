@@ -6,12 +6,14 @@ Every experiment writes its section; the page is made of the sections a folder h
 import base64
 import html
 import json
+import logging
 from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from affordance.results import write_json, write_text
 
+_LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
 _STYLE = """
 body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a }
@@ -81,20 +83,24 @@ def write_section(folder: Path, section: Section) -> None:
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders.
+    """Writes FOLDER/report.html from the sections in its subfolders; one that cannot be read is named and left out.
 
     Returns: The page's path.
     """
-    sections = sorted(
-        ((_read_section(path), path.parent) for path in folder.glob(f"*/{_SECTION}")),
-        key=lambda entry: entry[0].order,
-    )
-    body = "\n".join(_render_section(section, home) for section, home in sections)
+    rendered = []
+    for path in folder.glob(f"*/{_SECTION}"):
+        try:
+            section = _read_section(path)
+            rendered.append((section.order, _render_section(section, path.parent)))
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
+    body = "\n".join(text for _, text in sorted(rendered))
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Visual inertial affordances</title>'
         f"<style>{_STYLE}</style></head>\n<body>\n<h1>Visual inertial affordances: the paper and what we find</h1>\n"
-        "<p>One noise model, one prior, one arm and one controller serve every simulation; each constant was taken "
-        f"from a source before any outcome was looked at.</p>\n{body}\n</body>\n</html>\n"
+        "<p>One noise model, one prior, one arm and one controller serve every simulation; their constants "
+        "come from sources and were fixed before any outcome was looked at, but for the place of the grip, which was "
+        f"moved once (docs/decisions/0002-arm.md).</p>\n{body}\n</body>\n</html>\n"
     )
     path = folder / "report.html"
     write_text(path, page)

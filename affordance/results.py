@@ -106,7 +106,7 @@ def compute_key(config: Any, model_folder: Path) -> str:
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    models = [path for path in model_folder.iterdir() if path.suffix in {".sdf", ".urdf", ".xml", ".yaml"}]
+    models = [path for path in model_folder.rglob("*") if path.is_file()]  # meshes too
     for folder, paths in ((_PACKAGE, _PACKAGE.rglob("*.py")), (model_folder, models)):
         for path in sorted(paths):
             digest.update(str(path.relative_to(folder)).encode())

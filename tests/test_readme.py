@@ -1,10 +1,12 @@
 """What the README shows works as it says."""
 
 import re
+import shutil
 from pathlib import Path
 
 import affordance
-from affordance.tools import MODELS, load_materials, load_tools
+from affordance.experiments import weight
+from affordance.tools import MODELS
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 
@@ -20,11 +22,14 @@ def test_python_example_runs(capsys):
     assert lines[0].startswith("rod_10cm: sank ")
 
 
-def test_tools_file_is_read(tmp_path):
-    path = tmp_path / "tools.yaml"
-    path.write_text(find_block("yaml"))
-    (hammer,) = load_tools(path, load_materials(MODELS / "materials.yaml"))
-    assert [part.material.name for part in hammer.components] == ["beech", "steel"]
+def test_own_objects_make_an_experiment(tmp_path):
+    models = tmp_path / "my_models"
+    shutil.copytree(MODELS, models)
+    (models / "tools" / "weight.yaml").write_text(find_block("yaml"))
+    config = weight.load_config(models)
+    assert [tool.name for tool in config.tools] == ["small", "dumb-bell", "decoy"]
+    weight.run(config, tmp_path / "results", repeats=1, jobs=1)
+    assert (tmp_path / "results" / "metrics.json").exists()
 
 
 def test_files_linked_exist():

@@ -35,5 +35,13 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "weight/replay.html" in page
 
 
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00"])
+def test_section_that_cannot_be_read_is_named_and_left_out(folder, caplog, text):
+    write_section(folder / "weight", make_section(1, "Simulation I"))
+    (folder / "com" / "section.json").write_text(text)
+    assert "Simulation I<" in write_report(folder).read_text()
+    assert "com/section.json is left out" in caplog.text
+
+
 def test_report_of_nothing_is_still_a_page(tmp_path):
     assert "</html>" in write_report(tmp_path).read_text()

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.io import netcdf_file
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, ModelFileError
 from affordance.experiments import weight
 from affordance.results import run_repeats
 from affordance.tools import MODELS
@@ -157,10 +157,38 @@ def test_honest_objects_of_another_material_are_refused(tmp_path):
         weight.load_config(models)
 
 
+def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
+    models = write_models(tmp_path, "[0.125, 0.015, 0.015]", "[0.125, 0.06, 0.06]")
+    # 16.0 kg 0.315 m from the wrist, and the hand's 0.438 kg at 0.095 m: 49.9 N m.
+    message = r"tools: rod_25cm: weighs 16 kg and loads wrist_flexion with 49.9 N m .* must be at most 7.1 N m"
+    with pytest.raises(BadValueError, match=message):
+        weight.load_config(models)
+
+
+def test_mesh_that_is_missing_is_refused(tmp_path):
+    models = write_models(tmp_path, "", "")
+    arm = models / "arm.sdf"
+    text = arm.read_text()
+    start = text.index("<ellipsoid>")
+    end = text.index("</ellipsoid>") + len("</ellipsoid>")
+    arm.write_text(text[:start] + "<mesh><uri>package://models/none.obj</uri></mesh>" + text[end:])
+    with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: .*none.obj") as error:
+        weight.load_config(models)
+    assert "\n" not in str(error.value)
+
+
+def test_more_objects_than_colours_are_drawn(weight_config, tmp_path):
+    *honest, decoy = weight_config.tools
+    many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
+    config = dataclasses.replace(weight_config, tools=(*many, decoy), duration=0.05)
+    weight.run(config, tmp_path, repeats=2, jobs=1)
+    assert (tmp_path / "metrics.json").exists()
+
+
 def test_decoy_alone_is_refused(tmp_path):
     models = write_models(tmp_path, "", "")
     path = models / "tools" / "weight.yaml"
     head, *_, decoy = path.read_text().split("  - name:")
     path.write_text(f"{head}  - name:{decoy}")
-    with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entry, must have at least 2"):
+    with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entries, must have at least 3"):
         weight.load_config(models)

@@ -1,0 +1,36 @@
+"""The experiments there are, and running some of them into one folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from affordance.experiments import weight
+from affordance.report import write_report
+from affordance.results import prepare_folder, remove_leftovers
+
+EXPERIMENTS = {weight.NAME: weight}
+
+
+def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int) -> Path:
+    """Runs experiments and writes the report of all that the folder holds.
+
+    Args:
+        names: Keys of EXPERIMENTS.
+        out: Folder for the results; each experiment has a subfolder of its name.
+        models: Folder with arm, materials and tools.
+        seed: Root of every random draw, at least 0.
+        repeats: Simulated observers, at least 1.
+        jobs: Processes, at least 1.
+
+    Returns: Path of the report.
+
+    Raises:
+        BadValueError: A file of the models is wrong, or the folder cannot be written to; nothing was written.
+        ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
+    """
+    configs = {name: EXPERIMENTS[name].load_config(models, seed) for name in names}
+    prepare_folder(out)
+    folders = {name: prepare_folder(out / name) for name in names}
+    for name, folder in folders.items():
+        remove_leftovers(folder)
+        EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+    return write_report(out)
