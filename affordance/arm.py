@@ -151,6 +151,18 @@ class ArmModel:
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         )
 
+    def compute_point_position(self, p_TQ: Array) -> Array:
+        """Place p_WQ of a point Q fixed to the tool, shape (3,); p_TQ (3,), [m]."""
+        X_WH = self.compute_hand_pose()
+        position: Array = X_WH.translation() + X_WH.rotation().matrix() @ p_TQ
+        return position
+
+    def compute_point_jacobian(self, p_TQ: Array) -> Array:
+        """Jacobian Jv_v_WQ of the velocity of a point Q fixed to the tool, shape (3, num_joints); p_TQ (3,), [m]."""
+        return self._plant.CalcJacobianTranslationalVelocity(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, p_TQ, self._world, self._world
+        )
+
     def compute_hand_bias_acceleration(self) -> Array:
         """Spatial acceleration of the hand at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
         return self._plant.CalcBiasSpatialAcceleration(

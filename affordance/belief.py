@@ -133,9 +133,14 @@ class DensityBelief:
         chosen = np.asarray(indices, dtype=np.intp)
         return DensityBelief.from_moments(self.centre[chosen], self.covariance[np.ix_(chosen, chosen)])
 
-    def spread(self, deviation_sd: float) -> "DensityBelief":
-        """Belief about one object's densities mu + delta, delta ~ N(0, deviation_sd^2 I)."""
-        return DensityBelief.from_moments(self.centre, self.covariance + deviation_sd**2 * np.eye(self.size))
+    def spread(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
+        """Belief about the densities of objects, mu + delta each, with deltas ~ N(0, deviation_sd^2 I) of their own.
+
+        Returns: The joint belief of size num_objects * M, object by object.
+        """
+        covariance = np.tile(self.covariance, (num_objects, num_objects))
+        covariance[np.diag_indices(len(covariance))] += deviation_sd**2
+        return DensityBelief.from_moments(np.tile(self.centre, num_objects), covariance)
 
     def choose(self, point: Point, rng: np.random.Generator) -> Array:
         """Chooses the densities that stand for the belief, none below DENSITY_FLOOR, shape (M,), [kg/m^3]."""

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pydrake.systems.framework import Diagram, DiagramBuilder, System
 from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
 
-from affordance.arm import Arm, add_arm, load_arm
+from affordance.arm import Arm, ArmModel, add_arm, load_arm
 from affordance.kinematics import SerialChain, build_chain
 from affordance.settings import Settings
 from affordance.systems.density_estimator import DensityEstimator
@@ -35,6 +35,7 @@ class TrialDiagram:
     diagram: Diagram
     settings: Settings
     arm: Arm
+    model: ArmModel
     chain: SerialChain
     vision: Vision
     memory: MaterialMemorySystem
@@ -114,6 +115,7 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
         diagram,
         settings,
         arm,
+        ArmModel(model),
         build_chain(arm),
         vision,
         memory,

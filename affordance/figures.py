@@ -97,8 +97,7 @@ def draw_heights(
         one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=label, linewidth=1.6)
         for axes in (every, near):
             axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
-            low, high = _METRES_TO_CM * mean.low[k], _METRES_TO_CM * mean.high[k]
-            axes.fill_between(times, low, high, color=colour, alpha=0.3, linewidth=0.0)
+            _shade(axes, times, mean.low[k], mean.high[k], colour)
     every.sharey(one)
     learned = _METRES_TO_CM * max(np.abs(mean.low[1:-1]).max(), np.abs(mean.high[1:-1]).max())
     near.set_ylim(-1.5 * learned, 1.5 * learned)
@@ -113,6 +112,132 @@ def draw_heights(
     figure.legend(frameon=False, loc="outside lower center", ncols=min(len(labels), 6))
     _tidy(one, every, near)
     return figure
+
+
+def draw_heights_of_points(
+    *,
+    times: Array,
+    shown: Array,
+    mean: Estimate,
+    decoy: dict[str, Estimate],
+    labels: list[str],
+    shown_label: str,
+    num_repeats: int,
+) -> Figure:
+    """Draws figure 6: the height of each object over time, and of several points of the last, the decoy.
+
+    Args:
+        times: (N,), [s].
+        shown: Heights of the centres in one run, shape (K, N), [m].
+        mean: The same over repeats, shape (K, N), [m].
+        decoy: Heights of points of the decoy over repeats by what the points are, shape (N,) each, [m].
+        labels: Name of each object.
+        shown_label: Which run is shown.
+        num_repeats: How many observers the mean is of.
+    """
+    figure = Figure(figsize=(12.0, 3.8))
+    one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
+    # As in the paper's figure 6: red, blue, and green for the decoy.
+    for k, colour in enumerate((OBJECT_COLOURS[2], OBJECT_COLOURS[0], OBJECT_COLOURS[1])):
+        one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
+        every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=labels[k], linewidth=1.6)
+        _shade(every, times, mean.low[k], mean.high[k], colour)
+    for (point, heights), line in zip(decoy.items(), _LINE_STYLES, strict=False):
+        points.plot(times, _METRES_TO_CM * heights.mean, line, color=OBJECT_COLOURS[1], label=point, linewidth=1.6)
+        _shade(points, times, heights.low, heights.high, OBJECT_COLOURS[1])
+    for axes in (one, every, points):
+        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(times[0], times[-1])
+    one.set_ylabel("height of the object's centre (cm)")
+    one.set_title(f"One observer ({shown_label})", fontsize=_FONT_SIZE)
+    every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=_FONT_SIZE)
+    points.set_title("Points of the decoy, the same mean", fontsize=_FONT_SIZE)
+    every.legend(frameon=False, loc="center right")
+    points.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.73))
+    _tidy(one, every, points)
+    return figure
+
+
+def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
+    """Draws figures 8 and 10: how often the cheaper grip is chosen after how many trials of experience.
+
+    Args:
+        curves: Proportions by what they are of, shape (K + 1,) each.
+        title: Says what is chosen.
+    """
+    figure = Figure(figsize=(6.4, 4.2))
+    axes = figure.subplots()
+    spread = 0.06  # that intervals do not hide each other
+    for k, (label, curve) in enumerate(curves.items()):
+        trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
+        error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
+        axes.errorbar(trials, curve.mean, error, fmt="o-", color=_style(k)[0], capsize=3.0, label=label)
+    axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
+    axes.set_ylim(0.0, 1.04)
+    axes.set_xlabel("trials of experience with other objects")
+    axes.set_ylabel("proportion of correct choices")
+    axes.set_title(title, fontsize=_FONT_SIZE)
+    axes.legend(frameon=False, loc="lower right")
+    _tidy(axes)
+    return figure
+
+
+def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
+    """Draws paths in space from above and from the side.
+
+    Args:
+        reference: The path that was asked for, (N, 3), [m].
+        paths: Those that were taken, (N, 3) each, [m].
+    """
+    figure = Figure(figsize=(9.0, 4.2))
+    above, aside = figure.subplots(1, 2)
+    for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):
+        for k, (label, path) in enumerate(paths.items()):
+            colour, _ = _style(k)
+            line = _LINE_STYLES[k]
+            axes.plot(_METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label)
+        asked = _METRES_TO_CM * reference
+        axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
+        axes.plot(asked[0, i], asked[0, j], "o", color="#000000", markersize=5.0, label="start")
+        axes.set_xlabel(f"{'xyz'[i]} (cm)")
+        axes.set_ylabel(f"{'xyz'[j]} (cm)")
+        axes.set_aspect("equal")
+    above.set_title("From above (x forward, y to the left)", fontsize=_FONT_SIZE)
+    aside.set_title("From behind (y to the left, z up)", fontsize=_FONT_SIZE)
+    aside.invert_xaxis()
+    above.legend(frameon=False)
+    _tidy(above, aside)
+    return figure
+
+
+def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str) -> Figure:
+    """Draws how the proportion of correct choices depends on what was assumed.
+
+    Args:
+        panels: Title of each panel, and its curves by label, shape (K + 1,) each.
+        baseline: Label of the setting all simulations use, drawn black in every panel.
+    """
+    figure = Figure(figsize=(3.1 * len(panels), 3.8))
+    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
+        for k, (label, proportions) in enumerate(curves.items()):
+            colour = "#000000" if label.endswith(baseline) else OBJECT_COLOURS[k % 5]
+            line = "o-" if label.endswith(baseline) else f"o{_LINE_STYLES[1 + k % 3]}"
+            axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=label)
+        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
+        axes.set_ylim(0.0, 1.04)
+        axes.set_xlabel("trials of experience")
+        axes.set_title(title, fontsize=_FONT_SIZE)
+        axes.legend(frameon=False, loc="lower right", fontsize=8)
+    all_axes[0].set_ylabel("proportion of correct choices")
+    _tidy(*all_axes)
+    return figure
+
+
+def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> None:
+    """Draws an interval of heights, [m]."""
+    axes.fill_between(times, _METRES_TO_CM * low, _METRES_TO_CM * high, color=colour, alpha=0.3, linewidth=0.0)
 
 
 def _style(k: int) -> tuple[str, str]:

@@ -41,6 +41,9 @@ class Shape(Protocol):
     def unit_pseudo_inertia(self) -> Array:
         """Pseudo-inertia at a density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
 
+    def find_support(self, direction_E: Array) -> Array:
+        """The point of the solid that lies farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
+
 
 @dataclass(frozen=True)
 class Ellipsoid:
@@ -79,6 +82,12 @@ class Ellipsoid:
     def unit_pseudo_inertia(self) -> Array:
         """Pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/5 diag(a^2, b^2, c^2), shape (4, 4)."""
         return self.volume * np.diag([*(self.sizes**2 / 5.0), 1.0])
+
+    def find_support(self, direction_E: Array) -> Array:
+        """The point whose outward normal is the direction: a^2 d / |a d|, for semi-axes a, shape (3,), [m]."""
+        stretched = self.sizes * direction_E
+        support: Array = self.sizes * stretched / np.linalg.norm(stretched)
+        return support
 
 
 def build_inertia_map(

@@ -4,14 +4,18 @@ A material is known by its look, not by its name: whoever sees a brass-coloured 
 objects weighed. A look never seen before gets the broad prior.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from affordance.belief import EMPTY_BELIEF, DensityBelief, Prior
 from affordance.tools import Colour
 
 # Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps.
 SAME_COLOUR = 5 / 255
+# Standard deviation of what is known for certain, [kg/m^3].
+_CERTAIN_SD = 1e-3
 
 
 @dataclass(frozen=True)
@@ -25,6 +29,12 @@ class MaterialMemory:
 
     looks: tuple[Colour, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
+
+    @classmethod
+    def know(cls, densities: Mapping[Colour, float]) -> "MaterialMemory":
+        """The memory of one who knows materials as well as can be, by colour, [kg/m^3]."""
+        known = np.array(list(densities.values()), dtype=float)
+        return cls(tuple(densities), DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
 
     def find(self, colour: Colour) -> int | None:
         """Returns the index of a look, or None if it was never met."""

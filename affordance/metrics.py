@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import norm
 from scipy.stats import t as student_t
 
 Array = NDArray[np.float64]
@@ -38,6 +39,18 @@ def compute_excursion(heights: Array) -> Array:
     """The height of largest magnitude over time (last axis), with its sign, [m]."""
     peaks = np.abs(heights).argmax(axis=-1)
     return np.take_along_axis(heights, peaks[..., None], axis=-1)[..., 0]
+
+
+def estimate_proportion(hits: Array, count: int) -> Estimate:
+    """Proportion of hits, counted (halves allowed), among a number of cases, with Wilson's 95 % interval.
+
+    Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
+    """
+    z = norm.ppf(0.5 + CONFIDENCE / 2.0)
+    proportion = np.asarray(hits, dtype=float) / count
+    centre = (proportion + z**2 / (2.0 * count)) / (1.0 + z**2 / count)
+    half = z / (1.0 + z**2 / count) * np.sqrt(proportion * (1.0 - proportion) / count + z**2 / (4.0 * count**2))
+    return Estimate(proportion, np.maximum(0.0, centre - half), np.minimum(1.0, centre + half))
 
 
 def estimate_mean(values: Array) -> Estimate:

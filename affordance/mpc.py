@@ -169,11 +169,16 @@ class MinimumAccelerationMpc:
         """
         T = self.settings.horizon
         m_q, n = goal.C_q.shape
-        m_v = len(goal.d_v)
-        C = np.block([[goal.C_q, np.zeros((m_q, n))], [np.zeros((m_v, n)), goal.C_v]])
-        units_of_e = np.concatenate([np.full(m_q, 1.0 / T**2), np.full(m_v, 1.0 / T)])
-        gram = C @ np.kron(self._gram, np.eye(n)) @ C.T
-        ridge = np.eye(m_q + m_v) / (self.settings.num_steps * self.settings.goal_weight)
-        gain = C.T @ np.linalg.solve(gram + ridge, np.diag(units_of_e))
-        coasting = np.kron([[1.0, T], [0.0, 1.0]], np.eye(n))
-        return np.hstack([-gain @ C @ coasting, gain])
+        m = m_q + len(goal.d_v)
+        C = np.zeros((m, 2 * n))
+        C[:m_q, :n], C[m_q:, n:] = goal.C_q, goal.C_v
+        # The rows of C, each as one of the joints: S S^T is the product of these weighted by the terminal rows' own.
+        rows = np.vstack([goal.C_q, goal.C_v])
+        kinds = np.repeat([0, 1], [m_q, m - m_q])
+        gram = (rows @ rows.T) * self._gram[np.ix_(kinds, kinds)]
+        gram[np.diag_indices(m)] += 1.0 / (self.settings.num_steps * self.settings.goal_weight)
+        units_of_e = np.array([1.0 / T**2, 1.0 / T])[kinds]
+        gain = C.T @ (np.linalg.inv(gram) * units_of_e)
+        coasted = C.copy()  # C [q + T v, v]
+        coasted[:m_q, n:] = T * goal.C_q
+        return np.hstack([-gain @ coasted, gain])

@@ -24,6 +24,18 @@ class Geometry:
     Phi: Array
     Phi_errors: Array
 
+    def compute_parameters(self, rho: Array, errors: Array) -> Array:
+        """Inertial parameters of N objects, shape (N, 10).
+
+        Args:
+            rho: Their densities, shape (N, M), [kg/m^3].
+            errors: How far each uncertain measurement was off, in its standard deviations, shape (N, G).
+        """
+        parameters: Array = rho @ self.Phi.T
+        if len(self.Phi_errors):
+            parameters += np.einsum("ng,gpm,nm->np", errors, self.Phi_errors, rho, optimize=True)
+        return parameters
+
     def compute_covariance(self, rho: Array) -> Array:
         """Covariance of pi from the uncertain geometry at densities rho, shape (10, 10)."""
         errors = self.Phi_errors @ rho  # (G, 10)
@@ -58,6 +70,4 @@ class ObjectBelief:
         """Samples of pi from its predictive distribution, geometry's error included, shape (num_samples, 10)."""
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
-        Phi = self.geometry.Phi + np.tensordot(errors, self.geometry.Phi_errors, axes=1)
-        parameters: Array = np.einsum("npm,nm->np", Phi, rho)
-        return parameters
+        return self.geometry.compute_parameters(rho, errors)

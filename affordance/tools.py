@@ -5,9 +5,11 @@ its material unless ``looks_like`` names another: that is how a decoy is made.
 """
 
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -47,7 +49,7 @@ class Material:
     source: str
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
 class Component:
     """One solid part of a tool.
 
@@ -70,17 +72,56 @@ class Component:
         object.__setattr__(self, "X_TE", X_TE)
 
 
+@dataclass(frozen=True, eq=False)
+class Grip:
+    """One way of holding a tool.
+
+    Attributes:
+        name: Its name in the tools file.
+        X_TG: Pose of the grip in the tool as its components are written, shape (4, 4), read-only.
+    """
+
+    name: str
+    X_TG: Array
+
+    def __post_init__(self) -> None:
+        """Keeps a read-only copy of the pose."""
+        X_TG = np.array(self.X_TG, dtype=float)
+        X_TG.setflags(write=False)
+        object.__setattr__(self, "X_TG", X_TG)
+
+
 @dataclass(frozen=True)
 class Tool:
     """A rigid object to be held.
 
     Attributes:
         name: Its name in the tools file.
-        components: Its parts, at least one.
+        components: Its parts, at least one; poses are relative to where the hand grips.
+        grips: Ways of holding it; empty if as it is written is the only one.
+        grip: Name of the grip that is in the hand; empty if it is held as it is written.
     """
 
     name: str
     components: tuple[Component, ...]
+    grips: tuple[Grip, ...] = ()
+    grip: str = ""
+
+    def hold_by(self, grip: Grip) -> "Tool":
+        """Returns the same tool with one of its grips in the hand, and no choice of grip any more."""
+        X_GT = np.linalg.inv(grip.X_TG)
+        components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
+        return Tool(self.name, components, (), grip.name)
+
+    def make_of(self, densities: Mapping[Colour, float]) -> "Tool":
+        """Returns a tool of the same look whose parts have other densities, by the colour they show, [kg/m^3]."""
+        return replace(
+            self,
+            components=tuple(
+                replace(part, material=replace(part.material, density=densities[part.looks_like.colour]))
+                for part in self.components
+            ),
+        )
 
     @cached_property
     def parameters(self) -> Array:
@@ -113,10 +154,33 @@ class Tool:
         return self.parameters[1:4] / self.mass
 
     @property
+    def p_TTfree(self) -> Array:
+        """The free end, shape (3,), [m]."""
+        return find_free_end(self.components)
+
+    @property
     def p_TTcentre(self) -> Array:
         """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
+
+
+class Placed(Protocol):
+    """A solid at its place in a tool, whether it is known (Component) or only seen (ComponentFeatures)."""
+
+    @property
+    def shape(self) -> Shape:
+        """The solid."""
+
+    @property
+    def X_TE(self) -> Array:
+        """Its pose in the tool, shape (4, 4)."""
+
+
+def find_free_end(parts: Sequence[Placed]) -> Array:
+    """The point of a tool that lies farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
+    points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
+    return max(points, key=lambda point: float(point[0]))
 
 
 def load_materials(path: Path) -> dict[str, Material]:
@@ -139,7 +203,7 @@ def load_materials(path: Path) -> dict[str, Material]:
 
 
 def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
-    """Reads a tools file: ``tools``, a list of a name and a list of components each.
+    """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips each.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
@@ -151,23 +215,37 @@ def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
         if name in (tool.name for tool in tools):
             raise record.error("name", f"is {name!r}, which an earlier tool of the file is called already")
         components = tuple(_read_component(part, materials) for part in record.records("components"))
+        grips: tuple[Grip, ...] = ()
+        if record.has("grips"):
+            grips = tuple(_read_grip(grip_name, grip) for grip_name, grip in record.record("grips").named_records())
         record.finish()
-        tools.append(Tool(name, components))
+        tools.append(Tool(name, components, grips))
     document.finish()
     return tuple(tools)
 
 
 def _read_component(record: Record, materials: dict[str, Material]) -> Component:
     a, b, c = (float(value) for value in record.vector("semi_axes", 3, low=_SIZE_MIN, high=_SIZE_MAX))
-    X_TE = np.eye(4)
-    X_TE[:3, 3] = record.vector("position", 3, low=-_SIZE_MAX, high=_SIZE_MAX)
-    if record.has("rpy_deg"):
-        turn = record.vector("rpy_deg", 3, low=-360.0, high=360.0)
-        X_TE[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
+    X_TE = _read_pose(record)
     material = _read_material(record, "material", materials)
     looks_like = _read_material(record, "looks_like", materials) if record.has("looks_like") else material
     record.finish()
     return Component(Ellipsoid((a, b, c)), X_TE, material, looks_like)
+
+
+def _read_grip(name: str, record: Record) -> Grip:
+    grip = Grip(name, _read_pose(record))
+    record.finish()
+    return grip
+
+
+def _read_pose(record: Record) -> Array:
+    X = np.eye(4)
+    X[:3, 3] = record.vector("position", 3, low=-_SIZE_MAX, high=_SIZE_MAX)
+    if record.has("rpy_deg"):
+        turn = record.vector("rpy_deg", 3, low=-360.0, high=360.0)
+        X[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
+    return X
 
 
 def _read_material(record: Record, key: str, materials: dict[str, Material]) -> Material:

@@ -18,6 +18,9 @@ from affordance.vision import observe
 
 Array = NDArray[np.float64]
 
+# Drake rounds the times of periodic events, some of them to beyond the end of a trial: 0.1 + 29 x 0.1 > 3, [s].
+_ROUNDING = 1e-9
+
 
 class TrialRecord(NamedTuple):
     """What happened in a trial of N logged times.
@@ -93,7 +96,7 @@ class TrialRunner:
         simulator = Simulator(trial.diagram, context)
         ApplySimulatorConfig(self.settings.simulator, simulator)
         simulator.Initialize()
-        simulator.AdvanceTo(duration)
+        simulator.AdvanceTo(duration + _ROUNDING)
         simulator.AdvancePendingEvents()
         return _read_record(trial, context, tool)
 

@@ -87,10 +87,24 @@ class Record:
         Raises:
             BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
         """
-        values = self._take(name)
-        if not isinstance(values, list) or len(values) != size:
-            raise self.error(name, f"is {_show(values)}, must be a list of {size} numbers")
-        return np.array([self._check_number(f"{name}[{i}]", value, low, high) for i, value in enumerate(values)])
+        return self._check_vector(name, self._take(name), size, low, high)
+
+    def vectors(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> NDArray[np.float64]:
+        """Takes a non-empty list of such lists, shape (count, size).
+
+        Raises:
+            BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
+        """
+        values = self._take_list(name)
+        return np.array([self._check_vector(f"{name}[{i}]", row, size, low, high) for i, row in enumerate(values)])
+
+    def record(self, name: str) -> "Record":
+        """Takes a mapping.
+
+        Raises:
+            BadValueError: The key is missing, or not a mapping.
+        """
+        return Record(self.path, self._key_of(name), self._take(name))
 
     def records(self, name: str) -> Iterator["Record"]:
         """Takes a non-empty list of mappings.
@@ -98,10 +112,7 @@ class Record:
         Raises:
             BadValueError: The key is missing, not a list, empty, or holds something that is not a mapping.
         """
-        values = self._take(name)
-        if not isinstance(values, list) or not values:
-            raise self.error(name, f"is {_show(values)}, must be a list with at least one entry")
-        for i, value in enumerate(values):
+        for i, value in enumerate(self._take_list(name)):
             yield Record(self.path, self._key_of(f"{name}[{i}]"), value)
 
     def named_records(self) -> Iterator[tuple[str, "Record"]]:
@@ -135,6 +146,17 @@ class Record:
             raise self.error(name, "is missing")
         self._unread.discard(name)
         return self._content[name]
+
+    def _take_list(self, name: str) -> list[Any]:
+        values = self._take(name)
+        if not isinstance(values, list) or not values:
+            raise self.error(name, f"is {_show(values)}, must be a list with at least one entry")
+        return values
+
+    def _check_vector(self, name: str, values: Any, size: int, low: float, high: float) -> NDArray[np.float64]:
+        if not isinstance(values, list) or len(values) != size:
+            raise self.error(name, f"is {_show(values)}, must be a list of {size} numbers")
+        return np.array([self._check_number(f"{name}[{i}]", value, low, high) for i, value in enumerate(values)])
 
     def _check_number(self, name: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):

@@ -100,7 +100,7 @@ def draw_limited(
     while len(cases) < NUM_LIMITED:
         x = np.concatenate([home + 0.2 * rng.normal(size=len(home)), 1.5 * rng.normal(size=len(home))])
         model.set_state(x)
-        goal = hold.compute_goal(model, x, 0.0)
+        goal = hold.compute_goal(model, x, 0.0, 0.24)
         if mpc.solve(x, goal, model).status is MpcStatus.LIMITED:
             M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(home)))
             if osqp.solve(x, goal, M, bias) is not None:
@@ -121,12 +121,12 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         np.concatenate([arm.home + 0.01 * rng.normal(size=len(arm.home)), 0.02 * rng.normal(size=len(arm.home))])
         for _ in range(NUM_FREE)
     ]
-    goal = hold.compute_goal(model, states[0], 0.0)
+    goal = hold.compute_goal(model, states[0], 0.0, 0.24)
 
     def tick() -> None:
         for x in states:
             model.set_state(x)
-            mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
+            mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
 
     def repeat(call: Callable[[Array, TerminalGoal], object]) -> Callable[[], None]:
         def run() -> None:

@@ -1,13 +1,15 @@
 import numpy as np
 import pytest
-from scipy.stats import norm, truncnorm
-from seen_objects import ONE_MATERIAL, TWO_MATERIALS, see
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm, truncnorm
+from seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, see
 
 from affordance.arm import ArmModel
-from affordance.belief import Prior
+from affordance.belief import DensityBelief, Prior
 from affordance.estimator import Percept, infer
 from affordance.memory import MaterialMemory
 from affordance.noise import WeberNoise, WhiteNoise
+from affordance.object_belief import ObjectBelief
 from affordance.regressor import compute_payload_regressors
 from affordance.static_hold import StaticHold
 
@@ -211,6 +213,30 @@ def test_decoy_surprises_and_honest_object_does_not(hold):
     belief = see(ONE_MATERIAL, PRIOR, memory)
     decoy = learn(belief, hold.feel(belief, np.array([720.0]), noise, (99,)), noise)
     assert decoy.log_evidence < min(honest) - 20
+
+
+@pytest.mark.parametrize("correlation", [-0.8, 0.0, 0.6])
+@pytest.mark.parametrize("noise", [FIXED, WeberNoise(weber_fraction=0.07, threshold=0.097)])
+def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_truncated_prior(hold, correlation, noise):
+    """On a grid of both densities; the size of the errors is that at the posterior mean, as the estimator has it."""
+    mean, sd = np.array([1000.0, 3000.0]), np.array([1500.0, 2500.0])
+    covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
+    densities = DensityBelief.from_moments(mean, covariance)
+    belief = ObjectBelief(MaterialMemory((RED, BLUE), densities), densities, see(TWO_MATERIALS, PRIOR).geometry)
+    percept = hold.feel(belief, np.array([400.0, 3500.0]), noise, (8,))
+    inference = learn(belief, percept, noise)
+
+    A = hold.Y @ belief.geometry.Phi
+    tau = hold.tau_arm + A @ inference.posterior.densities.centre
+    errors = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
+    axis = np.arange(0.0, 20_000.0, 20.0) + 10.0
+    points = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1)
+    log_prior = multivariate_normal.logpdf(points, mean, covariance)
+    log_likelihood = sum(
+        norm.logpdf(percept.features[j] - hold.tau_arm[j], points @ A[j], errors[j]) for j in range(7)
+    )
+    expected = logsumexp(log_prior + log_likelihood) - logsumexp(log_prior)
+    assert inference.log_evidence == pytest.approx(expected, abs=1e-4)
 
 
 def test_one_odd_object_moves_a_material_less_where_objects_are_known_to_differ(hold):

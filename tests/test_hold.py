@@ -9,7 +9,7 @@ def test_goal_is_the_posture_at_rest_whatever_the_state(model, arm, rng):
     hold = Hold(arm.home)
     for x in rng.normal(size=(3, 14)):
         model.set_state(x)
-        goal = hold.compute_goal(model, x, end_time=1.0)
+        goal = hold.compute_goal(model, x, 1.0, 0.24)
         np.testing.assert_array_equal(goal.C_q @ arm.home, goal.d_q)
         np.testing.assert_array_equal(goal.d_v, np.zeros(7))
 
@@ -30,13 +30,13 @@ def test_posture_is_what_comes_closest_to_pose_and_posture(model, arm, rng, post
         return np.concatenate([pose, posture_weight * (q - arm.home)])
 
     found = least_squares(miss, arm.home + 0.4 * rng.normal(size=7), xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    goal = Hold(arm.home).compute_goal(model, np.zeros(14), end_time=0.0)
+    goal = Hold(arm.home).compute_goal(model, np.zeros(14), 0.0, 0.24)
     np.testing.assert_allclose(found.x, goal.d_q, atol=1e-5)
 
 
 def test_goal_cannot_be_changed_and_is_recognised(model, arm):
     hold = Hold(arm.home)
-    goal = hold.compute_goal(model, np.zeros(14), end_time=0.0)
-    assert hold.compute_goal(model, np.ones(14), end_time=9.0).C_q is goal.C_q
+    goal = hold.compute_goal(model, np.zeros(14), 0.0, 0.24)
+    assert hold.compute_goal(model, np.ones(14), 9.0, 0.24).C_q is goal.C_q
     with pytest.raises(ValueError, match="read-only"):
         goal.C_q[0, 0] = 2.0

@@ -56,7 +56,7 @@ def measure_overstep(vdot, x, limits, settings):
 def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.1, 0.5)
     model.set_state(x)
-    trajectory = mpc.solve_free(x, hold.compute_goal(model, x, 0.0))
+    trajectory = mpc.solve_free(x, hold.compute_goal(model, x, 0.0, 0.24))
     vdot, angles, rates = np.split(trajectory, 3)
     q, v = roll_out(vdot, x, SETTINGS.horizon)
     np.testing.assert_allclose(angles, q, atol=1e-12)
@@ -66,7 +66,7 @@ def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
 def test_free_plan_is_stationary_by_finite_differences(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.1, 0.5)
     model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
     vdot = mpc.solve_free(x, goal)[: SETTINGS.num_steps]
     cost = compute_cost(vdot, x, goal, SETTINGS)
     for _ in range(20):
@@ -92,7 +92,7 @@ def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, model, r
 def test_goal_is_missed_by_no_more_than_the_weight_allows(mpc, arm, model, hold, rng):
     x = draw_state(arm, rng, 0.2, 0.0)
     model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
     _, angles, _ = np.split(mpc.solve_free(x, goal), 3)
     assert np.abs(angles[-1] - goal.d_q).max() < 1e-4 * np.abs(goal.d_q - x[:7]).max()
 
@@ -102,7 +102,7 @@ def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model
     for _ in range(60):
         x = draw_state(arm, rng, 0.05, 0.3)
         model.set_state(x)
-        goal = hold.compute_goal(model, x, 0.0)
+        goal = hold.compute_goal(model, x, 0.0, 0.24)
         solution = mpc.solve(x, goal, model)
         if solution.status is MpcStatus.FREE:
             limited = mpc.solve_limited(x, goal, model)
@@ -225,7 +225,7 @@ def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
     for _ in range(60):
         x = draw_state(arm, rng, 0.4, 3.0)
         model.set_state(x)
-        solution = mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
+        solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
         limited += solution.status is MpcStatus.LIMITED
         assert solution.status is not MpcStatus.FAILED
         assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-6).all()
@@ -239,7 +239,7 @@ def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     x[elbow], x[7 + elbow] = arm.limits.q_lower[elbow] + 0.02, -1.0
     model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
     free = np.split(mpc.solve_free(x, goal), 3)[1]
     assert free[:, elbow].min() < arm.limits.q_lower[elbow] - 0.01
     solution = mpc.solve(x, goal, model)
@@ -253,7 +253,7 @@ def test_state_beyond_a_limit_has_a_plan_that_comes_back(mpc, arm, model, hold):
     elbow = arm.joint_names.index("elbow_flexion")
     x[elbow] = arm.limits.q_lower[elbow] - 0.1
     model.set_state(x)
-    solution = mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
+    solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
     assert solution.status is MpcStatus.LIMITED
     q, _ = roll_out(solution.vdot, x, SETTINGS.horizon)
     assert q[-1, elbow] > arm.limits.q_lower[elbow] - 1e-3
@@ -264,7 +264,7 @@ def test_joints_without_limits_are_left_alone(arm, model, hold, rng):
     mpc = MinimumAccelerationMpc(JointLimits(-endless, endless, endless, endless), SETTINGS)
     x = draw_state(arm, rng, 1.0, 10.0)
     model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
     solution = mpc.solve(x, goal, model)
     assert solution.status is MpcStatus.FREE
     np.testing.assert_allclose(mpc.solve_limited(x, goal, model).vdot, solution.vdot, rtol=0, atol=1e-6)
@@ -275,7 +275,7 @@ def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
 
     def solve(x):
         model.set_state(x)
-        return mpc.solve(x, hold.compute_goal(model, x, 0.0), model)
+        return mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
 
     first = solve(states[0])
     assert first.status is MpcStatus.LIMITED
@@ -289,7 +289,7 @@ def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
 def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
     broken = x.copy()
     broken[3] = np.nan
     assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
@@ -332,7 +332,7 @@ def test_sampled_loop_is_stable_for_a_believed_inertia_too_large_by(arm, ratio):
 def test_programs_are_kept_per_number_of_goal_rows(mpc, arm, model, hold):
     x = np.concatenate([arm.home, np.zeros(7)])
     model.set_state(x)
-    whole = hold.compute_goal(model, x, 0.0)
+    whole = hold.compute_goal(model, x, 0.0, 0.24)
     mpc.solve_limited(x, whole, model)
     program = mpc._programs[7, 7]
     mpc.solve_limited(x, whole._replace(C_q=whole.C_q[:3], d_q=whole.d_q[:3]), model)

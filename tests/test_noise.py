@@ -2,11 +2,15 @@ import dataclasses
 
 import numpy as np
 import pytest
-from seen_objects import TWO_MATERIALS, see
+from seen_objects import BLUE, RED, TWO_MATERIALS, place, see
 
 from affordance.belief import Prior
+from affordance.inertia import Ellipsoid, build_inertia_map
 from affordance.noise import WeberNoise, WhiteNoise
+from affordance.regressor import compute_payload_regressor
 from affordance.static_hold import StaticHold
+from affordance.tools import Component, Material, Tool
+from affordance.vision import VisionError, observe
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 
@@ -63,6 +67,58 @@ def test_white_likelihood_is_the_product_over_samples(arm, rng):
     actual = -0.5 * rho @ likelihood.precision @ rho + likelihood.shift @ rho + likelihood.log_constant
     assert actual == pytest.approx(expected, rel=1e-12)
     assert len(features) == noise.num_features(7)
+
+
+def recover_covariance(noise, geometry, rho, Y, tau_arm):
+    """The covariance of the felt torque that a likelihood stands for, by second differences of it in that torque."""
+    n = len(tau_arm)
+
+    def compute_log_constant(residual):
+        features = noise.compute_features(tau_arm + residual, tau_arm, Y)
+        return noise.compute_likelihood(features, 1, n, geometry, rho).log_constant
+
+    unit = np.eye(n)
+    at = {(i, j): compute_log_constant(unit[i] + unit[j]) for i in range(n) for j in range(i + 1)}
+    alone = [compute_log_constant(unit[i]) for i in range(n)]
+    zero = compute_log_constant(np.zeros(n))
+    precision = [[alone[i] + alone[j] - zero - at[max(i, j), min(i, j)] for j in range(n)] for i in range(n)]
+    return np.linalg.inv(precision)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [VisionError(size=0.02), VisionError(position=0.002), VisionError(rotation=0.03), VisionError(0.01, 0.001, 0.02)],
+)
+def test_uncertain_geometry_scatters_the_percept_as_looking_again_does(model, rng, error):
+    """The likelihood's covariance against the torques of 4000 measurements of one tool by the eye."""
+    wood, steel = Material("wood", RED, 700.0, 0.0, "test"), Material("steel", BLUE, 7800.0, 0.0, "test")
+    tilted = place(0.16)
+    tilted[:3, :3] = [[0.8, -0.6, 0.0], [0.6, 0.8, 0.0], [0.0, 0.0, 1.0]]
+    handle = Component(Ellipsoid((0.05, 0.025, 0.02)), place(0.05), wood, wood)
+    tool = Tool("tool", (handle, Component(Ellipsoid((0.06, 0.02, 0.03)), tilted, steel, steel)))
+    rho = np.array([700.0, 7800.0])
+    q, v, vdot = rng.normal(size=(3, 7))
+    Y, tau_arm = compute_payload_regressor(model, np.concatenate([q, v]), vdot), rng.normal(size=7)
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+
+    measured = [observe(tool, error, rng) for _ in range(4000)]
+    torques = [
+        Y @ build_inertia_map([part.shape for part in parts], [part.X_TE for part in parts], (0, 1), 2) @ rho
+        for parts in measured
+    ]
+    expected = np.cov(np.transpose(torques))
+    true = [
+        dataclasses.replace(part, size_sd=error.size, position_sd=error.position, rotation_sd=error.rotation)
+        for part in observe(tool, VisionError(), rng)
+    ]
+    geometry = see(true, PRIOR).geometry
+    felt = 0.1**2 + (0.07 * (tau_arm + Y @ tool.parameters)) ** 2
+    actual = recover_covariance(noise, geometry, rho, Y, tau_arm) - np.diag(felt)
+
+    # Five standard errors of a sample covariance; what is left out is of second order in the eye's error.
+    variances = np.diag(expected)
+    standard_error = np.sqrt((np.outer(variances, variances) + expected**2) / len(measured))
+    assert (np.abs(actual - expected) < 5 * standard_error).all()
 
 
 def test_uncertain_geometry_makes_a_percept_say_less(arm, rng):

@@ -3,13 +3,16 @@
 import logging
 
 import numpy as np
+import pinocchio
 import pytest
 from pydrake.common.value import AbstractValue
+from scipy.stats import kstest, truncnorm
 from seen_objects import ONE_MATERIAL, RED, see
 
-from affordance.acceleration_program import AccelerationProgram
+from affordance.acceleration_program import AccelerationProgram, TerminalGoal
 from affordance.belief import Point
 from affordance.memory import MaterialMemory
+from affordance.mpc import MinimumAccelerationMpc
 from affordance.noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.static_hold import StaticHold
@@ -21,6 +24,7 @@ from affordance.systems.task import TaskSystem
 from affordance.systems.vision import Vision
 from affordance.systems.visual_prior import VisualPrior
 from affordance.tasks.hold import Hold
+from benchmarks.peer_arms import build_pinocchio, read_grip
 
 PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
 
@@ -91,7 +95,25 @@ def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
     assert (evaluate(system, context, "sensation")[:7] != felt[:7]).all()
 
 
-def test_white_noise_depends_on_the_sample_and_not_on_how_often_it_is_asked_for():
+def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+    system = Proprioception(7, noise, 0.05)
+    context = system.CreateDefaultContext()
+    fix(system, context, state=np.zeros(14), vdot=np.zeros(7))
+    system.draw_errors(context, (3,))
+
+    def feel(tau):
+        fix(system, context, tau=tau)
+        return evaluate(system, context, "sensation")[:7].copy()
+
+    gain, offset = noise.draw_trial_errors((3,), 7)
+    np.testing.assert_array_equal(feel(np.zeros(7)), offset)
+    for scale in (1.0, -2.0, 30.0):
+        tau = scale * rng.normal(size=7)
+        np.testing.assert_allclose(feel(tau) - offset, tau + gain * tau, rtol=0, atol=1e-13)
+
+
+def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_asked_for():
     system = Proprioception(7, WhiteNoise(sd=0.1), 0.05)
     context = system.CreateDefaultContext()
     fix(system, context, tau=np.zeros(7), state=np.zeros(14), vdot=np.zeros(7))
@@ -102,6 +124,8 @@ def test_white_noise_depends_on_the_sample_and_not_on_how_often_it_is_asked_for(
     assert (evaluate(system, context, "sensation")[:7] != first).all()
     context.SetTime(0.05)
     np.testing.assert_array_equal(evaluate(system, context, "sensation")[:7], first)
+    system.draw_errors(context, (2,))
+    assert (evaluate(system, context, "sensation")[:7] != first).all()
 
 
 @pytest.fixture
@@ -192,6 +216,22 @@ def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
     np.testing.assert_array_equal(torques[0], torques[2])
 
 
+def test_sampled_densities_are_distributed_as_believed(controller, arm):
+    """The density behind the torque of each of 500 seeds, against the prior restricted to positive densities."""
+    system, context = controller(Point.SAMPLE)
+    hold = StaticHold(arm)
+    per_density = hold.Y @ see(ONE_MATERIAL, PRIOR).geometry.Phi[:, 0]
+    drawn = []
+    for seed in range(500):
+        system.set_seed(context, (seed,))
+        update(system, context)
+        load = evaluate(system, context, "tau") - hold.tau_arm
+        drawn.append(load @ per_density / (per_density @ per_density))
+    sd = np.hypot(PRIOR.sd, PRIOR.deviation_sd)
+    believed = truncnorm(-PRIOR.mode / sd, np.inf, loc=PRIOR.mode, scale=sd)
+    assert kstest(drawn, believed.cdf).pvalue > 1e-3
+
+
 def test_limited_ticks_are_counted(controller, arm):
     system, context = controller()
     x = np.concatenate([arm.home, np.zeros(7)])
@@ -219,6 +259,56 @@ def test_failed_solver_lets_the_previous_plan_go_on_and_says_so(controller, arm,
     monkeypatch.undo()
     update(system, context)
     assert system.get_counts(context) == (0, 1)
+
+
+def compute_torques_with_pinocchio(density, x, vdot):
+    """Torques of the arm holding ONE_MATERIAL, in a library that shares nothing with ours."""
+    model = build_pinocchio()
+    (part,) = ONE_MATERIAL
+    mass = density * part.shape.volume
+    payload = pinocchio.Inertia.FromEllipsoid(mass, *part.shape.semi_axes)
+    place = pinocchio.SE3(np.eye(3), read_grip() + part.X_TE[:3, 3])
+    model.appendBodyToJoint(model.njoints - 1, payload, place)
+    q, v = np.split(x, 2)
+    return pinocchio.rnea(model, model.createData(), q, v, vdot)
+
+
+def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(controller, arm, rng, monkeypatch):
+    """Each tick's torque gives the acceleration planned for its time at the state reached, zero after the end."""
+    system, context = controller()
+    settings, tick = DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.tick
+    ticks_per_step = round(settings.horizon / settings.num_steps / tick)
+    mpc = MinimumAccelerationMpc(arm.limits, settings)
+    home_at_rest = TerminalGoal(np.eye(7), arm.home, np.eye(7), np.zeros(7))
+    time = 0.0
+
+    def draw_state():
+        return np.concatenate([arm.home, np.zeros(7)]) + 0.02 * rng.normal(size=14)
+
+    def advance(x):
+        nonlocal time
+        context.SetTime(time)
+        fix(system, context, state=x)
+        update(system, context)
+        time += tick
+        return evaluate(system, context, "tau").copy()
+
+    for num_failures in (6, 52):
+        x = draw_state()
+        plan = mpc.solve_free(x, home_at_rest)[: settings.num_steps]
+        first = advance(x)
+        np.testing.assert_allclose(first, compute_torques_with_pinocchio(PRIOR.mode, x, plan[0]), atol=1e-9)
+        with monkeypatch.context() as broken:
+            broken.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
+            broken.setattr(system._mpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+            for k in range(1, num_failures + 1):
+                step = k // ticks_per_step
+                vdot = plan[step] if step < settings.num_steps else np.zeros(7)
+                x = draw_state()
+                expected = compute_torques_with_pinocchio(PRIOR.mode, x, vdot)
+                assert (np.abs(expected) < arm.limits.tau_max).all()
+                np.testing.assert_allclose(advance(x), expected, atol=1e-9)
+    assert system.get_counts(context) == (0, 6 + 52)
 
 
 def test_state_that_is_not_finite_keeps_the_last_torque(controller, arm):

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.experiments import weight
+from affordance.experiments import com, reach, weight
 from affordance.report import write_report
 from affordance.results import prepare_folder, remove_leftovers
 
-EXPERIMENTS = {weight.NAME: weight}
+EXPERIMENTS = {module.NAME: module for module in (weight, com, reach)}
 
 
 def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int) -> Path:

@@ -19,11 +19,12 @@ from affordance import figures, metrics
 from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
+from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import check_tools_can_be_held
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
-from affordance.results import compute_key, list_versions, run_repeats, write_json
+from affordance.results import compute_key, run_repeats, write_json
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
@@ -31,8 +32,6 @@ from affordance.trial import TrialRecord, get_runner
 
 NAME = "weight"
 QUARTILES = (0.25, 0.5, 0.75)
-# The observer of which figures, trajectories and replay show every detail.
-RUN_SHOWN = 0
 
 
 @dataclass(frozen=True)
@@ -111,10 +110,8 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
         ``density_quartiles`` (K + 1, 3) and ``density_mode`` (K + 1,).
     """
     records, memories = run_observer(config, repeat)
-    heights = ("height_centre", "height_grip", "height_com")
     return {
-        "times": records[0].times,
-        **{name: np.stack([getattr(record, name) for record in records]) for name in heights},
+        **stack_heights(records),
         "density_quartiles": np.stack([memory.belief.compute_percentiles(QUARTILES)[:, 0] for memory in memories]),
         "density_mode": np.array([memory.belief.compute_mode()[0] for memory in memories]),
         "log_evidence": np.array([record.log_evidence for record in records]),
@@ -137,14 +134,6 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     arrays = run_repeats(kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=NAME)
     records, _ = run_observer(config, RUN_SHOWN)
     numbers = compute_metrics(config, arrays)
-    provenance = {
-        "seed": config.seed,
-        "repeats": repeats,
-        "run_shown": RUN_SHOWN,
-        "config": config,
-        "versions": list_versions(),
-        "wall_s": time.perf_counter() - start,
-    }
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
@@ -154,7 +143,8 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
         for tool, record in zip(config.tools, records, strict=True)
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
-    write_json(folder / "metrics.json", {**numbers, **provenance})  # last: where it is, the rest is too
+    described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
 def compute_metrics(config: WeightConfig, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
@@ -293,27 +283,6 @@ def _draw(config: WeightConfig, arrays: Mapping[str, NDArray[Any]], folder: Path
 def _write_trajectories(
     path: Path, config: WeightConfig, arrays: Mapping[str, NDArray[Any]], records: Sequence[TrialRecord]
 ) -> None:
-    heights = {
-        name: Labelled(("repeat", "trial", "time"), arrays[name], "m", f"height of the {point} above its start")
-        for name, point in (
-            ("height_centre", "tool's geometric centre"),
-            ("height_grip", "grip To"),
-            ("height_com", "tool's true centre of mass"),
-        )
-    }
-    shown = {
-        name: Labelled(
-            ("trial", "time", "joint"),
-            np.stack([getattr(record, name) for record in records]),
-            unit,
-            f"{meaning}, observer {RUN_SHOWN}",
-        )
-        for name, unit, meaning in (
-            ("q", "rad", "joint angles"),
-            ("v", "rad/s", "joint rates"),
-            ("tau", "N m", "joint torques over the tick that ends at each time"),
-        )
-    }
     quartiles = Labelled(
         ("repeat", "moment", "percentile"),
         arrays["density_quartiles"],
@@ -321,9 +290,9 @@ def _write_trajectories(
         "25th, 50th, 75th percentile of the believed density, before the first and after each trial",
     )
     joint_names = get_runner(config.settings).get_diagram(config.tools[0]).arm.joint_names
-    times = Labelled(("time",), arrays["times"][0], "s", "time since the object was given")
+    motions = label_motions(records, f"observer {RUN_SHOWN}")
     write_trajectories(
         path,
-        {"time": times, **heights, "density": quartiles, **shown},
+        {**label_heights(arrays), "density": quartiles, **motions},
         {"trial": [tool.name for tool in config.tools], "joint": joint_names},
     )

@@ -93,8 +93,8 @@ class MpcController(SampledSystem):
             self._go_on(context, discrete_state, "the state is not finite")
             return
         self._model.set_state(x)
-        end_time = context.get_time() + self._mpc.settings.horizon
-        goal = self._goal.Eval(context).compute_goal(self._model, x, end_time)
+        task, horizon = self._goal.Eval(context), self._mpc.settings.horizon
+        goal = task.compute_goal(self._model, x, context.get_time(), horizon)
         solution = self._mpc.solve(x, goal, self._model)
         if solution.status is MpcStatus.FAILED:
             self._go_on(context, discrete_state, "the solver failed", self._model)

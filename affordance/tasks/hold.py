@@ -24,6 +24,6 @@ class Hold:
         for array in self._goal:
             array.setflags(write=False)
 
-    def compute_goal(self, model: ArmModel, x: Array, end_time: float) -> TerminalGoal:
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Returns the posture at rest, whatever state and time are."""
         return self._goal

@@ -14,13 +14,14 @@ Array = NDArray[np.float64]
 class Task(Protocol):
     """States its goal at the end of a controller's horizon."""
 
-    def compute_goal(self, model: ArmModel, x: Array, end_time: float) -> TerminalGoal:
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal.
 
         Args:
-            model: The arm, already at state x.
+            model: The arm, at state x when called and when left.
             x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
-            end_time: Time at the end of the horizon, [s].
+            time: Now, [s].
+            horizon: How far ahead the goal lies, [s].
 
         Returns: Linear goal; matrices that stay the same should be the same arrays, whose factor can then be kept.
         """

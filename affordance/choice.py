@@ -1,0 +1,286 @@
+"""Which of several objects to take, and where to hold it: inner simulation (paper, IV-C and IV-D).
+
+An option is an object in a grip, as the eye sees it. For every density that is believed possible, inner simulation
+says what the task would cost with each option; from there two rules lead to a choice. The paper's draws one density
+and takes what is cheapest under it; Bayes' takes what is expected to cost least.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arm import Arm, ArmModel, load_arm
+from affordance.exceptions import AffordanceError
+from affordance.memory import MaterialMemory
+from affordance.object_belief import ObjectBelief
+from affordance.planned_motion import Costs
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.tools import Tool, find_free_end
+from affordance.vision import VisionError, observe
+from affordance.visual_prior import ComponentFeatures, predict_object
+
+Array = NDArray[np.float64]
+Chosen = NDArray[np.intp]
+
+# Costs within this fraction of each other are equal: what is left is rounding.
+TIE = 1e-9
+NO_OPTION = -1
+
+
+@dataclass(frozen=True)
+class Option:
+    """An object in a grip.
+
+    Attributes:
+        thing: Which object it is; options of one thing are made of the very same parts.
+        grip: Which end is in the hand; empty if there is no choice.
+        features: What the eye says of its components, posed relative to the hand.
+    """
+
+    thing: str
+    grip: str
+    features: tuple[ComponentFeatures, ...]
+
+    @property
+    def name(self) -> str:
+        """The thing, and its grip if there is a choice."""
+        return f"{self.thing} by {self.grip}" if self.grip else self.thing
+
+    @property
+    def p_TTfree(self) -> Array:
+        """The free end as seen, shape (3,), [m]."""
+        return find_free_end(self.features)
+
+
+def list_options(tool: Tool, error: VisionError = VisionError(), seed: int = 0) -> tuple[Option, ...]:
+    """Looks at a tool once in each of its grips.
+
+    Args:
+        tool: The tool.
+        error: How well the eye measures.
+        seed: Determines the errors of the eye.
+    """
+    held = [tool.hold_by(grip) for grip in tool.grips] or [tool]
+    return tuple(
+        Option(tool.name, grasped.grip, observe(grasped, error, np.random.default_rng(seed))) for grasped in held
+    )
+
+
+class EnergyModel(Protocol):
+    """What a task costs with one option."""
+
+    def compute(self, pi: Array) -> Costs:
+        """Costs for inertial parameters of shape (S, 10)."""
+
+
+class Demand(Protocol):
+    """A task that can be asked of any option."""
+
+    def build_energies(self, model: ArmModel, p_TF: Array, settings: Settings) -> EnergyModel:
+        """Plans the task with a tool whose free end is p_TF, shape (3,), [m]."""
+
+
+class RankedOption(NamedTuple):
+    """An option with what it is believed to cost.
+
+    Attributes:
+        option: The option.
+        energy: Expected work over the samples under which every option keeps the torque limits, [J].
+        energies: Work under each sample, (S,), [J]; infinite where a torque limit would be broken.
+        effort: Expected integral of |tau|^2 dt over the same samples as energy, [N^2 m^2 s].
+        p_best: Probability that it is the cheapest.
+        p_feasible: Probability that it keeps the torque limits.
+    """
+
+    option: Option
+    energy: float
+    energies: Array
+    effort: float
+    p_best: float
+    p_feasible: float
+
+
+class Ranking(NamedTuple):
+    """The options in the order of their expected work.
+
+    Attributes:
+        ranked: Those that keep the torque limits at the most probable densities, the least expected work first;
+            then the others, which are never chosen.
+        num_feasible: How many of them do.
+        p_none: Probability that no option keeps the limits.
+        flips: Whether the least expected integral of |tau|^2 would choose otherwise.
+    """
+
+    ranked: tuple[RankedOption, ...]
+    num_feasible: int
+    p_none: float
+    flips: bool
+
+    @property
+    def best(self) -> RankedOption:
+        """What Bayes' rule chooses.
+
+        Raises:
+            AffordanceError: No option keeps the torque limits at the most probable densities.
+        """
+        if self.num_feasible == 0:
+            names = ", ".join(entry.option.name for entry in self.ranked)
+            raise AffordanceError(f"no option can be used: all break a torque limit as believed ({names})")
+        return self.ranked[0]
+
+
+class Choice:
+    """A choice among options for one task, with the motions planned once for all beliefs."""
+
+    def __init__(
+        self, options: Sequence[Option], task: Demand, settings: Settings = DEFAULT_SETTINGS, arm: Arm | None = None
+    ) -> None:
+        """Plans the task with every option.
+
+        Args:
+            options: At least one.
+            task: What is to be done.
+            settings: Those of prior and controller.
+            arm: The arm; loaded from the settings if None.
+
+        Raises:
+            AffordanceError: There is no option, two are of one name, or no motion could be planned.
+            ModelFileError: The arm cannot be loaded.
+        """
+        names = [option.name for option in options]
+        if not names or len(set(names)) < len(names):
+            raise AffordanceError(f"options are {names}, must be at least one and each of another name")
+        self.options = tuple(options)
+        self.settings = settings
+        model = ArmModel(arm or load_arm(settings.arm))
+        self.energies = [task.build_energies(model, option.p_TTfree, settings) for option in options]
+        self._things = list(dict.fromkeys(option.thing for option in options))
+
+    def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
+        """Draws inertial parameters of all options from what is believed.
+
+        The options of a sample are made of the same materials: a material's mean density is one for all of them, and
+        an object's own deviation from it, and the error of seeing it, are one for all grips of the object.
+
+        Returns: Shape (options, num_samples, 10).
+        """
+        beliefs = self._predict(memory)
+        materials = beliefs[0].memory.belief
+        joint = materials.spread(self.settings.prior.deviation_sd, len(self._things))
+        rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._things), -1)
+        errors: dict[str, Array] = {}
+        parameters = []
+        for option, belief in zip(self.options, beliefs, strict=True):
+            if option.thing not in errors:
+                errors[option.thing] = rng.standard_normal((num_samples, len(belief.geometry.Phi_errors)))
+            rho_of_thing = rho[:, self._things.index(option.thing)]
+            parameters.append(belief.geometry.compute_parameters(rho_of_thing, errors[option.thing]))
+        return np.array(parameters)
+
+    def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
+        """Inertial parameters of all options at given densities, shape (options, S, 10).
+
+        Args:
+            memory: Gives the order of the materials; must have met all looks.
+            rho: Densities, shape (S, M), [kg/m^3].
+        """
+        return np.array([belief.compute_parameters(rho) for belief in self._predict(memory)])
+
+    def compute_costs(self, pi: Array) -> Costs:
+        """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
+        costs = [energies.compute(parameters) for energies, parameters in zip(self.energies, pi, strict=True)]
+        return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
+
+    def rank(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int = 10_000) -> Ranking:
+        """Ranks the options by what they are believed to cost; see ``rank``."""
+        costs = self.compute_costs(self.draw_parameters(memory, rng, num_samples))
+        chosen = pick_cheapest(costs, rng)
+        usable = self._keep_limits_as_believed(memory)
+        shared = costs.feasible.all(axis=0)
+        # Where no sample lets every option be used, there is nothing to compare but what each costs where it can be.
+        compared = np.broadcast_to(shared, costs.feasible.shape) if shared.any() else costs.feasible
+        entries = [
+            RankedOption(
+                option,
+                energy=_mean(costs.work[i, compared[i]]),
+                energies=np.where(costs.feasible[i], costs.work[i], np.inf),
+                effort=_mean(costs.effort[i, compared[i]]),
+                p_best=float((chosen == i).mean()),
+                p_feasible=float(costs.feasible[i].mean()),
+            )
+            for i, option in enumerate(self.options)
+        ]
+        order = sorted(range(len(entries)), key=lambda i: (not usable[i], entries[i].energy))
+        least_effort = min(range(len(entries)), key=lambda i: (not usable[i], entries[i].effort))
+        return Ranking(
+            tuple(entries[i] for i in order),
+            num_feasible=int(usable.sum()),
+            p_none=float((chosen == NO_OPTION).mean()),
+            flips=order[0] != least_effort,
+        )
+
+    def _keep_limits_as_believed(self, memory: MaterialMemory) -> NDArray[np.bool_]:
+        """Which options keep the torque limits at the most probable densities, (options,)."""
+        beliefs = self._predict(memory)
+        modes = [belief.compute_parameters(belief.densities.compute_mode()[None]) for belief in beliefs]
+        feasible: NDArray[np.bool_] = self.compute_costs(np.array(modes)).feasible[:, 0]
+        return feasible
+
+    def _predict(self, memory: MaterialMemory) -> list[ObjectBelief]:
+        """What is believed of each option, all in one order of materials."""
+        looks = [part.colour for option in self.options for part in option.features]
+        memory = memory.meet(looks, self.settings.prior)
+        return [predict_object(option.features, memory, self.settings.prior) for option in self.options]
+
+
+def rank(
+    options: Sequence[Option],
+    task: Demand,
+    belief: MaterialMemory,
+    settings: Settings = DEFAULT_SETTINGS,
+    *,
+    num_samples: int = 10_000,
+    seed: int = 0,
+) -> Ranking:
+    """Ranks objects and grips by what a task is believed to cost with them.
+
+    Args:
+        options: What there is to choose from, at least one; different objects as well as different grips.
+        task: What is to be done, such as Reach.
+        belief: What is believed of materials; those never met get the prior of the settings.
+        settings: Those of arm, prior and controller.
+        num_samples: How many densities are drawn from the belief.
+        seed: Determines what is drawn.
+
+    Returns: The options, least expected work first.
+
+    Raises:
+        AffordanceError: There is no option, two are of one name, or no motion could be planned.
+        ModelFileError: The arm cannot be loaded.
+    """
+    return Choice(options, task, settings).rank(belief, np.random.default_rng(seed), num_samples)
+
+
+def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
+    """Picks the feasible option of least work under each sample; among equals a fair coin decides.
+
+    Args:
+        costs: Arrays of shape (options, S).
+        rng: The coin.
+
+    Returns: Index of the option, or NO_OPTION where none is feasible, shape (S,).
+    """
+    work = np.where(costs.feasible, costs.work, np.inf)
+    least = work.min(axis=0)
+    equal = costs.feasible & (work <= least * (1.0 + TIE))
+    lots = np.where(equal, rng.random(work.shape), -1.0)
+    picked: Chosen = np.where(equal.any(axis=0), lots.argmax(axis=0), NO_OPTION)
+    return picked
+
+
+def _mean(values: Array) -> float:
+    """Mean; infinite if there is no value."""
+    return float(values.mean()) if len(values) else np.inf

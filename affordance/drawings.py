@@ -1,0 +1,98 @@
+"""Pictures of objects as seen from the side, drawn from the tools themselves."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle, Ellipse
+from numpy.typing import NDArray
+
+from affordance.tools import Tool
+
+Array = NDArray[np.float64]
+
+_METRES_TO_CM = 100.0
+_SCALE_BAR = 10.0  # [cm]
+
+
+class Drawing(NamedTuple):
+    """An object in a picture.
+
+    Attributes:
+        tool: The object as it is held.
+        title: Stands above it.
+        as_made: Whether it is drawn in the colours of what it is made of, rather than in those it shows.
+    """
+
+    tool: Tool
+    title: str
+    as_made: bool = False
+
+
+def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
+    """Draws objects at one scale, each with its hand and its true centre of mass.
+
+    Args:
+        drawings: The objects.
+        columns: How many stand side by side.
+    """
+    rows = -(-len(drawings) // columns)
+    figure = Figure(figsize=(6.2 * columns, 1.5 * rows + 0.7))
+    all_axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
+    length = _METRES_TO_CM * max(drawing.tool.p_TTfree[0] for drawing in drawings)
+    for axes, drawing in zip(all_axes, drawings, strict=False):
+        _draw_object(axes, drawing)
+    for axes in all_axes:
+        axes.set_aspect("equal")
+        axes.set_xlim(-0.16 * length, 1.06 * length)
+        axes.set_ylim(-0.19 * length, 0.19 * length)
+        axes.axis("off")
+    below = -0.17 * length
+    last = all_axes[len(drawings) - 1]
+    last.plot([length - _SCALE_BAR, length], [below, below], color="#000000", linewidth=2.0, solid_capstyle="butt")
+    last.annotate(
+        f"{_SCALE_BAR:.0f} cm", (length - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
+    )
+    handles = last.plot([], [], "x", color="#000000", markersize=9.0, markeredgewidth=2.0, label="centre of mass")
+    colours = {}
+    for drawing in drawings:
+        for part in drawing.tool.components:
+            material = part.material if drawing.as_made else part.looks_like
+            colours[material.name] = material.colour
+    for name, colour in colours.items():
+        handles += last.plot([], [], "o", color=colour, markeredgecolor="#000000", markersize=9.0, label=name)
+    handles += last.plot([], [], "o", color="#DDDDDD", markeredgecolor="#666666", markersize=9.0, label="hand")
+    figure.legend(handles=handles, frameon=False, loc="outside lower center", ncols=len(handles))
+    return figure
+
+
+def _draw_object(axes: Axes, drawing: Drawing) -> None:
+    tool = drawing.tool
+    for part in tool.components:
+        # What a solid ellipsoid shows along Tz is the ellipse of the upper left block of R diag(a^2) R^T.
+        R_TE = part.X_TE[:3, :3]
+        shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
+        squares, directions = np.linalg.eigh(shadow[:2, :2])
+        width, height = 2.0 * _METRES_TO_CM * np.sqrt(squares)
+        angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
+        colour = (part.material if drawing.as_made else part.looks_like).colour
+        centre = _METRES_TO_CM * part.X_TE[:2, 3]
+        axes.add_patch(
+            Ellipse(
+                (float(centre[0]), float(centre[1])),
+                float(width),
+                float(height),
+                angle=angle,
+                facecolor=colour,
+                edgecolor="#000000",
+                linewidth=0.8,
+            )
+        )
+    hand = _METRES_TO_CM * 0.022
+    axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
+    x, y, _ = _METRES_TO_CM * tool.p_TTcm
+    axes.plot(x, y, "x", color="#FFFFFF", markersize=12.0, markeredgewidth=4.5)
+    axes.plot(x, y, "x", color="#000000", markersize=11.0, markeredgewidth=2.2)
+    axes.set_title(f"{drawing.title} ({tool.mass:.2f} kg)", fontsize=10)

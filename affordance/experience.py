@@ -1,0 +1,127 @@
+"""What observers learn before they are tested: holding honest objects, block by block.
+
+Simulations II to IV share it: observer r of a seed holds the same objects in the same order and feels the same, so
+that what was learned in one experiment is what the other two choose by.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief import DensityBelief
+from affordance.memory import MaterialMemory
+from affordance.results import compute_key, run_repeats
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.tools import Colour, Tool
+from affordance.trial import get_runner
+
+# Stands behind seed and repeat where the order of the objects is drawn; trials count from 0.
+_ORDER = 10**6
+
+
+@dataclass(frozen=True)
+class ExperienceConfig:
+    """How experience is gained.
+
+    Attributes:
+        tools: The honest objects; every block holds each of them once, in random order.
+        seed: Root of every random draw.
+        settings: What all simulations share.
+        duration: How long each object is held, [s].
+        num_trials: How many holds, a multiple of the number of objects.
+    """
+
+    tools: tuple[Tool, ...]
+    seed: int = 0
+    settings: Settings = DEFAULT_SETTINGS
+    duration: float = 3.0
+    num_trials: int = 6
+
+    @property
+    def looks(self) -> tuple[Colour, ...]:
+        """The colours of all objects, in the order of their components."""
+        return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
+
+
+@dataclass(frozen=True)
+class Experience:
+    """The memories of many observers.
+
+    Attributes:
+        looks: Colours of the materials, M of them.
+        precision: Of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
+        shift: Of the same, (repeats, K + 1, M).
+        order: Which object was held in each trial, (repeats, K).
+    """
+
+    looks: tuple[Colour, ...]
+    precision: NDArray[np.float64]
+    shift: NDArray[np.float64]
+    order: NDArray[np.intp]
+
+    @property
+    def num_repeats(self) -> int:
+        """How many observers."""
+        return len(self.order)
+
+    @property
+    def num_trials(self) -> int:
+        """How many trials K."""
+        return int(self.order.shape[1])
+
+    def recall(self, repeat: int, num_trials: int) -> MaterialMemory:
+        """The memory of an observer after a number of trials."""
+        return MaterialMemory(
+            self.looks, DensityBelief(self.precision[repeat, num_trials], self.shift[repeat, num_trials])
+        )
+
+
+def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
+    """Draws the order of the objects for an observer, block by block."""
+    rng = np.random.default_rng([config.seed, repeat, _ORDER])
+    num_blocks = config.num_trials // len(config.tools)
+    return [int(index) for _ in range(num_blocks) for index in rng.permutation(len(config.tools))]
+
+
+def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs an observer's trials.
+
+    Returns: ``precision`` (K + 1, M, M), ``shift`` (K + 1, M), ``order`` (K,) and ``log_evidence`` (K,).
+    """
+    runner = get_runner(config.settings)
+    order = draw_order(config, repeat)
+    memory = MaterialMemory().meet(config.looks, config.settings.prior)
+    memories, evidence = [memory], []
+    for trial, index in enumerate(order):
+        seed = (config.seed, repeat, trial)
+        record = runner.run_hold(config.tools[index], memory, duration=config.duration, seed=seed)
+        memory = record.memory
+        memories.append(memory)
+        evidence.append(record.log_evidence)
+    return {
+        "precision": np.stack([memory.belief.precision for memory in memories]),
+        "shift": np.stack([memory.belief.shift for memory in memories]),
+        "order": np.array(order, dtype=np.intp),
+        "log_evidence": np.array(evidence),
+    }
+
+
+def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
+    """Runs the observers that a folder does not hold yet, and returns all of them.
+
+    Args:
+        config: How experience is gained.
+        folder: Keeps them, for all experiments that share the configuration.
+        repeats: How many observers, at least 1.
+        jobs: How many processes, at least 1.
+    """
+    kept = folder / compute_key(config, config.settings.arm.parent)
+    arrays: Mapping[str, NDArray[Any]] = run_repeats(
+        kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
+    )
+    return Experience(config.looks, arrays["precision"], arrays["shift"], arrays["order"])

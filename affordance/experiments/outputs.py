@@ -1,0 +1,69 @@
+"""What the experiments write alike: heights, motions and provenance."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.results import list_versions
+from affordance.trajectories import Labelled
+from affordance.trial import TrialRecord
+
+# Heights that a trial logs, and of which point of the tool they are.
+HEIGHTS = {
+    "height_centre": "tool's geometric centre",
+    "height_grip": "grip To",
+    "height_com": "tool's true centre of mass",
+}
+# The observer of which figures, trajectories and replay show every detail.
+RUN_SHOWN = 0
+
+
+def stack_heights(records: Sequence[TrialRecord]) -> dict[str, NDArray[np.float64]]:
+    """Stacks ``times`` (N,) and the heights of K trials, (K, N), [m]."""
+    heights = {name: np.stack([getattr(record, name) for record in records]) for name in HEIGHTS}
+    return {"times": records[0].times, **heights}
+
+
+def label_heights(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Labelled]:
+    """Labels the heights of all repeats, (repeats, K, N)."""
+    return {
+        name: Labelled(("repeat", "trial", "time"), arrays[name], "m", f"height of the {point} above its start")
+        for name, point in HEIGHTS.items()
+    }
+
+
+def label_motions(records: Sequence[TrialRecord], shown: str) -> dict[str, Labelled]:
+    """Labels times and motions of K trials.
+
+    Args:
+        records: The trials, logged at the same times.
+        shown: Whose they are.
+    """
+    motions = {
+        name: Labelled(
+            ("trial", "time", "joint"),
+            np.stack([getattr(record, name) for record in records]),
+            unit,
+            f"{meaning}, {shown}",
+        )
+        for name, unit, meaning in (
+            ("q", "rad", "joint angles"),
+            ("v", "rad/s", "joint rates"),
+            ("tau", "N m", "joint torques over the tick that ends at each time"),
+        )
+    }
+    return {"time": Labelled(("time",), records[0].times, "s", "time since the trial began"), **motions}
+
+
+def describe_run(config: Any, *, seed: int, repeats: int, wall_s: float) -> dict[str, Any]:
+    """What stands in metrics.json beside the numbers."""
+    return {
+        "seed": seed,
+        "repeats": repeats,
+        "run_shown": RUN_SHOWN,
+        "config": config,
+        "versions": list_versions(),
+        "wall_s": wall_s,
+    }

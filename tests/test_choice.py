@@ -1,0 +1,205 @@
+"""Inner simulation and the choice among options."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from affordance.belief import DensityBelief
+from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest, rank
+from affordance.exceptions import AffordanceError
+from affordance.memory import MaterialMemory
+from affordance.paths import load_path
+from affordance.planned_motion import Costs
+from affordance.rollout import measure_costs, roll_out
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.tasks.reach import Reach
+from affordance.tools import MODELS, load_materials, load_tools
+
+STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+LOOKS = tuple(part.looks_like.colour for part in STICK.components)
+REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
+
+
+@pytest.fixture(scope="module")
+def choice():
+    return Choice(list_options(STICK), REACH)
+
+
+def believe(wood, steel, sd):
+    """A memory of both materials."""
+    return MaterialMemory(LOOKS, DensityBelief.from_moments(np.array([wood, steel], float), sd**2 * np.eye(2)))
+
+
+def compute_work(choice, wood, steel):
+    return choice.compute_costs(choice.compute_parameters(believe(1.0, 1.0, 1.0), np.array([[wood, steel]]))).work[
+        :, 0
+    ]
+
+
+def test_options_are_the_grips_as_seen():
+    options = list_options(STICK)
+    assert [option.name for option in options] == ["stick by wood", "stick by steel"]
+    for option in options:
+        np.testing.assert_allclose(option.p_TTfree, [0.3, 0, 0], atol=1e-12)
+    # By the steel end the steel is near the hand.
+    assert options[1].features[1].X_TE[0, 3] == pytest.approx(0.075)
+    (whole,) = list_options(dataclasses.replace(STICK, grips=()))
+    assert whole.name == "stick"
+
+
+def test_object_of_one_density_costs_the_same_in_both_grips(choice):
+    """Turned around it is the same object."""
+    works = compute_work(choice, 3000.0, 3000.0)
+    assert works[0] == pytest.approx(works[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("ratio", [1.02, 3.0, 11.0])
+def test_heavier_end_belongs_into_the_hand(choice, ratio):
+    by_wood, by_steel = compute_work(choice, 700.0, 700.0 * ratio)
+    assert by_steel < by_wood
+    by_wood, by_steel = compute_work(choice, 700.0 * ratio, 700.0)
+    assert by_wood < by_steel
+
+
+def test_exchanging_the_materials_exchanges_the_grips(choice):
+    np.testing.assert_allclose(
+        compute_work(choice, 900.0, 5000.0), compute_work(choice, 5000.0, 900.0)[::-1], rtol=1e-9
+    )
+
+
+def test_samples_are_those_of_the_belief(choice):
+    """Masses of the sampled objects: their mean and spread follow from volumes and densities."""
+    memory = believe(2000.0, 6000.0, 300.0)
+    pi = choice.draw_parameters(memory, np.random.default_rng(0), 40_000)
+    volume = STICK.components[0].shape.volume
+    sd = volume * np.sqrt(2 * (300.0**2 + DEFAULT_SETTINGS.prior.deviation_sd**2))
+    masses = pi[0, :, 0]
+    assert masses.mean() == pytest.approx(volume * 8000.0, abs=5 * sd / np.sqrt(40_000))
+    assert masses.std() == pytest.approx(sd, rel=0.02)
+    # One object, whichever end is in the hand.
+    np.testing.assert_allclose(pi[1, :, 0], masses, rtol=1e-12)
+    np.testing.assert_allclose(pi[0, :, 1] + pi[1, :, 1], 0.3 * masses, rtol=1e-9)
+
+
+def test_different_objects_of_one_material_differ_by_their_own_deviations():
+    options = [list_options(dataclasses.replace(STICK, name=name, grips=()))[0] for name in ("one", "other")]
+    choice = Choice(options, REACH)
+    pi = choice.draw_parameters(believe(2000.0, 6000.0, 300.0), np.random.default_rng(0), 40_000)
+    s = DEFAULT_SETTINGS.prior.deviation_sd
+    correlation = np.corrcoef(pi[:, :, 0])[0, 1]
+    assert correlation == pytest.approx(300.0**2 / (300.0**2 + s**2), abs=0.01)
+
+
+def test_ranking_is_what_the_samples_say(choice):
+    memory = believe(720.0, 1200.0, 300.0)
+    ranking = choice.rank(memory, np.random.default_rng(4), 5_000)
+    pi = choice.draw_parameters(memory, np.random.default_rng(4), 5_000)
+    works = np.array(
+        [energies.compute(parameters).work for energies, parameters in zip(choice.energies, pi, strict=True)]
+    )
+    assert ranking.best.option.grip == "steel"
+    best, other = ranking.ranked
+    assert best.energy == pytest.approx(works[1].mean(), rel=1e-12)
+    assert other.energy == pytest.approx(works[0].mean(), rel=1e-12)
+    assert best.p_best == pytest.approx((works[1] < works[0]).mean(), abs=1e-12)
+    assert 0.55 < best.p_best < 0.95
+    assert best.p_best + other.p_best + ranking.p_none == pytest.approx(1.0)
+    np.testing.assert_array_equal(best.energies, works[1])
+
+
+def test_without_experience_the_plain_object_is_a_matter_of_chance_and_the_headed_one_is_not():
+    plain = rank(list_options(STICK), REACH, MaterialMemory())
+    p_wood = next(entry.p_best for entry in plain.ranked if entry.option.grip == "wood")
+    assert p_wood == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(10_000))
+    headed = rank(list_options(HAMMER), REACH, MaterialMemory())
+    assert headed.best.option.name == "hammer by steel"
+    assert headed.best.p_best > 0.7
+
+
+def test_different_tools_can_be_options():
+    options = [*list_options(STICK), *list_options(HAMMER)]
+    ranking = rank(options, REACH, believe(720.0, 7850.0, 50.0), num_samples=1_000)
+    assert {entry.option.thing for entry in ranking.ranked} == {"stick", "hammer"}
+    energies = [entry.energy for entry in ranking.ranked]
+    assert energies == sorted(energies)
+    assert sum(entry.p_best for entry in ranking.ranked) == pytest.approx(1.0)
+
+
+def test_seed_decides_the_samples():
+    first, again = (rank(list_options(STICK), REACH, MaterialMemory(), num_samples=200, seed=1) for _ in range(2))
+    other = rank(list_options(STICK), REACH, MaterialMemory(), num_samples=200, seed=2)
+    np.testing.assert_array_equal(first.best.energies, again.best.energies)
+    assert not np.array_equal(np.sort(first.best.energies), np.sort(other.best.energies))
+
+
+def test_option_that_breaks_a_limit_is_never_chosen(choice):
+    """Held by the light end this one loads the wrist beyond its limit; held by the heavy one it does not."""
+    ranking = choice.rank(believe(500.0, 24_500.0, 100.0), np.random.default_rng(0), 500)
+    best, other = ranking.ranked
+    assert best.option.grip == "steel"
+    assert best.p_feasible > 0.9
+    assert other.p_feasible < 0.1
+    assert other.p_best < 0.1
+    assert ranking.num_feasible == 1
+
+
+def test_if_all_options_break_limits_it_is_said(choice):
+    ranking = choice.rank(believe(24_000.0, 24_000.0, 100.0), np.random.default_rng(0), 500)
+    assert ranking.num_feasible == 0
+    assert ranking.p_none == 1.0
+    with pytest.raises(AffordanceError, match=r"all break a torque limit as believed \(stick by"):
+        _ = ranking.best
+
+
+@pytest.mark.parametrize("count", [0, 2])
+def test_options_need_names_of_their_own(count):
+    option = list_options(STICK)[0]
+    with pytest.raises(AffordanceError, match=r"must be at least one and each of another name"):
+        Choice([option] * count, REACH)
+
+
+def make_costs(work, feasible):
+    return Costs(np.array(work), np.array(work), np.array(feasible))
+
+
+def test_cheapest_feasible_option_is_picked():
+    costs = make_costs([[1.0, 5.0, 2.0, 9.0], [2.0, 3.0, 1.0, 1.0]], [[1, 1, 1, 0], [1, 1, 0, 0]])
+    costs = costs._replace(feasible=costs.feasible.astype(bool))
+    np.testing.assert_array_equal(pick_cheapest(costs, np.random.default_rng(0)), [0, 1, 0, NO_OPTION])
+
+
+def test_ties_are_broken_by_a_fair_coin():
+    work = np.full((2, 20_000), 3.0)
+    work[1] *= 1.0 + 1e-14
+    costs = Costs(work, work, np.ones(work.shape, dtype=bool))
+    share = pick_cheapest(costs, np.random.default_rng(0)).mean()
+    assert share == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(20_000))
+
+
+def test_simulated_motions_cost_what_inner_simulation_says(choice):
+    """The full check, over 100 densities, is in benchmarks/decision.py."""
+    rho = np.vstack(
+        [[720.0, 7850.0], believe(3000.0, 3000.0, 1500.0).belief.draw_samples(np.random.default_rng(5), 2)]
+    )
+    costs = choice.compute_costs(choice.compute_parameters(believe(1.0, 1.0, 1.0), rho))
+    for k, (wood, steel) in enumerate(rho):
+        densities = dict(zip(LOOKS, (wood, steel), strict=True))
+        done = [roll_out(STICK.hold_by(grip), REACH, densities, DEFAULT_SETTINGS) for grip in STICK.grips]
+        for rollout, planned in zip(done, costs.work[:, k], strict=True):
+            assert rollout.error < REACH.path.tolerance
+            assert rollout.work == pytest.approx(planned, rel=0.02)
+        assert np.argmin([rollout.work for rollout in done]) == np.argmin(costs.work[:, k])
+
+
+def test_work_of_a_record_is_the_gain_of_energy_where_nothing_is_braked(choice):
+    """Tau v integrated without the magnitude is the change of kinetic and potential energy."""
+    rollout = roll_out(
+        STICK.hold_by(STICK.grips[0]), REACH, dict(zip(LOOKS, (720.0, 7850.0), strict=True)), DEFAULT_SETTINGS
+    )
+    record, tick = rollout.record, DEFAULT_SETTINGS.tick
+    signed = record._replace(tau=np.sign(record.v) * record.tau)
+    rates = 0.5 * (record.v[1:] + record.v[:-1])
+    assert measure_costs(record, tick)[0] >= abs(tick * np.sum(record.tau[1:] * rates))
+    assert measure_costs(signed, tick) == pytest.approx(measure_costs(record, tick))
+    assert rollout.work == pytest.approx(tick * np.sum(np.abs(record.tau[1:] * rates)), rel=1e-3)

@@ -1,0 +1,160 @@
+"""Experiment ``com``: few observers."""
+
+import dataclasses
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+from affordance.exceptions import BadValueError
+from affordance.experience import collect_experience, draw_order, gain_experience
+from affordance.experiments import com
+from affordance.tools import MODELS
+
+CONTRACT = {
+    "mass_true": (3,),
+    "p_ToTcm_x_true": (3,),
+    "height_extreme_m": (3,),
+    "height_extreme_m_ci95": (3, 2),
+    "deviation_m": (3,),
+    "mass_error": (),
+    "com_error_m": (),
+    "seed": (),
+    "repeats": (),
+    "run_shown": (),
+    "wall_s": (),
+}
+
+
+@pytest.fixture(scope="module")
+def config():
+    return com.load_config()
+
+
+@pytest.fixture(scope="module")
+def folder(config, tmp_path_factory):
+    """The whole experiment with three observers, run once."""
+    folder = tmp_path_factory.mktemp("results") / "com"
+    com.run(config, folder, repeats=3, jobs=1)
+    return folder
+
+
+def test_results_keep_the_contract(folder):
+    for name in ("figure5.png", "figure5.svg", "figure6.png", "figure6.svg", "diagram.dot", "diagram.svg"):
+        assert (folder / name).stat().st_size > 1000
+    assert (folder / "replay.html").stat().st_size > 1e6
+    assert (folder / "trajectories.nc").exists()
+    numbers = json.loads((folder / "metrics.json").read_text())
+    for key, shape in CONTRACT.items():
+        assert np.shape(numbers[key]) == shape, key
+        assert np.isfinite(numbers[key]).all(), key
+    assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
+    assert numbers["density_median"].keys() == {"beech", "steel"}
+
+
+def test_masses_are_equal_and_centres_of_mass_mirror_each_other(config):
+    first, second, decoy = config.tools
+    # Three spheroids of one volume: 720 + 720 + 7850 kg/m^3 times 4/3 pi 0.05 0.02^2.
+    mass = (2 * 720 + 7850) * 4 / 3 * np.pi * 0.05 * 0.02**2
+    for tool in config.tools:
+        assert tool.mass == pytest.approx(mass, rel=1e-12)
+    assert first.p_TTcm[0] == pytest.approx(720 * (0.05 + 0.15) / 9290 + 7850 * 0.25 / 9290, rel=1e-12)
+    assert second.p_TTcm[0] == pytest.approx(0.30 - first.p_TTcm[0], rel=1e-12)
+    np.testing.assert_allclose(decoy.parameters, second.parameters, rtol=1e-12)
+
+
+def test_decoy_rises_and_the_honest_objects_stay(folder):
+    numbers = json.loads((folder / "metrics.json").read_text())
+    assert numbers["height_extreme_m"][2] > 2 * max(numbers["deviation_m"][:2])
+
+
+def test_section_says_met_or_not_of_every_claim(folder):
+    section = json.loads((folder / "section.json").read_text())
+    assert len(section["claims"]) == 4
+    assert all(isinstance(claim["met"], bool) for claim in section["claims"])
+
+
+def test_claims_are_not_met_by_numbers_that_contradict_them(config, folder):
+    numbers = json.loads((folder / "metrics.json").read_text())
+    contradicting = {
+        "mass_true": np.array([0.7, 0.8, 0.7]),
+        "mass_error": 0.2,
+        "height_extreme_m": np.array([0.1, 0.1, -0.1]),
+        "height_extreme_m_ci95": np.full((3, 2), -0.1),
+        "deviation_m": np.array([0.1, 0.1, 0.1]),
+    }
+    section = com.describe(config, {**numbers, **contradicting}, 3)
+    assert not any(claim.met for claim in section.claims)
+
+
+def test_prediction_is_that_of_the_densities_learned(config, folder):
+    """Mass and centre of mass by hand, from the most probable densities."""
+    experience = collect_experience(config.experience, folder.parent / "experience", repeats=3, jobs=1)
+    arrays = com.run_repeat(config, experience, 1)
+    densities = dict(zip(experience.looks, experience.recall(1, 6).belief.compute_mode(), strict=True))
+    first = config.tools[0]
+    masses = np.array(
+        [
+            densities[part.looks_like.colour] * 4 / 3 * np.pi * np.prod(part.shape.semi_axes)
+            for part in first.components
+        ]
+    )
+    assert arrays["mass_predicted"][0] == pytest.approx(masses.sum(), rel=1e-9)
+    places = np.array([part.X_TE[0, 3] for part in first.components])
+    assert arrays["com_predicted"][0, 0] == pytest.approx(masses @ places / masses.sum(), rel=1e-9)
+    # To the eye the decoy is the first object.
+    np.testing.assert_array_equal(arrays["mass_predicted"][0], arrays["mass_predicted"][2])
+
+
+def test_blocks_hold_every_object_once_in_random_order(config):
+    orders = [draw_order(config.experience, repeat) for repeat in range(40)]
+    for order in orders:
+        assert [sorted(order[k : k + 2]) for k in (0, 2, 4)] == [[0, 1]] * 3
+    assert len({tuple(order) for order in orders}) == 8  # all the orders there are
+    assert orders[3] == draw_order(config.experience, 3)
+
+
+def test_experience_narrows_the_belief_about_both_materials(config):
+    short = dataclasses.replace(config.experience, duration=0.3)
+    arrays = gain_experience(short, 0)
+    assert arrays["precision"].shape == (7, 2, 2)
+    determinants = np.linalg.det(arrays["precision"])
+    assert (np.diff(determinants) > 0).all()
+
+
+def test_experience_is_kept_for_other_experiments(config, folder, tmp_path):
+    """The same observers, gained or found, have the same memories."""
+    found = collect_experience(config.experience, folder.parent / "experience", repeats=2, jobs=1)
+    gained = collect_experience(config.experience, tmp_path, repeats=2, jobs=1)
+    np.testing.assert_array_equal(found.precision, gained.precision)
+    np.testing.assert_array_equal(found.shift, gained.shift)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("position: [0.25, 0, 0], material: steel}", "position: [0.25, 0, 0], material: brass}", "weighs 0.77827722"),
+        ("material: steel, looks_like: beech", "material: steel", "looks unlike steel_far, must look the same"),
+        (
+            "[0.05, 0, 0], material: beech}",
+            "[0.05, 0, 0], material: beech, looks_like: steel}",
+            "steel_far: shows what it is not made of",
+        ),
+    ],
+)
+def test_objects_that_do_not_make_the_experiment_are_refused(tmp_path, old, new, message):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "tools" / "com.yaml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new, 1))
+    with pytest.raises(BadValueError, match=message):
+        com.load_config(tmp_path / "models")
+
+
+def test_two_objects_are_refused(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "tools" / "com.yaml"
+    path.write_text(path.read_text()[: path.read_text().index("  - name: decoy")])
+    with pytest.raises(BadValueError, match=r"has 2 entries, must have 3: two objects and the decoy"):
+        com.load_config(tmp_path / "models")
