@@ -45,7 +45,8 @@ class Inference(NamedTuple):
 
     Attributes:
         posterior: Belief about the object and, in its memory, about all materials.
-        log_evidence: Log probability (density) of the percept before it was felt; low means surprise.
+        log_evidence: Log probability (density) of the percept before it was felt, the size of its errors taken at the
+            posterior mean as everywhere here; low means surprise.
     """
 
     posterior: ObjectBelief

@@ -17,7 +17,7 @@ from pydrake.geometry import (
     Rgba,
 )
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame
+from pydrake.multibody.tree import Frame
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arm import attach_tool, parse_arm
@@ -113,7 +113,8 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene]) -> list
 def _set_stage(meshcat: Meshcat, plant: MultibodyPlant, plant_context: Context, hand: Frame) -> None:
     """Looks at the arm from its side, and draws the height to hold as a line."""
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
-    p_WBo = plant.get_body(BodyIndex(1)).EvalPoseInWorld(plant_context).translation()
+    first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
+    p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
     middle = p_WBo + 0.6 * (p_WH - p_WBo)
     reach = float(np.linalg.norm(p_WH - p_WBo))
     side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)

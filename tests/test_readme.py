@@ -11,13 +11,23 @@ from affordance.tools import MODELS
 README = (Path(__file__).parents[1] / "README.md").read_text()
 
 
-def find_block(language):
-    return re.search(rf"```{language}\n(.*?)```", README, re.DOTALL).group(1)
+def find_blocks(language):
+    return re.findall(rf"```{language}\n(.*?)```", README, re.DOTALL)
 
 
-def test_python_example_runs(capsys):
-    exec(find_block("python"), {})
-    lines = capsys.readouterr().out.splitlines()
+def run_block(block, capsys):
+    exec(block, {})
+    return capsys.readouterr().out.splitlines()
+
+
+def test_example_of_ranking_runs(capsys):
+    lines = run_block(find_blocks("python")[0], capsys)
+    assert len(lines) == 8
+    assert re.fullmatch(r"stick by steel: \d+\.\d J, best with probability 1\.00", lines[4])
+
+
+def test_example_of_an_observer_runs(capsys):
+    lines = run_block(find_blocks("python")[1], capsys)
     assert len(lines) == 5
     assert lines[0].startswith("rod_10cm: sank ")
 
@@ -25,7 +35,7 @@ def test_python_example_runs(capsys):
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
-    (models / "tools" / "weight.yaml").write_text(find_block("yaml"))
+    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0])
     config = weight.load_config(models)
     assert [tool.name for tool in config.tools] == ["small", "dumb-bell", "decoy"]
     weight.run(config, tmp_path / "results", repeats=1, jobs=1)

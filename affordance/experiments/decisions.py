@@ -225,7 +225,8 @@ def _learn_under(
         for trial, index in enumerate(draw_order(experience, repeat)):
             features = observe(experience.tools[index], VisionError(), rng)
             belief = predict_object(features, memory, settings.prior)
-            percept = hold.feel(belief, true, settings.noise, (*seed, trial))
+            # From 1, as a seed that ends in 0 gives the numbers of the same seed without it.
+            percept = hold.feel(belief, true, settings.noise, (*seed, 1 + trial))
             inference = infer(belief, percept, arm.num_joints, settings.noise, settings.prior.deviation_sd)
             memory = inference.posterior.memory
             moments.append((memory, _choose_densities(memory, assumption, rng)))
