@@ -1,28 +1,36 @@
 """A multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
 
 Densities are positive, so every mode, mean, percentile, sample and evidence that leaves the belief is of this
-distribution. Coordinates that do not covary are treated apart, which makes the common cases exact: a coordinate on
-its own is a univariate truncated normal distribution, one of a pair needs a single quadrature.
+distribution. Coordinates that do not covary are treated apart. One on its own has closed forms, two or three that do
+are integrated by nested quadrature, and four or more are averaged over weighted points, which is less accurate.
 """
 
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_simpson
 from scipy.interpolate import PchipInterpolator
 from scipy.optimize import nnls
-from scipy.sparse.csgraph import connected_components
-from scipy.stats import multivariate_normal, norm, truncnorm
+from scipy.optimize.elementwise import find_root
+from scipy.special import log_ndtr, ndtri
+from scipy.stats.qmc import Sobol
+
+from affordance import orthant_quadrature
+from affordance.exceptions import AffordanceError
+from affordance.tilting import build_proposal, compute_excess, compute_mean_excess, propose
 
 Array = NDArray[np.float64]
 
-# The marginal of a coordinate that covaries with others is tabulated between these two tail probabilities of its own
-# truncated distribution; what lies beyond is lost. 1025 nodes put the error of a percentile below 1e-6 of the SD.
-_TAIL = 1e-12
-_NUM_NODES = 1025
 # Relative covariance below which two coordinates count as unrelated (it is rounding error).
 _UNRELATED = 1e-12
+# With a fourth coordinate quadrature would take seconds.
+_MAX_NESTED = 3
+# Points that four or more coordinates are averaged over, 2 to this power.
+_LOG2_POINTS = 14
+_ROOT_TOLERANCE = 1e-9
+# Proposals are drawn in batches of at least this many; no distribution met so far needs more than a few batches.
+_SMALLEST_BATCH = 64
+_MAX_BATCHES = 1000
 
 
 def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
@@ -43,12 +51,19 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
 
 
 def compute_log_mass(mean: Array, covariance: Array) -> float:
-    """Computes log P(x > 0) of the unrestricted distribution."""
-    return sum(_log_mass(mean[block], covariance[np.ix_(block, block)]) for block in _blocks(covariance))
+    """Computes log P(x > 0) of the unrestricted distribution.
+
+    Off by 1e-8 or less, or by the rounding error of a large logarithm; with four or more coordinates that covary, by
+    about 1e-5.
+    """
+    return sum(_compute_log_mass(mean[block], covariance[np.ix_(block, block)]) for block in _blocks(covariance))
 
 
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
     """Computes percentiles of each coordinate's marginal.
+
+    Off by 1e-6 of the marginal's SD, with correlations near one by up to 5e-6; with four or more coordinates that
+    covary, by a few 1e-4 or less between the quartiles and by up to 3e-3 at the outermost hundredth.
 
     Args:
         mean: Mean of the unrestricted distribution, shape (M,).
@@ -59,99 +74,128 @@ def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Arr
     """
     percentiles = np.empty((len(fractions), len(mean)))
     for block in _blocks(covariance):
-        for i, coordinate in enumerate(block):
-            if len(block) == 1:
-                alone = _truncate(mean[coordinate], covariance[coordinate, coordinate])
-                percentiles[:, coordinate] = truncnorm.ppf(fractions, **alone)
-            else:
-                nodes, density = _tabulate_marginal(mean[block], covariance[np.ix_(block, block)], i)
-                cumulative = cumulative_simpson(density, x=nodes, initial=0.0)
-                cumulative, kept = np.unique(cumulative / cumulative[-1], return_index=True)
-                percentiles[:, coordinate] = PchipInterpolator(cumulative, nodes[kept])(fractions)
+        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+        if len(block) == 1:
+            sd = np.sqrt(block_covariance[0])
+            percentiles[:, block] = sd * compute_excess(block_mean / sd, np.log1p(-fractions))[:, None]
+        elif len(block) <= _MAX_NESTED:
+            for i, coordinate in enumerate(block):
+                table = orthant_quadrature.tabulate_marginal(block_mean, block_covariance, i)
+                percentiles[:, coordinate] = _interpolate_percentiles(*table, fractions)
+        else:
+            t, sds, weights = _condition_points(block_mean, block_covariance)
+            for i, coordinate in enumerate(block):
+                percentiles[:, coordinate] = sds[i] * _average_percentiles(t[:, i], weights, fractions)
     return percentiles
 
 
 def compute_mean(mean: Array, covariance: Array) -> Array:
-    """Computes the mean of each coordinate, shape (M,)."""
+    """Computes the mean of each coordinate, shape (M,), as accurately as percentiles."""
     result = np.empty_like(mean)
     for block in _blocks(covariance):
-        for i, coordinate in enumerate(block):
-            if len(block) == 1:
-                result[coordinate] = truncnorm.mean(**_truncate(mean[coordinate], covariance[coordinate, coordinate]))
-            else:
-                nodes, density = _tabulate_marginal(mean[block], covariance[np.ix_(block, block)], i)
-                result[coordinate] = np.trapezoid(density * nodes, nodes) / np.trapezoid(density, nodes)
+        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+        if len(block) == 1:
+            sd = np.sqrt(block_covariance[0])
+            result[block] = sd * compute_mean_excess(block_mean / sd)
+        elif len(block) <= _MAX_NESTED:
+            for i, coordinate in enumerate(block):
+                nodes, shares = orthant_quadrature.tabulate_marginal(block_mean, block_covariance, i)
+                result[coordinate] = np.average(nodes, weights=shares)
+        else:
+            t, sds, weights = _condition_points(block_mean, block_covariance)
+            result[block] = sds * np.average(compute_mean_excess(t), axis=0, weights=weights)
     return result
 
 
 def draw_samples(mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int) -> Array:
     """Draws independent samples, exactly distributed, shape (num_samples, M).
 
-    Within a block coordinates are proposed one after the other, each from its normal distribution given those before
-    it, truncated at zero; a proposal is accepted with the product of the truncations' probabilities (rejection from
-    the proposal of Geweke, Hajivassiliou & Keane). The least positive coordinate comes first, at no cost.
+    They are proposals accepted with a probability in proportion to their weights. For two or three coordinates more
+    than a quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst.
+
+    Raises:
+        AffordanceError: Hardly any proposal is accepted.
     """
     samples = np.empty((num_samples, len(mean)))
     for block in _blocks(covariance):
-        block_covariance = covariance[np.ix_(block, block)]
-        order = np.argsort(mean[block] / np.sqrt(np.diag(block_covariance)))
-        root = np.linalg.cholesky(block_covariance[np.ix_(order, order)])
+        proposal = build_proposal(mean[block], covariance[np.ix_(block, block)])
         accepted = np.empty((0, len(block)))
-        while len(accepted) < num_samples:
-            proposals, weights = _propose(mean[block][order], root, rng, max(num_samples, 64))
-            accepted = np.concatenate([accepted, proposals[rng.random(len(weights)) < weights]])
-        samples[:, block[order]] = accepted[:num_samples]
+        batch = max(num_samples, _SMALLEST_BATCH)
+        for _ in range(_MAX_BATCHES):
+            # One coordinate after the other, and in (0, 1].
+            points, log_weights = propose(proposal, 1.0 - rng.random((len(block), batch)).T)
+            accepted = np.concatenate([accepted, points[rng.random(batch) < np.exp(log_weights)]])
+            if len(accepted) >= num_samples:
+                break
+        else:
+            raise AffordanceError(
+                f"of {_MAX_BATCHES * batch} proposals for {len(block)} coordinates {len(accepted)} were accepted, "
+                f"{num_samples} were wanted"
+            )
+        samples[:, block] = accepted[:num_samples]
     return samples
-
-
-def _propose(mean: Array, root: Array, rng: np.random.Generator, num_samples: int) -> tuple[Array, Array]:
-    """Proposes positive points and their acceptance probabilities; root is the covariance's Cholesky factor."""
-    z = np.empty((num_samples, len(mean)))
-    weights = np.ones(num_samples)
-    for i, pivot in enumerate(np.diag(root)):
-        lower = -(mean[i] + z[:, :i] @ root[i, :i]) / pivot
-        upper_tail = norm.sf(lower)
-        if i > 0:
-            weights *= upper_tail
-        # isf of the upper tail keeps its digits where the cdf would be rounded to one.
-        z[:, i] = norm.isf(upper_tail * (1.0 - rng.random(num_samples)))
-        z[:, i] = np.maximum(z[:, i], lower)
-    return np.maximum(mean + z @ root.T, np.finfo(float).tiny), weights
-
-
-def _truncate(mean: float, variance: float) -> dict[str, float]:
-    """SciPy's parameters of a univariate normal distribution restricted to positive values."""
-    sd = float(np.sqrt(variance))
-    return {"a": -mean / sd, "b": np.inf, "loc": mean, "scale": sd}
 
 
 def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
     """Index sets of coordinates that covary, directly or through others."""
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
-    num_blocks, labels = connected_components(related, directed=False)
-    for label in range(num_blocks):
-        yield np.flatnonzero(labels == label)
+    reachable = np.linalg.matrix_power(related, len(related))
+    for first in np.flatnonzero(~np.tril(reachable, -1).any(axis=1)):
+        yield np.flatnonzero(reachable[first])
 
 
-def _log_mass(mean: Array, covariance: Array) -> float:
-    if len(mean) == 1:
-        return float(norm.logcdf(mean[0] / np.sqrt(covariance[0, 0])))
-    # P(x > 0) = P(-x < 0). Beyond three coordinates SciPy integrates by lattice: a fixed seed keeps it a function.
-    return float(multivariate_normal.logcdf(np.zeros(len(mean)), -mean, covariance, rng=np.random.default_rng(0)))
+def _compute_log_mass(mean: Array, covariance: Array) -> float:
+    if len(mean) <= _MAX_NESTED:
+        return orthant_quadrature.compute_log_mass(mean, covariance)
+    _, weights, log_bound = _weigh_points(mean, covariance)
+    return log_bound + float(np.log(weights.mean()))
 
 
-def _tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """Tabulates the marginal density of coordinate i, up to a factor: p(x_i) P(all others > 0 | x_i)."""
-    alone = _truncate(mean[i], covariance[i, i])
-    nodes = np.linspace(truncnorm.ppf(_TAIL, **alone), truncnorm.isf(_TAIL, **alone), _NUM_NODES)
-    others = np.delete(np.arange(len(mean)), i)
-    gain = covariance[others, i] / covariance[i, i]
-    conditional_covariance = covariance[np.ix_(others, others)] - np.outer(gain, covariance[i, others])
-    conditional_means = mean[others] + np.outer(nodes - mean[i], gain)
-    if len(others) == 1:
-        log_others = norm.logcdf(conditional_means[:, 0] / np.sqrt(conditional_covariance[0, 0]))
-    else:
-        log_others = np.array([_log_mass(m, conditional_covariance) for m in conditional_means])
-    log_density = truncnorm.logpdf(nodes, **alone) + log_others
-    return nodes, np.exp(log_density - log_density.max())
+def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
+    """Spreads proposals evenly; returns them, (N, M), their weights over the largest weight, (N,), and its log."""
+    proposal = build_proposal(mean, covariance)
+    # A fixed seed makes this a function.
+    uniforms = 1.0 - Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
+    points, log_weights = propose(proposal, uniforms)
+    return points, np.exp(log_weights), proposal.log_bound
+
+
+def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
+    """Computes the truncated normal distribution of each coordinate of weighted points given their other coordinates.
+
+    Averaged over points these are the marginals, far smoother than the points themselves.
+
+    Returns: Means over SDs, shape (N, M); SDs, shape (M,); weights, shape (N,).
+    """
+    points, weights, _ = _weigh_points(mean, covariance)
+    precision = np.linalg.inv(covariance)
+    sds = 1.0 / np.sqrt(np.diag(precision))
+    return points / sds - (points - mean) @ precision * sds, sds, weights
+
+
+def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
+    """Computes percentiles of a mixture of normal distributions N(t, 1) restricted to positive values."""
+    shares, log_positive = weights / weights.sum(), log_ndtr(t)
+
+    def compute_surplus(x: Array, below: Array) -> Array:
+        # Of small fractions this keeps the digits that one minus the probability to be above would lose.
+        surplus: Array = -np.expm1(log_ndtr(t - x[:, None]) - log_positive) @ shares - below
+        return surplus
+
+    # Each of them exceeds this with a probability of less than exp(-800).
+    upper = max(t.max(), 0.0) + 40.0
+    found = find_root(compute_surplus, (0.0, upper), args=(fractions,), tolerances={"xrtol": _ROOT_TOLERANCE})
+    return np.asarray(found.x)
+
+
+def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
+    # Between two nodes lies the integral of the polynomial through the six nodes nearest. The rule makes shares fade
+    # out at either end, so what is missing there counts as zero.
+    between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]
+    cumulative = np.maximum.accumulate(np.append(0.0, np.cumsum(between)))
+    # Against normal scores a normal marginal is a straight line, and others are nearly one.
+    scores, kept = np.unique(ndtri(np.clip(cumulative / cumulative[-1], 0.0, 1.0)), return_index=True)
+    scores, nodes = scores[1:-1], nodes[kept[1:-1]]  # without the infinities
+    percentiles: Array = PchipInterpolator(scores, nodes)(np.clip(ndtri(fractions), scores[0], scores[-1]))
+    return percentiles
