@@ -1,6 +1,6 @@
 """Runs the paper's simulations and writes their numbers, figures and report.
 
-run_experiments.py [weight|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
+run_experiments.py [weight|com|reach|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
 """
 
 import argparse
@@ -16,7 +16,7 @@ from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.tools import MODELS
 
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
-BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**64 - 1), "jobs": (1, 4096)}
+BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
 
 
 class OneLineParser(argparse.ArgumentParser):

@@ -6,7 +6,7 @@ and takes what is cheapest under it; Bayes' takes what is expected to cost least
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -14,11 +14,12 @@ from numpy.typing import NDArray
 
 from affordance.arm import Arm, ArmModel, load_arm
 from affordance.exceptions import AffordanceError
+from affordance.inertia import build_transform_map
 from affordance.memory import MaterialMemory
 from affordance.object_belief import ObjectBelief
 from affordance.planned_motion import Costs
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.tools import Tool, find_free_end
+from affordance.tools import Grip, Tool, find_free_end
 from affordance.vision import VisionError, observe
 from affordance.visual_prior import ComponentFeatures, predict_object
 
@@ -37,12 +38,14 @@ class Option:
     Attributes:
         thing: Which object it is; options of one thing are made of the very same parts.
         grip: Which end is in the hand; empty if there is no choice.
-        features: What the eye says of its components, posed relative to the hand.
+        features: What the eye says of its components, in the object's own frame T, the same for all its grips.
+        X_TG: Pose of the grip G, which coincides with the hand, in the object, shape (4, 4).
     """
 
     thing: str
     grip: str
     features: tuple[ComponentFeatures, ...]
+    X_TG: Array
 
     @property
     def name(self) -> str:
@@ -50,27 +53,29 @@ class Option:
         return f"{self.thing} by {self.grip}" if self.grip else self.thing
 
     @property
-    def p_TTfree(self) -> Array:
-        """The free end as seen, shape (3,), [m]."""
-        return find_free_end(self.features)
+    def p_GGfree(self) -> Array:
+        """The free end as seen, from the hand, shape (3,), [m]."""
+        X_GT = np.linalg.inv(self.X_TG)
+        return find_free_end([replace(part, X_TE=X_GT @ part.X_TE) for part in self.features])
 
 
 def list_options(tool: Tool, error: VisionError = VisionError(), seed: int = 0) -> tuple[Option, ...]:
-    """Looks at a tool once in each of its grips.
+    """Looks at a tool once and lists the ways of holding it.
 
     Args:
         tool: The tool.
         error: How well the eye measures.
         seed: Determines the errors of the eye.
     """
-    held = [tool.hold_by(grip) for grip in tool.grips] or [tool]
-    return tuple(
-        Option(tool.name, grasped.grip, observe(grasped, error, np.random.default_rng(seed))) for grasped in held
-    )
+    features = observe(tool, error, np.random.default_rng(seed))
+    grips = tool.grips or (Grip("", np.eye(4)),)
+    return tuple(Option(tool.name, grip.name, features, grip.X_TG) for grip in grips)
 
 
 class EnergyModel(Protocol):
     """What a task costs with one option."""
+
+    obstacle: str  # why the option cannot do it, whatever it weighs; empty if it can
 
     def compute(self, pi: Array) -> Costs:
         """Costs for inertial parameters of shape (S, 10)."""
@@ -80,7 +85,7 @@ class Demand(Protocol):
     """A task that can be asked of any option."""
 
     def build_energies(self, model: ArmModel, p_TF: Array, settings: Settings) -> EnergyModel:
-        """Plans the task with a tool whose free end is p_TF, shape (3,), [m]."""
+        """Plans the task with a tool whose free end, from the hand, is p_TF, shape (3,), [m]."""
 
 
 class RankedOption(NamedTuple):
@@ -88,11 +93,12 @@ class RankedOption(NamedTuple):
 
     Attributes:
         option: The option.
-        energy: Expected work over the samples under which every option keeps the torque limits, [J].
+        energy: Expected work over the samples under which all usable options are feasible, [J].
         energies: Work under each sample, (S,), [J]; infinite where a torque limit would be broken.
         effort: Expected integral of |tau|^2 dt over the same samples as energy, [N^2 m^2 s].
         p_best: Probability that it is the cheapest.
-        p_feasible: Probability that it keeps the torque limits.
+        p_feasible: Probability that it is feasible: that it keeps the torque limits and does what is asked.
+        obstacle: Why it is not usable: infeasible at the most probable densities; empty if it is.
     """
 
     option: Option
@@ -101,21 +107,23 @@ class RankedOption(NamedTuple):
     effort: float
     p_best: float
     p_feasible: float
+    obstacle: str
 
 
 class Ranking(NamedTuple):
     """The options in the order of their expected work.
 
     Attributes:
-        ranked: Those that keep the torque limits at the most probable densities, the least expected work first;
-            then the others, which are never chosen.
-        num_feasible: How many of them do.
-        p_none: Probability that no option keeps the limits.
+        ranked: Those that are usable, the least expected work first, exact ties in random order; then the others,
+            which are never chosen. Should no sample make all usable options feasible, the most probably feasible
+            comes first.
+        num_usable: How many are usable.
+        p_none: Probability that no option is feasible.
         flips: Whether the least expected integral of |tau|^2 would choose otherwise.
     """
 
     ranked: tuple[RankedOption, ...]
-    num_feasible: int
+    num_usable: int
     p_none: float
     flips: bool
 
@@ -124,11 +132,11 @@ class Ranking(NamedTuple):
         """What Bayes' rule chooses.
 
         Raises:
-            AffordanceError: No option keeps the torque limits at the most probable densities.
+            AffordanceError: No option is usable.
         """
-        if self.num_feasible == 0:
-            names = ", ".join(entry.option.name for entry in self.ranked)
-            raise AffordanceError(f"no option can be used: all break a torque limit as believed ({names})")
+        if self.num_usable == 0:
+            reasons = "; ".join(f"{entry.option.name} {entry.obstacle}" for entry in self.ranked)
+            raise AffordanceError(f"no option can be used: {reasons}")
         return self.ranked[0]
 
 
@@ -156,8 +164,9 @@ class Choice:
         self.options = tuple(options)
         self.settings = settings
         model = ArmModel(arm or load_arm(settings.arm))
-        self.energies = [task.build_energies(model, option.p_TTfree, settings) for option in options]
+        self.energies = [task.build_energies(model, option.p_GGfree, settings) for option in options]
         self._things = list(dict.fromkeys(option.thing for option in options))
+        self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws inertial parameters of all options from what is believed.
@@ -173,11 +182,11 @@ class Choice:
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._things), -1)
         errors: dict[str, Array] = {}
         parameters = []
-        for option, belief in zip(self.options, beliefs, strict=True):
+        for option, belief, grip_map in zip(self.options, beliefs, self._grip_maps, strict=True):
             if option.thing not in errors:
                 errors[option.thing] = rng.standard_normal((num_samples, len(belief.geometry.Phi_errors)))
             rho_of_thing = rho[:, self._things.index(option.thing)]
-            parameters.append(belief.geometry.compute_parameters(rho_of_thing, errors[option.thing]))
+            parameters.append(belief.geometry.compute_parameters(rho_of_thing, errors[option.thing]) @ grip_map.T)
         return np.array(parameters)
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
@@ -187,7 +196,8 @@ class Choice:
             memory: Gives the order of the materials; must have met all looks.
             rho: Densities, shape (S, M), [kg/m^3].
         """
-        return np.array([belief.compute_parameters(rho) for belief in self._predict(memory)])
+        beliefs = zip(self._predict(memory), self._grip_maps, strict=True)
+        return np.array([belief.compute_parameters(rho) @ grip_map.T for belief, grip_map in beliefs])
 
     def compute_costs(self, pi: Array) -> Costs:
         """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
@@ -196,38 +206,51 @@ class Choice:
 
     def rank(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int = 10_000) -> Ranking:
         """Ranks the options by what they are believed to cost; see ``rank``."""
+        if num_samples < 1:
+            raise ValueError(f"num_samples is {num_samples}, must be at least 1")
         costs = self.compute_costs(self.draw_parameters(memory, rng, num_samples))
         chosen = pick_cheapest(costs, rng)
-        usable = self._keep_limits_as_believed(memory)
-        shared = costs.feasible.all(axis=0)
-        # Where no sample lets every option be used, there is nothing to compare but what each costs where it can be.
-        compared = np.broadcast_to(shared, costs.feasible.shape) if shared.any() else costs.feasible
+        obstacles = self._find_obstacles(memory)
+        usable = np.array([not obstacle for obstacle in obstacles])
+        shared = costs.feasible[usable].all(axis=0)
         entries = [
             RankedOption(
                 option,
-                energy=_mean(costs.work[i, compared[i]]),
+                energy=_mean(costs.work[i, shared & costs.feasible[i]]),
                 energies=np.where(costs.feasible[i], costs.work[i], np.inf),
-                effort=_mean(costs.effort[i, compared[i]]),
+                effort=_mean(costs.effort[i, shared & costs.feasible[i]]),
                 p_best=float((chosen == i).mean()),
                 p_feasible=float(costs.feasible[i].mean()),
+                obstacle=obstacles[i],
             )
             for i, option in enumerate(self.options)
         ]
-        order = sorted(range(len(entries)), key=lambda i: (not usable[i], entries[i].energy))
+        lots = rng.random(len(entries))
+        least = min((entries[i].energy for i in np.flatnonzero(usable)), default=0.0)
+
+        def place(i: int) -> tuple[bool, float, float, float]:
+            tied = entries[i].energy <= least * (1.0 + TIE)
+            merit = -entries[i].p_feasible if not shared.any() else 0.0
+            return not usable[i], merit, least if tied else entries[i].energy, lots[i]
+
+        order = sorted(range(len(entries)), key=place)
         least_effort = min(range(len(entries)), key=lambda i: (not usable[i], entries[i].effort))
         return Ranking(
             tuple(entries[i] for i in order),
-            num_feasible=int(usable.sum()),
+            num_usable=int(usable.sum()),
             p_none=float((chosen == NO_OPTION).mean()),
             flips=order[0] != least_effort,
         )
 
-    def _keep_limits_as_believed(self, memory: MaterialMemory) -> NDArray[np.bool_]:
-        """Which options keep the torque limits at the most probable densities, (options,)."""
+    def _find_obstacles(self, memory: MaterialMemory) -> list[str]:
+        """Why each option is infeasible at the most probable densities; empty where it is not."""
         beliefs = self._predict(memory)
-        modes = [belief.compute_parameters(belief.densities.compute_mode()[None]) for belief in beliefs]
-        feasible: NDArray[np.bool_] = self.compute_costs(np.array(modes)).feasible[:, 0]
-        return feasible
+        mode = beliefs[0].densities.compute_mode()
+        feasible = self.compute_costs(self.compute_parameters(beliefs[0].memory, mode[None])).feasible[:, 0]
+        return [
+            energies.obstacle or ("" if fits else "breaks a torque limit as believed")
+            for energies, fits in zip(self.energies, feasible, strict=True)
+        ]
 
     def _predict(self, memory: MaterialMemory) -> list[ObjectBelief]:
         """What is believed of each option, all in one order of materials."""
@@ -258,6 +281,7 @@ def rank(
     Returns: The options, least expected work first.
 
     Raises:
+        ValueError: num_samples is not positive.
         AffordanceError: There is no option, two are of one name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """

@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
+_HAND = 0.022  # radius it is drawn with, [m]
 
 
 class Drawing(NamedTuple):
@@ -41,19 +42,19 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     rows = -(-len(drawings) // columns)
     figure = Figure(figsize=(6.2 * columns, 1.5 * rows + 0.7))
     all_axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    length = _METRES_TO_CM * max(drawing.tool.p_TTfree[0] for drawing in drawings)
+    low, high = _find_limits([drawing.tool for drawing in drawings])
     for axes, drawing in zip(all_axes, drawings, strict=False):
         _draw_object(axes, drawing)
     for axes in all_axes:
         axes.set_aspect("equal")
-        axes.set_xlim(-0.16 * length, 1.06 * length)
-        axes.set_ylim(-0.19 * length, 0.19 * length)
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1] - 2.0, high[1])
         axes.axis("off")
-    below = -0.17 * length
+    right, below = high[0], low[1] - 1.5
     last = all_axes[len(drawings) - 1]
-    last.plot([length - _SCALE_BAR, length], [below, below], color="#000000", linewidth=2.0, solid_capstyle="butt")
+    last.plot([right - _SCALE_BAR, right], [below, below], color="#000000", linewidth=2.0, solid_capstyle="butt")
     last.annotate(
-        f"{_SCALE_BAR:.0f} cm", (length - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
+        f"{_SCALE_BAR:.0f} cm", (right - 0.5 * _SCALE_BAR, below), (0, 3), textcoords="offset points", ha="center"
     )
     handles = last.plot([], [], "x", color="#000000", markersize=9.0, markeredgewidth=2.0, label="centre of mass")
     colours = {}
@@ -66,6 +67,18 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     handles += last.plot([], [], "o", color="#DDDDDD", markeredgecolor="#666666", markersize=9.0, label="hand")
     figure.legend(handles=handles, frameon=False, loc="outside lower center", ncols=len(handles))
     return figure
+
+
+def _find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
+    """Least and largest x and y that tools and hands reach, and a little more, [cm]."""
+    corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
+    for tool in tools:
+        for part in tool.components:
+            for axis in np.vstack([np.eye(3)[:2], -np.eye(3)[:2]]):
+                R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
+                corners.append((p_TE + R_TE @ part.shape.find_support(R_TE.T @ axis))[None, :2])
+    places = _METRES_TO_CM * np.concatenate(corners)
+    return places.min(axis=0) - 0.5, places.max(axis=0) + 0.5
 
 
 def _draw_object(axes: Axes, drawing: Drawing) -> None:
@@ -90,7 +103,7 @@ def _draw_object(axes: Axes, drawing: Drawing) -> None:
                 linewidth=0.8,
             )
         )
-    hand = _METRES_TO_CM * 0.022
+    hand = _METRES_TO_CM * _HAND
     axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
     x, y, _ = _METRES_TO_CM * tool.p_TTcm
     axes.plot(x, y, "x", color="#FFFFFF", markersize=12.0, markeredgewidth=4.5)

@@ -42,6 +42,15 @@ class ExperienceConfig:
     duration: float = 3.0
     num_trials: int = 6
 
+    def __post_init__(self) -> None:
+        """Checks the number of trials.
+
+        Raises:
+            ValueError: It is not a positive multiple of the number of objects.
+        """
+        if self.num_trials < 1 or self.num_trials % len(self.tools):
+            raise ValueError(f"num_trials is {self.num_trials}, must be a positive multiple of {len(self.tools)}")
+
     @property
     def looks(self) -> tuple[Colour, ...]:
         """The colours of all objects, in the order of their components."""

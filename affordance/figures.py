@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
 # Told apart by these when there are more objects than colours.
+_MARKERS = ("o", "s", "^")
 _LINE_STYLES = ("-", "--", "-.", ":")
 _FONT_SIZE = 10
 _METRES_TO_CM = 100.0
@@ -172,7 +173,9 @@ def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
     for k, (label, curve) in enumerate(curves.items()):
         trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
         error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
-        axes.errorbar(trials, curve.mean, error, fmt="o-", color=_style(k)[0], capsize=3.0, label=label)
+        axes.errorbar(
+            trials, curve.mean, error, fmt=f"{_MARKERS[k % 3]}-", color=_style(k)[0], capsize=3.0, label=label
+        )
     axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
     axes.set_ylim(0.0, 1.04)
     axes.set_xlabel("trials of experience with other objects")
@@ -211,12 +214,13 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
     return figure
 
 
-def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str) -> Figure:
+def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_repeats: int) -> Figure:
     """Draws how the proportion of correct choices depends on what was assumed.
 
     Args:
         panels: Title of each panel, and its curves by label, shape (K + 1,) each.
         baseline: Label of the setting all simulations use, drawn black in every panel.
+        num_repeats: How many observers each curve is of.
     """
     figure = Figure(figsize=(3.1 * len(panels), 3.8))
     all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
@@ -230,7 +234,7 @@ def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str) -> F
         axes.set_xlabel("trials of experience")
         axes.set_title(title, fontsize=_FONT_SIZE)
         axes.legend(frameon=False, loc="lower right", fontsize=8)
-    all_axes[0].set_ylabel("proportion of correct choices")
+    all_axes[0].set_ylabel(f"correct choices of {num_repeats} observers")
     _tidy(*all_axes)
     return figure
 

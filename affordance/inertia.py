@@ -109,6 +109,20 @@ def build_inertia_map(
     return Phi
 
 
+def build_transform_map(X_GT: Array) -> Array:
+    """Builds the map from parameters about To, expressed in T, to those about Go, expressed in G, shape (10, 10)."""
+    columns = []
+    for mass, *rest in np.eye(NUM_PARAMETERS):
+        xx, yy, zz, xy, xz, yz = rest[3:]
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        J = np.zeros((4, 4))
+        J[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+        J[:3, 3] = J[3, :3] = rest[:3]
+        J[3, 3] = mass
+        columns.append(parameters_from_pseudo_inertia(X_GT @ J @ X_GT.T))
+    return np.column_stack(columns)
+
+
 def parameters_from_pseudo_inertia(J: Array) -> Array:
     """Converts a pseudo-inertia, shape (4, 4), to the ten parameters pi, shape (10,)."""
     Sigma, first_moment, mass = J[:3, :3], J[:3, 3], J[3, 3]

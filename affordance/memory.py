@@ -18,6 +18,11 @@ SAME_COLOUR = 5 / 255
 _CERTAIN_SD = 1e-3
 
 
+def look_alike(one: Colour, other: Colour) -> bool:
+    """Says whether two colours are the same look."""
+    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR
+
+
 @dataclass(frozen=True)
 class MaterialMemory:
     """Beliefs about the mean density of each look met so far.
@@ -39,7 +44,7 @@ class MaterialMemory:
     def find(self, colour: Colour) -> int | None:
         """Returns the index of a look, or None if it was never met."""
         for index, look in enumerate(self.looks):
-            if max(abs(a - b) for a, b in zip(look, colour, strict=True)) <= SAME_COLOUR:
+            if look_alike(look, colour):
                 return index
         return None
 

@@ -32,6 +32,12 @@ class TimedPath:
     duration: float
     tolerance: float
 
+    def describe_error(self, error: float) -> str:
+        """Says that a motion leaves the path by an error, [m]; empty if it keeps within the tolerance."""
+        if error <= self.tolerance:
+            return ""
+        return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
+
     def build_trajectory(self) -> Trajectory:
         """Builds position over time relative to the start, (3, 1), [m]; before and after it stands still.
 

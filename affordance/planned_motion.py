@@ -35,14 +35,12 @@ class PlannedMotion(NamedTuple):
         q: Joint angles at the beginning of each, (K, num_joints), [rad].
         v: Joint rates at the beginning of each, (K, num_joints), [rad/s].
         vdot: Joint accelerations, (K, num_joints), [rad/s^2].
-        num_limited: How many ticks had a limit of angle or rate active.
     """
 
     tick: float
     q: Array
     v: Array
     vdot: Array
-    num_limited: int
 
 
 class Costs(NamedTuple):
@@ -51,7 +49,7 @@ class Costs(NamedTuple):
     Attributes:
         work: Mechanical work without recovery, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4).
         effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
-        feasible: Whether every torque keeps its limit, (S,).
+        feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
     """
 
     work: Array
@@ -76,19 +74,18 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
     tick, horizon = settings.tick, settings.mpc.horizon
     num_ticks = round(duration / tick)
     q, v = model.arm.home, np.zeros(model.arm.num_joints)
-    rows, num_limited = [], 0
+    rows = []
     for k in range(num_ticks):
         x = np.concatenate([q, v])
         model.set_state(x)
         solution = mpc.solve(x, task.compute_goal(model, x, k * tick, horizon), model)
         if solution.status is MpcStatus.FAILED:
             raise AffordanceError(f"no motion could be planned: the controller found no plan at t = {k * tick:.3f} s")
-        num_limited += solution.status is MpcStatus.LIMITED
         vdot = solution.vdot[0]
         rows.append((q, v, vdot))
         q, v = q + tick * v + 0.5 * tick**2 * vdot, v + tick * vdot
     angles, rates, accelerations = (np.array(column) for column in zip(*rows, strict=True))
-    return PlannedMotion(tick, angles, rates, accelerations, num_limited)
+    return PlannedMotion(tick, angles, rates, accelerations)
 
 
 class MotionEnergies:
@@ -96,17 +93,22 @@ class MotionEnergies:
 
     Attributes:
         motion: The motion.
+        obstacle: Why the motion does not do what is asked, whatever the tool weighs; empty if it does.
     """
 
-    def __init__(self, model: ArmModel, motion: PlannedMotion, num_nodes: int = NUM_NODES) -> None:
+    def __init__(
+        self, model: ArmModel, motion: PlannedMotion, num_nodes: int = NUM_NODES, obstacle: str = ""
+    ) -> None:
         """Computes torques of the arm and regressors at the nodes.
 
         Args:
             model: The arm; its state and payload are set.
             motion: The motion.
             num_nodes: Nodes of the midpoint rule, at most one a tick.
+            obstacle: Why the motion does not do what is asked; it is then feasible with no tool.
         """
         self.motion = motion
+        self.obstacle = obstacle
         num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
         nodes = ((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes).astype(int)
@@ -137,5 +139,5 @@ class MotionEnergies:
             effort[chunk] = self._weight * np.einsum("ks,ks->s", tau, tau)
             np.abs(tau, out=tau)
             work[chunk] = self._weight * (self._rates @ tau)
-            feasible[chunk] = (tau <= self._tau_max).all(axis=0)
+            feasible[chunk] = not self.obstacle and (tau <= self._tau_max).all(axis=0)
         return Costs(work, effort, feasible)

@@ -5,7 +5,7 @@ its material unless ``looks_like`` names another: that is how a decoy is made.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -163,6 +163,11 @@ class Tool:
         """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
+
+
+def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
+    """True densities of what tools show, by colour, in the order of their components, [kg/m^3]; of honest tools."""
+    return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
 class Placed(Protocol):

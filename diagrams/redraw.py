@@ -8,7 +8,7 @@ from affordance.experiments import weight
 
 
 def main() -> None:
-    """Writes one .dot and one .svg file for each experiment."""
+    """Writes one .dot and one .svg file; all experiments run Diagrams of this wiring, with other tools and tasks."""
     config = weight.load_config()
     trial = build_trial_diagram(config.tools[0], config.settings)
     save_diagram(trial.diagram, Path(__file__).parent, weight.NAME)

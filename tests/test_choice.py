@@ -8,13 +8,15 @@ import pytest
 from affordance.belief import DensityBelief
 from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest, rank
 from affordance.exceptions import AffordanceError
+from affordance.inertia import Ellipsoid
 from affordance.memory import MaterialMemory
-from affordance.paths import load_path
+from affordance.paths import TimedPath, load_path
 from affordance.planned_motion import Costs
 from affordance.rollout import measure_costs, roll_out
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, load_materials, load_tools
+from affordance.vision import VisionError
 
 STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 LOOKS = tuple(part.looks_like.colour for part in STICK.components)
@@ -41,9 +43,8 @@ def test_options_are_the_grips_as_seen():
     options = list_options(STICK)
     assert [option.name for option in options] == ["stick by wood", "stick by steel"]
     for option in options:
-        np.testing.assert_allclose(option.p_TTfree, [0.3, 0, 0], atol=1e-12)
-    # By the steel end the steel is near the hand.
-    assert options[1].features[1].X_TE[0, 3] == pytest.approx(0.075)
+        np.testing.assert_allclose(option.p_GGfree, [0.3, 0, 0], atol=1e-12)
+    assert options[0].features is options[1].features  # it is looked at once
     (whole,) = list_options(dataclasses.replace(STICK, grips=()))
     assert whole.name == "stick"
 
@@ -141,15 +142,70 @@ def test_option_that_breaks_a_limit_is_never_chosen(choice):
     assert best.p_feasible > 0.9
     assert other.p_feasible < 0.1
     assert other.p_best < 0.1
-    assert ranking.num_feasible == 1
+    assert ranking.num_usable == 1
 
 
 def test_if_all_options_break_limits_it_is_said(choice):
     ranking = choice.rank(believe(24_000.0, 24_000.0, 100.0), np.random.default_rng(0), 500)
-    assert ranking.num_feasible == 0
+    assert ranking.num_usable == 0
     assert ranking.p_none == 1.0
-    with pytest.raises(AffordanceError, match=r"all break a torque limit as believed \(stick by"):
+    with pytest.raises(
+        AffordanceError, match=r"no option can be used: stick by \w+ breaks a torque limit as believed; stick"
+    ):
         _ = ranking.best
+
+
+def test_path_that_cannot_be_followed_makes_no_option_usable():
+    outward = Reach(TimedPath(((0.3, 0.0, 0.0),), duration=2.0, tolerance=0.02))
+    ranking = rank(list_options(STICK), outward, MaterialMemory(), num_samples=50)
+    assert ranking.num_usable == 0
+    assert all(entry.p_feasible == 0.0 for entry in ranking.ranked)
+    with pytest.raises(AffordanceError, match=r"stick by \w+ leaves the path by 0\.\d+ m, must stay within 0.02 m"):
+        _ = ranking.best
+
+
+def test_option_that_is_not_usable_does_not_change_the_order_of_the_others():
+    """An anvil that hardly any sampled density lets be moved: where it could be, everything would be light."""
+    part = dataclasses.replace(STICK.components[1], shape=Ellipsoid((0.075, 0.03, 0.03)))
+    anvil = dataclasses.replace(STICK, name="anvil", grips=(), components=(STICK.components[0], part))
+    memory = believe(6000.0, 10_000.0, 3000.0)
+    without = rank(list_options(STICK), REACH, memory, num_samples=3000)
+    among = rank([*list_options(STICK), *list_options(anvil)], REACH, memory, num_samples=3000)
+    assert among.num_usable == 2
+    assert among.ranked[2].option.name == "anvil"
+    assert among.ranked[2].p_feasible < 0.5
+    assert [entry.option.name for entry in among.ranked[:2]] == [entry.option.name for entry in without.ranked]
+    for ours, alone in zip(among.ranked, without.ranked, strict=False):
+        assert ours.energy == pytest.approx(alone.energy, rel=0.02)
+
+
+def test_equal_options_are_ranked_by_lot(choice):
+    """An object of one density, turned around, is the same object."""
+    uniform = dataclasses.replace(
+        STICK, components=tuple(dataclasses.replace(part, looks_like=part.material) for part in STICK.components)
+    ).make_of(dict.fromkeys(LOOKS, 800.0))
+    one_look = tuple(
+        dataclasses.replace(part, looks_like=STICK.components[0].looks_like) for part in uniform.components
+    )
+    alike = Choice(list_options(dataclasses.replace(uniform, components=one_look)), REACH)
+    best = [alike.rank(MaterialMemory(), np.random.default_rng(seed), 20).best.option.grip for seed in range(40)]
+    assert 8 < best.count("wood") < 32
+
+
+def test_error_of_seeing_is_that_of_one_look():
+    """In either grip it is the same misjudged object: masses agree, and first moments mirror each other."""
+    options = list_options(STICK, VisionError(size=0.05, position=0.01), seed=3)
+    choice = Choice(options, REACH)
+    pi = choice.draw_parameters(believe(720.0, 7850.0, 1.0), np.random.default_rng(0), 200)
+    assert pi[0, :, 0].std() > 0.01
+    np.testing.assert_allclose(pi[1, :, 0], pi[0, :, 0], rtol=1e-12)
+    np.testing.assert_allclose(pi[0, :, 1] + pi[1, :, 1], 0.3 * pi[0, :, 0], rtol=1e-9)
+
+
+@pytest.mark.parametrize("num_samples", [0, -1])
+def test_number_of_samples_must_be_positive(choice, num_samples):
+    with pytest.raises(ValueError, match=rf"num_samples is {num_samples}, must be at least 1"):
+        choice.rank(MaterialMemory(), np.random.default_rng(0), num_samples)
 
 
 @pytest.mark.parametrize("count", [0, 2])

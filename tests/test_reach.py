@@ -1,5 +1,6 @@
 """Experiment ``reach``: few observers."""
 
+import dataclasses
 import json
 import shutil
 
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 from affordance.choice import NO_OPTION
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import com, reach
 from affordance.experiments.decisions import (
@@ -104,8 +105,9 @@ def test_experience_of_one_experiment_serves_the_other(config, choices, tmp_path
 def test_those_who_know_the_materials_choose_alike(config, choices, tmp_path):
     """After six trials a sampled density and the expectation lead to the grip that is cheaper in truth."""
     experience = collect_experience(config.experience, tmp_path, repeats=1, jobs=1)
-    for choose in (choose_by_sample, choose_by_expectation):
-        chosen = choose(choices.plain, experience, 0, 0)
+    expected, flips = choose_by_expectation(choices.plain, experience, 0, 0)
+    assert flips.shape == (7,)
+    for chosen in (choose_by_sample(choices.plain, experience, 0, 0), expected):
         assert chosen.shape == (7,)
         assert choices.plain.options[chosen[-1]].grip == "steel"
 
@@ -143,6 +145,12 @@ def test_sensitivity_varies_one_thing_at_a_time(config):
     ("file", "old", "new", "message"),
     [
         ("tools/novel.yaml", "material: steel}", "material: brass}", r"stick: looks like brass, must look like what"),
+        (
+            "tools/novel.yaml",
+            "material: steel}",
+            "material: beech, looks_like: steel}",
+            r"stick.components\[1\].looks_like: is 'steel', must be what it is made of, 'beech'",
+        ),
         ("tools/novel.yaml", "[0.30, 0, 0], rpy", "[0.28, 0, 0], rpy", r"stick.grips: reach 0.3 and 0.28 m beyond"),
         ("tools/novel.yaml", "      wood:", "      oak:", r"have grips of different names"),
         ("tools/novel.yaml", "      wood: {position: [0, 0, 0]}\n", "", r"stick.grips: has 1 entries, must have 2"),
@@ -158,8 +166,49 @@ def test_objects_and_paths_that_do_not_make_the_experiment_are_refused(tmp_path,
         reach.load_config(tmp_path / "models")
 
 
-def test_path_that_no_grip_can_follow_is_said(config):
-    executed = reach.execute(config, config.novel.plain)
-    far = {grip: rollout._replace(path=rollout.path + 1.0) for grip, rollout in executed.items()}
-    with pytest.raises(AffordanceError, match=r"no grip keeps to the path within 0.02 m: wood 1.7"):
-        reach.find_correct_grip(config, far)
+def write_models(tmp_path, file, old, new):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / file
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    return tmp_path / "models"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "  - [-0.10, 0.20, 0.20]\n",
+            "  - [0.3, 0, 0]\n",
+            r"reach.yaml: points: cannot be followed: no motion could be planned: .* at t = 0.905 s",
+        ),
+        ("[-0.30, 0.40, -0.10]", "[0.1, 0.4, 0.1]", r"the stick by wood leaves the path by 0\.\d+ m, must stay"),
+        ("duration: 2.0", "duration: 0.05", r"reach.yaml: points: cannot be followed: "),
+        ("tolerance: 0.02", "tolerance: 0.001", r"leaves the path by 0.003\d+ m, must stay within 0.001 m"),
+    ],
+)
+def test_path_that_cannot_be_followed_is_refused(tmp_path, old, new, message):
+    with pytest.raises(BadValueError, match=message):
+        reach.load_config(write_models(tmp_path, "paths/reach.yaml", old, new))
+
+
+def test_object_without_a_cheaper_grip_is_refused(tmp_path):
+    models = write_models(
+        tmp_path,
+        "tools/novel.yaml",
+        "[0.075, 0.015, 0.015], position: [0.225, 0, 0], material: steel}",
+        "[0.075, 0.015, 0.015], position: [0.225, 0, 0], material: beech}",
+    )
+    with pytest.raises(
+        BadValueError, match=r"novel.yaml: tools: stick: costs 8.\d+ J in both grips, must have a cheaper"
+    ):
+        reach.load_config(models)
+
+
+def test_heavy_end_is_found_by_its_material_not_by_its_name(config):
+    plain = config.novel.plain
+    assert reach.find_heavy_grip(plain) == "steel"
+    swapped = [
+        dataclasses.replace(grip, name=name) for grip, name in zip(plain.grips, ("left", "right"), strict=True)
+    ]
+    assert reach.find_heavy_grip(dataclasses.replace(plain, grips=tuple(swapped))) == "right"

@@ -21,23 +21,32 @@ from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, collect_experience
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
-from affordance.experiments.preparation import check_tools_can_be_held
+from affordance.experiments.preparation import (
+    check_looks_differ,
+    check_tools_are_honest,
+    check_tools_can_be_held,
+    check_tools_have_one_grip,
+)
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
 from affordance.settings import Settings
-from affordance.tools import MODELS, Tool, load_materials, load_tools
+from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import TrialRecord, get_runner
-from affordance.vision import VisionError, observe
+from affordance.vision import observe
 from affordance.visual_prior import predict_object
 
 NAME = "com"
 # Masses that differ by less than this fraction are equal: what is left is rounding.
 _SAME_MASS = 1e-9
+# Centres of mass closer than this are not different, [m].
+_APART = 1e-3
 # Stands for the test pass in the seeds of trials, which count from 0 while learning.
 _TEST = 10**5
+# Stands for looking at an object without holding it, beside the draws of a trial, which count from 0.
+_PREDICTED = 9
 
 
 @dataclass(frozen=True)
@@ -69,15 +78,20 @@ def load_objects(models: Path = MODELS) -> tuple[Tool, Tool, Tool]:
     if len(tools) != 3:
         raise BadValueError(path, "tools", f"has {len(tools)} entries, must have 3: two objects and the decoy")
     first, second, decoy = tools
-    for tool in (first, second):
-        if any(part.looks_like != part.material for part in tool.components):
-            raise BadValueError(path, f"tools: {tool.name}", "shows what it is not made of, as only the last may")
+    check_tools_have_one_grip(path, tools)
+    check_looks_differ(path, tools)
+    check_tools_are_honest(path, (first, second))
     for tool in (second, decoy):
         if abs(tool.mass - first.mass) > _SAME_MASS * first.mass:
             problem = f"weighs {tool.mass:.9g} kg, must weigh the same as {first.name}, {first.mass:.9g} kg"
             raise BadValueError(path, f"tools: {tool.name}", problem)
     if decoy.appearance != first.appearance:
         raise BadValueError(path, f"tools: {decoy.name}", f"looks unlike {first.name}, must look the same")
+    if not np.allclose(decoy.parameters, second.parameters, rtol=_SAME_MASS, atol=_SAME_MASS):
+        raise BadValueError(path, f"tools: {decoy.name}", f"is made unlike {second.name}, must have the same inertia")
+    if np.linalg.norm(first.p_TTcm - second.p_TTcm) < _APART:
+        problem = f"has its centre of mass within {_APART:g} m of that of {first.name}, must have it elsewhere"
+        raise BadValueError(path, f"tools: {second.name}", problem)
     return first, second, decoy
 
 
@@ -106,21 +120,20 @@ def run_test_pass(config: ComConfig, memory: MaterialMemory, repeat: int) -> lis
 def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs an observer's test pass.
 
-    Returns: Arrays over the three objects: ``times`` (N,), heights (3, N), ``mass_predicted`` (3,) and
-        ``com_predicted`` (3, 3), the last two at the most probable densities; ``ticks_limited`` and ``ticks_failed``.
+    Returns: Arrays over the three objects: ``times`` (N,), heights (3, N); ``parameters_predicted`` (3, 10), at the
+        most probable densities; ``ticks_limited`` and ``ticks_failed`` (3,).
     """
+    settings = config.experience.settings
     memory = experience.recall(repeat, experience.num_trials)
     records = run_test_pass(config, memory, repeat)
     parameters = []
-    for tool in config.tools:
-        features = observe(tool, VisionError(), np.random.default_rng(0))
-        belief = predict_object(features, memory, config.experience.settings.prior)
+    for trial, tool in enumerate(config.tools):
+        rng = np.random.default_rng([config.experience.seed, repeat, _TEST, trial, _PREDICTED])
+        belief = predict_object(observe(tool, settings.vision_error, rng), memory, settings.prior)
         parameters.append(belief.compute_parameters(belief.densities.compute_mode()))
-    pi = np.array(parameters)
     return {
         **stack_heights(records),
-        "mass_predicted": pi[:, 0],
-        "com_predicted": pi[:, 1:4] / pi[:, :1],
+        "parameters_predicted": np.array(parameters),
         "ticks_limited": np.array([record.counts.limited for record in records]),
         "ticks_failed": np.array([record.counts.failed for record in records]),
     }
@@ -163,12 +176,19 @@ def compute_metrics(config: ComConfig, experience: Experience, arrays: Mapping[s
     deviation = metrics.estimate_mean(np.abs(excursion))
     true_mass = np.array([tool.mass for tool in config.tools])
     true_com = np.array([tool.p_TTcm for tool in config.tools])
-    mass_error = np.abs(arrays["mass_predicted"] / true_mass - 1.0)[:, :2]
-    com_error = np.linalg.norm(arrays["com_predicted"] - true_com, axis=2)[:, :2]
+    # Of the two honest objects; the decoy is meant to be misjudged.
+    predicted = arrays["parameters_predicted"][:, :2]
+    true = np.array([tool.parameters for tool in config.tools[:2]])
+    mass_error = np.abs(predicted[..., 0] / true[:, 0] - 1.0)
+    com_error = np.linalg.norm(predicted[..., 1:4] / predicted[..., :1] - true_com[:2], axis=-1)
+    inertia_error = np.linalg.norm(predicted[..., 4:7] - true[:, 4:7], axis=-1) / np.linalg.norm(
+        true[:, 4:7], axis=-1
+    )
     memories = [experience.recall(repeat, experience.num_trials) for repeat in range(experience.num_repeats)]
     medians = np.median([memory.belief.compute_percentiles([0.5])[0] for memory in memories], axis=0)
-    materials = {part.material.colour: part.material for tool in config.experience.tools for part in tool.components}
-    names = [materials[look].name for look in experience.looks]
+    names = [part.material.name for tool in config.experience.tools for part in tool.components]
+    names = list(dict.fromkeys(names))  # in the order of the looks
+    densities = list_densities(config.experience.tools)
     return {
         "mass_true": true_mass,
         "p_ToTcm_x_true": true_com[:, 0],
@@ -177,9 +197,10 @@ def compute_metrics(config: ComConfig, experience: Experience, arrays: Mapping[s
         "deviation_m": deviation.mean,
         "deviation_m_ci95": deviation.ci95,
         "density_median": dict(zip(names, medians, strict=True)),
-        "density_true": {materials[look].name: materials[look].density for look in experience.looks},
+        "density_true": {name: densities[look] for name, look in zip(names, experience.looks, strict=True)},
         "mass_error": np.median(mass_error),
         "com_error_m": np.median(com_error),
+        "inertia_error": np.median(inertia_error),
         "height_extreme_grip_m": metrics.compute_excursion(arrays["height_grip"]).mean(axis=0),
         "height_extreme_com_m": metrics.compute_excursion(arrays["height_com"]).mean(axis=0),
         "ticks_limited": arrays["ticks_limited"].sum(axis=0),
@@ -194,6 +215,7 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
     low, high = 100.0 * np.asarray(numbers["height_extreme_m_ci95"])[2]
     grip, com = 100.0 * numbers["height_extreme_grip_m"][2], 100.0 * numbers["height_extreme_com_m"][2]
     mass_error, com_error = float(numbers["mass_error"]), 1000.0 * float(numbers["com_error_m"])
+    inertia_error = float(numbers["inertia_error"])
     densities = ", ".join(
         f"{name} {value:.0f} (true {numbers['density_true'][name]:.0f})"
         for name, value in numbers["density_median"].items()
@@ -203,7 +225,7 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
             "IV-B, figure 5",
             "The three objects weigh the same, and have different centres of mass.",
             bool(np.ptp(masses) <= _SAME_MASS * masses[0] and abs(places[0] - places[1]) > 1.0),
-            f"{masses[0]:.3f} kg each, equal to {max(np.ptp(masses) / masses[0], 1e-16):.0e}; centres of mass at "
+            f"{masses[0]:.3f} kg each, equal to {np.ptp(masses) / masses[0]:.0e} of it; centres of mass at "
             + ", ".join(f"{place:.1f}" for place in places)
             + " cm from the grip",
         ),
@@ -213,6 +235,12 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
             bool(mass_error <= 0.1 and com_error <= 10.0),
             f"median error {100 * mass_error:.1f} % of the mass, {com_error:.1f} mm in the centre of mass; densities "
             f"in kg/m^3: {densities}",
+        ),
+        Claim(
+            "IV-B",
+            "The moment of inertia matrix can be estimated from the visual features (our bound: a tenth).",
+            bool(inertia_error <= 0.1),
+            f"median error {100 * inertia_error:.1f} % of the moments of inertia about the grip",
         ),
         Claim(
             "figure 6",
@@ -243,10 +271,10 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
             ),
             Picture(
                 "figure6.png",
-                "Figure 6. Heights of the objects' geometric centres. Right: the decoy's mass sits near the hand and "
-                "not at the far end that was braced for, so the wrist turns it up: its centre, further out than its "
-                f"centre of mass, rises most ({extreme[2]:.1f} cm), the centre of mass less ({com:.1f} cm) and the "
-                f"grip least ({grip:.1f} cm).",
+                "Figure 6. Heights of the objects' geometric centres. Right: points of the decoy. The arm braces for "
+                f"a centre of mass {places[0]:.1f} cm from the grip and meets one at {places[2]:.1f} cm, so the "
+                "wrist turns the object, and each of its points moves with its distance from the wrist: the grip by "
+                f"{grip:.1f} cm, the centre of mass by {com:.1f} cm, the geometric centre by {extreme[2]:.1f} cm.",
             ),
         ],
         claims=claims,
@@ -286,7 +314,8 @@ def _draw(config: ComConfig, arrays: Mapping[str, NDArray[Any]], folder: Path) -
 def _write_trajectories(
     path: Path, config: ComConfig, arrays: Mapping[str, NDArray[Any]], shown: Sequence[TrialRecord]
 ) -> None:
-    masses = Labelled(("repeat", "trial"), arrays["mass_predicted"], "kg", "mass predicted before the test pass")
+    predicted = arrays["parameters_predicted"][..., 0]
+    masses = Labelled(("repeat", "trial"), predicted, "kg", "mass predicted before the test pass")
     joint_names = get_runner(config.experience.settings).get_diagram(config.decoy).arm.joint_names
     write_trajectories(
         path,

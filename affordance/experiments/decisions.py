@@ -14,13 +14,14 @@ from affordance.choice import NO_OPTION, Choice, Chosen, pick_cheapest
 from affordance.estimator import infer
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, draw_order
+from affordance.experiments.preparation import check_tools_are_honest
 from affordance.memory import MaterialMemory
 from affordance.metrics import Estimate
 from affordance.noise import WeberNoise
 from affordance.settings import Settings
 from affordance.static_hold import StaticHold
-from affordance.tools import Colour, Tool, load_materials, load_tools
-from affordance.vision import VisionError, observe
+from affordance.tools import Colour, Tool, list_densities, load_materials, load_tools
+from affordance.vision import observe
 from affordance.visual_prior import predict_object
 
 Array = NDArray[np.float64]
@@ -69,6 +70,7 @@ def load_novel_objects(models: Path, experience: ExperienceConfig) -> NovelObjec
         if abs(lengths[0] - lengths[1]) > _SAME_LENGTH:
             problem = f"reach {lengths[0]:g} and {lengths[1]:g} m beyond the hand, must reach equally far"
             raise BadValueError(path, f"tools: {tool.name}.grips", problem)
+    check_tools_are_honest(path, tools)
     plain, headed = tools
     if [grip.name for grip in plain.grips] != [grip.name for grip in headed.grips]:
         raise BadValueError(path, "tools", "have grips of different names, must have the same in the same order")
@@ -92,20 +94,26 @@ def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: 
     return pick_cheapest(choice.compute_costs(np.concatenate(parameters, axis=1)), rng)
 
 
-def choose_by_expectation(choice: Choice, experience: Experience, seed: int, repeat: int) -> Chosen:
-    """Chooses by least expected work, before the first and after each trial, (K + 1,)."""
-    chosen = []
+def choose_by_expectation(
+    choice: Choice, experience: Experience, seed: int, repeat: int
+) -> tuple[Chosen, NDArray[np.bool_]]:
+    """Chooses by least expected work, before the first and after each trial.
+
+    Returns: The choices, and whether the least expected integral of |tau|^2 would choose otherwise, (K + 1,) each.
+    """
+    chosen, flips = [], []
     for trial in range(experience.num_trials + 1):
         rng = np.random.default_rng([seed, repeat, trial, _BAYES])
         ranking = choice.rank(experience.recall(repeat, trial), rng, NUM_BAYES_SAMPLES)
-        usable = ranking.num_feasible > 0
+        usable = ranking.num_usable > 0
         chosen.append(choice.options.index(ranking.best.option) if usable else NO_OPTION)
-    return np.array(chosen)
+        flips.append(ranking.flips)
+    return np.array(chosen), np.array(flips)
 
 
 def count_correct(chosen: Chosen, correct: int) -> Array:
     """Adds correct choices over the first axis; where no option was usable the observer guesses: a half."""
-    guesses = 1.0 / 2.0 * (chosen == NO_OPTION)
+    guesses = 0.5 * (chosen == NO_OPTION)
     counted: Array = ((chosen == correct) + guesses).sum(axis=0)
     return counted
 
@@ -213,8 +221,7 @@ def _learn_under(
     arm = load_arm(settings.arm)
     hold = StaticHold(arm)
     unknown = MaterialMemory().meet(experience.looks, settings.prior)
-    parts = [part for tool in experience.tools for part in tool.components]
-    densities = {part.looks_like.colour: part.material.density for part in parts}
+    densities = list_densities(experience.tools)
     true = np.array([densities[look] for look in experience.looks])
     moments = []
     for repeat in range(repeats):
@@ -223,7 +230,7 @@ def _learn_under(
         memory = unknown
         moments.append((memory, _choose_densities(memory, assumption, rng)))
         for trial, index in enumerate(draw_order(experience, repeat)):
-            features = observe(experience.tools[index], VisionError(), rng)
+            features = observe(experience.tools[index], settings.vision_error, rng)
             belief = predict_object(features, memory, settings.prior)
             # From 1, as a seed that ends in 0 gives the numbers of the same seed without it.
             percept = hold.feel(belief, true, settings.noise, (*seed, 1 + trial))

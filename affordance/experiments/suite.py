@@ -30,7 +30,7 @@ def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repea
     configs = {name: EXPERIMENTS[name].load_config(models, seed) for name in names}
     prepare_folder(out)
     folders = {name: prepare_folder(out / name) for name in names}
+    remove_leftovers(out)
     for name, folder in folders.items():
-        remove_leftovers(folder)
         EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
     return write_report(out)

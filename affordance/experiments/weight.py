@@ -20,7 +20,7 @@ from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
-from affordance.experiments.preparation import check_tools_can_be_held
+from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
@@ -69,6 +69,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
         raise BadValueError(
             path, "tools", f"has {len(tools)} entries, must have at least 3: two objects and the decoy"
         )
+    check_tools_have_one_grip(path, tools)
     looks = {component.looks_like for tool in tools for component in tool.components}
     if len(looks) > 1:
         names = ", ".join(sorted(look.name for look in looks))

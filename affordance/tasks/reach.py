@@ -49,8 +49,14 @@ class Reach:
             p_TF: The tool's free end, shape (3,), [m].
             settings: Those of the controller.
         """
-        motion = plan_motion(model, self.begin(model, p_TF), duration=self.duration, settings=settings)
-        return MotionEnergies(model, motion)
+        following = self.begin(model, p_TF)
+        motion = plan_motion(model, following, duration=self.duration, settings=settings)
+        error = 0.0
+        for k, x in enumerate(np.hstack([motion.q, motion.v])):
+            model.set_state(x)
+            miss = model.compute_point_position(p_TF) - following.compute_reference(k * motion.tick)[0]
+            error = max(error, float(np.linalg.norm(miss)))
+        return MotionEnergies(model, motion, obstacle=self.path.describe_error(error))
 
 
 class Following:
