@@ -234,12 +234,12 @@ class Choice:
             return not usable[i], merit, least if tied else entries[i].energy, lots[i]
 
         order = sorted(range(len(entries)), key=place)
-        least_effort = min(range(len(entries)), key=lambda i: (not usable[i], entries[i].effort))
+        efforts = [entries[i].effort for i in np.flatnonzero(usable)]
         return Ranking(
             tuple(entries[i] for i in order),
             num_usable=int(usable.sum()),
             p_none=float((chosen == NO_OPTION).mean()),
-            flips=order[0] != least_effort,
+            flips=bool(shared.any() and efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
         )
 
     def _find_obstacles(self, memory: MaterialMemory) -> list[str]:

@@ -12,8 +12,9 @@ import numpy as np
 from affordance.belief import EMPTY_BELIEF, DensityBelief, Prior
 from affordance.tools import Colour
 
-# Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps.
-SAME_COLOUR = 5 / 255
+# Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps, and
+# half a step so that rounding does not decide.
+SAME_COLOUR = 5.5 / 255
 # Standard deviation of what is known for certain, [kg/m^3].
 _CERTAIN_SD = 1e-3
 

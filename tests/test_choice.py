@@ -1,9 +1,11 @@
 """Inner simulation and the choice among options."""
 
 import dataclasses
+from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 from affordance.belief import DensityBelief
 from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest, rank
@@ -213,6 +215,138 @@ def test_options_need_names_of_their_own(count):
     option = list_options(STICK)[0]
     with pytest.raises(AffordanceError, match=r"must be at least one and each of another name"):
         Choice([option] * count, REACH)
+
+
+@dataclasses.dataclass(frozen=True)
+class MadeUpEnergies:
+    """Costs that depend on the tool's mass alone, or not even on that."""
+
+    work: Callable
+    effort: Callable
+    feasible: Callable = lambda mass: mass > 0.0
+    obstacle: str = ""
+
+    def compute(self, pi):
+        mass = pi[:, 0]
+        return Costs(self.work(mass), self.effort(mass), self.feasible(mass))
+
+
+class MadeUpTask:
+    """Hands out the energies of the options in turn."""
+
+    def __init__(self, *energies):
+        self._energies = iter(energies)
+
+    def build_energies(self, model, p_TF, settings):
+        return next(self._energies)
+
+
+def constant(value):
+    return lambda mass: np.full(len(mass), value)
+
+
+# What two parts of 8000 kg/m^3 together weigh, and a bit more: lighter than that is 100 / sqrt(2 (300^2 + 100^2))
+# standard deviations above the middle of the belief below.
+MASS = STICK.components[0].shape.volume * 8000.0
+LIGHT_MAX = STICK.components[0].shape.volume * 8100.0
+P_LIGHT = norm.cdf(100.0 / np.sqrt(2 * (300.0**2 + 100.0**2)))
+
+
+def rank_made_up(arm, wood, steel, memory=None, num_samples=2_000):
+    """Ranks the stick's two grips, by wood and by steel, by made-up energies; returns them in this order too."""
+    choice = Choice(list_options(STICK), MadeUpTask(wood, steel), DEFAULT_SETTINGS, arm)
+    memory = memory or believe(2000.0, 6000.0, 300.0)
+    ranking = choice.rank(memory, np.random.default_rng(0), num_samples)
+    return ranking, *sorted(ranking.ranked, key=lambda entry: entry.option.grip == "steel")
+
+
+def is_light(mass):
+    return mass <= LIGHT_MAX
+
+
+def test_options_are_compared_where_all_usable_ones_are_feasible(arm):
+    """By steel all can be done, at 101 J if it is heavy; by wood only what is light can be, and that costs more."""
+    ranking, wood, steel = rank_made_up(
+        arm,
+        MadeUpEnergies(constant(2.0), constant(30.0), is_light),
+        MadeUpEnergies(
+            lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)
+        ),
+    )
+    assert (ranking.num_usable, ranking.best.option.grip) == (2, "steel")
+    assert (wood.energy, steel.energy) == (2.0, 1.0)
+    assert (wood.effort, steel.effort) == (30.0, 20.0)
+    assert not ranking.flips
+    assert (wood.p_best, steel.p_best, ranking.p_none) == (0.0, 1.0, 0.0)
+    assert steel.p_feasible == 1.0
+    assert wood.p_feasible == pytest.approx(P_LIGHT, abs=4 * 0.5 / np.sqrt(2_000))
+    np.testing.assert_array_equal(wood.energies, np.where(steel.energies == 1.0, 2.0, np.inf))
+    assert (steel.energies == 1.0).mean() == wood.p_feasible
+
+
+@pytest.mark.parametrize(
+    ("feasible", "obstacle", "message"),
+    [
+        (lambda mass: mass < 0.9 * MASS, "", "breaks a torque limit as believed"),
+        (lambda mass: mass < 0.0, "leaves the path", "leaves the path"),
+    ],
+)
+def test_option_that_is_not_usable_takes_no_part_in_the_comparison(arm, feasible, obstacle, message):
+    """However little it costs. The other's energy is then its mean over all samples."""
+    ranking, wood, steel = rank_made_up(
+        arm,
+        MadeUpEnergies(constant(0.5), constant(0.5), feasible, obstacle),
+        MadeUpEnergies(
+            lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)
+        ),
+    )
+    assert [entry.option.grip for entry in ranking.ranked] == ["steel", "wood"]
+    assert (ranking.num_usable, wood.obstacle, steel.obstacle) == (1, message, "")
+    share = (steel.energies == 1.0).mean()
+    assert steel.energy == pytest.approx(101.0 - 100.0 * share, rel=1e-12)
+    assert steel.effort == pytest.approx(900.0 - 880.0 * share, rel=1e-12)
+    assert not ranking.flips
+
+
+@pytest.mark.parametrize(("efforts", "flips"), [((10.0, 20.0), False), ((20.0, 10.0), True)])
+def test_choice_flips_where_the_least_work_is_not_the_least_effort(arm, efforts, flips):
+    for works, grip in (((1.0, 2.0), "wood"), ((2.0, 1.0), "steel")):
+        ranking, wood, steel = rank_made_up(
+            arm,
+            *(MadeUpEnergies(constant(work), constant(effort)) for work, effort in zip(works, efforts, strict=True)),
+        )
+        assert ranking.best.option.grip == grip
+        assert (wood.energy, steel.energy) == works
+        assert (wood.effort, steel.effort) == efforts
+        assert ranking.flips == (flips if grip == "wood" else not flips)
+
+
+def test_where_no_sample_makes_all_feasible_the_most_probably_feasible_comes_first(arm):
+    """Without experience most objects are heavier than the most probable one, which alone both can move."""
+    mode = STICK.components[0].shape.volume * 2 * DEFAULT_SETTINGS.prior.mode
+    ranking, wood, steel = rank_made_up(
+        arm,
+        MadeUpEnergies(constant(1.0), constant(1.0), lambda mass: mass <= mode * (1.0 + 1e-9)),
+        MadeUpEnergies(constant(2.0), constant(2.0), lambda mass: mass >= mode * (1.0 - 1e-9)),
+        MaterialMemory(),
+    )
+    assert [entry.option.grip for entry in ranking.ranked] == ["steel", "wood"]
+    assert ranking.num_usable == 2
+    assert (wood.energy, steel.energy) == (np.inf, np.inf)
+    assert wood.p_feasible < 0.5 < steel.p_feasible
+    assert wood.p_best + steel.p_best == 1.0
+
+
+def test_where_no_option_is_feasible_none_is_the_best(arm):
+    ranking, wood, steel = rank_made_up(
+        arm,
+        MadeUpEnergies(constant(1.0), constant(1.0), is_light),
+        MadeUpEnergies(constant(2.0), constant(2.0), is_light),
+    )
+    assert wood.p_best == wood.p_feasible == steel.p_feasible
+    assert steel.p_best == 0.0
+    assert wood.p_best + ranking.p_none == pytest.approx(1.0, abs=1e-12)
+    assert ranking.p_none == pytest.approx(1.0 - P_LIGHT, abs=4 * 0.5 / np.sqrt(2_000))
 
 
 def make_costs(work, feasible):

@@ -7,10 +7,12 @@ import shutil
 import numpy as np
 import pytest
 
+from affordance.belief import DensityBelief
 from affordance.exceptions import BadValueError
-from affordance.experience import collect_experience, draw_order, gain_experience
+from affordance.experience import Experience, collect_experience, draw_order, gain_experience
 from affordance.experiments import com
-from affordance.tools import MODELS
+from affordance.memory import MaterialMemory
+from affordance.tools import MODELS, list_densities
 
 CONTRACT = {
     "mass_true": (3,),
@@ -160,3 +162,90 @@ def test_two_objects_are_refused(tmp_path):
     path.write_text(path.read_text()[: path.read_text().index("  - name: decoy")])
     with pytest.raises(BadValueError, match=r"has 2 entries, must have 3: two objects and the decoy"):
         com.load_config(tmp_path / "models")
+
+
+def test_nothing_is_learned_in_the_test_pass(config):
+    """Who is unsure would learn a lot; the objects move alike in whichever order they are held."""
+    held = dataclasses.replace(config.experience, duration=0.3)
+    turned = dataclasses.replace(held, tools=held.tools[::-1])
+    unsure = DensityBelief.from_moments(np.array([3e3, 3e3]), 2e3**2 * np.eye(2))
+    memory = MaterialMemory(held.looks, unsure)
+    first, second, decoy = com.run_test_pass(dataclasses.replace(config, experience=held), memory, 0)
+    others = com.run_test_pass(dataclasses.replace(config, experience=turned), memory, 0)
+    for record, other in zip((second, first, decoy), others, strict=True):
+        np.testing.assert_array_equal(record.q, other.q)
+        np.testing.assert_array_equal(record.tau, other.tau)
+    assert not np.array_equal(first.q, decoy.q)
+
+
+def test_numbers_are_those_of_made_up_arrays(config):
+    """Three observers whose errors are chosen: their medians lie halfway between the third and fourth of six."""
+    mass = np.array([[0.01, -0.05, 9.0], [-0.02, 0.04, 9.0], [0.03, 0.60, 9.0]])
+    com_m = 1e-3 * np.array([[11.0, 14.0, 900.0], [12.0, 15.0, 900.0], [13.0, 80.0, 900.0]])
+    inertia = np.array([[-0.21, 0.24, 9.0], [0.22, -0.25, 9.0], [-0.23, 0.90, 9.0]])
+    predicted = np.array([[tool.parameters for tool in config.tools]] * 3)
+    places = predicted[..., 1:4] / predicted[..., :1] + com_m[..., None] * [0.6, 0.0, -0.8]
+    predicted[..., 0] *= 1.0 + mass
+    predicted[..., 1:4] = predicted[..., :1] * places
+    predicted[..., 4:7] *= 1.0 + inertia[..., None]
+    # Heights at four times, of which the third is the farthest.
+    course = np.array([0.0, 0.5, 1.0, -0.25])
+    peaks = np.array([[0.01, 0.02, 0.10], [-0.02, 0.02, 0.11], [0.04, -0.01, 0.12]])
+    arrays = {
+        "parameters_predicted": predicted,
+        "height_centre": peaks[..., None] * course,
+        "height_grip": 2.0 * peaks[..., None] * course,
+        "height_com": -3.0 * peaks[..., None] * course,
+        "ticks_limited": np.array([[1, 10, 100], [2, 20, 200], [3, 30, 300]]),
+        "ticks_failed": np.array([[0, 0, 1], [0, 1, 1], [0, 0, 0]]),
+    }
+    # Before and after one trial, known to 1 kg/m^3.
+    rho = np.array([[[1e3, 1e3], [700, 7000]], [[1e3, 1e3], [900, 8000]], [[1e3, 1e3], [1700, 7900]]])
+    precision, order = np.broadcast_to(np.eye(2), (3, 2, 2, 2)), np.zeros((3, 1), dtype=np.intp)
+    experience = Experience(config.experience.looks, precision, rho, order)
+    numbers = com.compute_metrics(config, experience, arrays)
+    assert numbers["mass_error"] == pytest.approx(0.035, rel=1e-12)
+    assert numbers["com_error_m"] == pytest.approx(13.5e-3, rel=1e-12)
+    assert numbers["inertia_error"] == pytest.approx(0.235, rel=1e-12)
+    extreme = np.array([0.01, 0.01, 0.11])
+    np.testing.assert_allclose(numbers["height_extreme_m"], extreme, rtol=1e-12)
+    np.testing.assert_allclose(numbers["height_extreme_grip_m"], 2.0 * extreme, rtol=1e-12)
+    np.testing.assert_allclose(numbers["height_extreme_com_m"], -3.0 * extreme, rtol=1e-12)
+    np.testing.assert_allclose(numbers["deviation_m"], [0.07 / 3, 0.05 / 3, 0.11], rtol=1e-12)
+    # t(0.975, 2) = 4.302653 times the standard error; standard deviations are 0.03, sqrt(3) 0.01 and 0.01.
+    half = 4.302653 / np.sqrt(3) * np.array([0.03, np.sqrt(3) * 0.01, 0.01])
+    np.testing.assert_allclose(numbers["height_extreme_m_ci95"][:, 1] - extreme, half, rtol=1e-6)
+    np.testing.assert_allclose(extreme - numbers["height_extreme_m_ci95"][:, 0], half, rtol=1e-6)
+    assert numbers["ticks_limited"].tolist() == [6, 60, 600]
+    assert numbers["ticks_failed"].tolist() == [0, 1, 2]
+    assert numbers["density_median"] == pytest.approx({"beech": 900.0, "steel": 7900.0}, rel=1e-9)
+
+
+def test_densities_are_listed_by_colour_in_the_order_of_the_components(config):
+    first, second, _ = config.tools
+    beech, steel = (part.material for part in first.components[1:])
+    assert list(list_densities([first]).items()) == [(beech.colour, 720.0), (steel.colour, 7850.0)]
+    assert list(list_densities([second, first]).items()) == [(steel.colour, 7850.0), (beech.colour, 720.0)]
+    lighter = first.make_of({beech.colour: 500.0, steel.colour: 7850.0})
+    assert list_densities([second, lighter])[beech.colour] == 500.0
+
+
+def paint_beech(tmp_path, colour):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "materials.yaml"
+    assert 'colour: "#c98f5a"' in path.read_text()
+    path.write_text(path.read_text().replace("#c98f5a", colour))
+    return tmp_path / "models"
+
+
+# Steel is #7d8a99.
+@pytest.mark.parametrize("colour", ["#828e9d", "#828f9d", "#828f9e", "#788594", "#7d8a99"])
+def test_looks_up_to_five_steps_of_255_apart_in_every_channel_are_refused(tmp_path, colour):
+    message = r"com.yaml: tools: show beech and steel, whose colours must differ by more than 0.02"
+    with pytest.raises(BadValueError, match=message):
+        com.load_objects(paint_beech(tmp_path, colour))
+
+
+@pytest.mark.parametrize("colour", ["#838a99", "#7d8499", "#7d8a9f"])
+def test_looks_six_steps_apart_in_one_channel_are_told_apart(tmp_path, colour):
+    assert len(com.load_objects(paint_beech(tmp_path, colour))) == 3

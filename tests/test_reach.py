@@ -6,19 +6,30 @@ import shutil
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
-from affordance.choice import NO_OPTION
+from affordance.belief import Point
+from affordance.choice import NO_OPTION, Ranking
 from affordance.exceptions import BadValueError
-from affordance.experience import collect_experience
-from affordance.experiments import com, reach
+from affordance.experience import Experience, collect_experience, draw_order
+from affordance.experiments import com, decisions, reach
 from affordance.experiments.decisions import (
+    Assumption,
     choose_by_expectation,
     choose_by_sample,
     count_correct,
     estimate_correct,
     list_assumptions,
+    study_sensitivity,
 )
+from affordance.memory import MaterialMemory
+from affordance.noise import WeberNoise
+from affordance.paths import TimedPath, load_path
+from affordance.planned_motion import Costs
+from affordance.rollout import Rollout
+from affordance.systems.mpc_controller import TickCounts
 from affordance.tools import MODELS
+from affordance.trial import TrialRecord
 
 CONTRACT = {
     "p_correct": (7,),
@@ -212,3 +223,175 @@ def test_heavy_end_is_found_by_its_material_not_by_its_name(config):
         dataclasses.replace(grip, name=name) for grip, name in zip(plain.grips, ("left", "right"), strict=True)
     ]
     assert reach.find_heavy_grip(dataclasses.replace(plain, grips=tuple(swapped))) == "right"
+
+
+# Densities of wood and steel of which the answer is known: the heavier end belongs into the hand; the hammer's handle
+# is the longer lever, so that it takes more than a heavier wood to hold it there; the last is too heavy for the arm.
+WOOD_IS_HEAVY, STEEL_IS_HEAVY, PLAIN_BY_WOOD, TOO_HEAVY = (8e3, 7e2), (7e2, 8e3), (3e3, 2e3), (24e3, 24e3)
+BY_WOOD, BY_STEEL = 0, 1
+
+
+def experience_by_hand(config, densities):
+    """Observers who know two densities to 1 kg/m^3 at each moment, (repeats, K + 1, 2)."""
+    rho = np.array(densities)
+    order = np.zeros((len(rho), rho.shape[1] - 1), dtype=np.intp)
+    return Experience(config.experience.looks, np.broadcast_to(np.eye(2), (*rho.shape, 2)), rho, order)
+
+
+@pytest.mark.parametrize("rule", [choose_by_sample, lambda *arguments: choose_by_expectation(*arguments)[0]])
+def test_each_choice_is_by_what_is_believed_at_that_moment(config, choices, rule):
+    experience = experience_by_hand(
+        config,
+        [
+            [WOOD_IS_HEAVY, STEEL_IS_HEAVY, STEEL_IS_HEAVY, TOO_HEAVY, WOOD_IS_HEAVY],
+            [STEEL_IS_HEAVY, TOO_HEAVY, WOOD_IS_HEAVY, WOOD_IS_HEAVY, STEEL_IS_HEAVY],
+        ],
+    )
+    assert rule(choices.plain, experience, 0, 0).tolist() == [BY_WOOD, BY_STEEL, BY_STEEL, NO_OPTION, BY_WOOD]
+    assert rule(choices.plain, experience, 0, 1).tolist() == [BY_STEEL, NO_OPTION, BY_WOOD, BY_WOOD, BY_STEEL]
+
+
+class FlipsIfWoodIsHeavy:
+    """Stands for a choice among nothing."""
+
+    def rank(self, memory, rng, num_samples):
+        wood, steel = memory.belief.centre
+        return Ranking((), num_usable=0, p_none=1.0, flips=bool(wood > steel))
+
+
+def test_flips_are_those_of_each_moment(config):
+    experience = experience_by_hand(config, [[STEEL_IS_HEAVY, WOOD_IS_HEAVY, WOOD_IS_HEAVY]])
+    _, flips = choose_by_expectation(FlipsIfWoodIsHeavy(), experience, 0, 0)
+    assert flips.tolist() == [False, True, True]
+
+
+def test_plain_and_headed_object_are_each_chosen_about_by_themselves(config, choices):
+    experience = experience_by_hand(config, [[PLAIN_BY_WOOD, STEEL_IS_HEAVY, PLAIN_BY_WOOD]])
+    chosen = reach.run_repeat(choices, experience, 0, 0)
+    assert chosen["paper"].tolist() == [BY_WOOD, BY_STEEL, BY_WOOD]
+    assert chosen["bayes"].tolist() == [BY_WOOD, BY_STEEL, BY_WOOD]
+    assert chosen["headed"].tolist() == [BY_STEEL, BY_STEEL, BY_STEEL]
+
+
+def make_rollout(work, effort, error, limited):
+    path, reference = np.array([[0.0, 0.0, 0.0], [0.0, error, 0.0]]), np.zeros((2, 3))
+    nothing = np.zeros((2, 1))
+    record = TrialRecord(
+        nothing[:, 0], *[nothing] * 3, *[nothing[:, 0]] * 3, MaterialMemory(), 0.0, TickCounts(limited, 0)
+    )
+    return Rollout(work, effort, path, reference, record)
+
+
+def test_numbers_are_those_of_made_up_arrays(config, choices):
+    """Of the plain object the grip by wood is made the right one, of the headed one that by steel.
+
+    Before experience the plain object is a matter of chance and the headed one is not.
+    """
+    executed = {"wood": make_rollout(8.0, 300.0, 0.01, 4), "steel": make_rollout(10.0, 200.0, 0.02, 5)}
+    executed_headed = {"wood": make_rollout(9.0, 300.0, 0.0, 0), "steel": make_rollout(6.0, 200.0, 0.0, 0)}
+    arrays = {
+        "paper": np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]]),
+        "bayes": np.array([[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
+        "headed": np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]]),
+        "flips": np.array([[True, False, True], [False, False, True], [False, False, True], [False, True, True]]),
+    }
+    numbers = reach.compute_metrics(config, choices, arrays, executed, executed_headed)
+    assert (numbers["correct_grip"], numbers["correct_grip_headed_tool"]) == ("wood", "steel")
+    assert numbers["p_correct"][0] == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(10_000))
+    assert numbers["p_correct_headed_tool"][0] > 0.8
+    assert numbers["p_correct"][1:].tolist() == [0.75, 0.75]
+    assert numbers["p_correct_bayes"].tolist() == [0.75, 0.25, 0.0]
+    assert numbers["p_correct_headed_tool"][1:].tolist() == [1.0, 0.375]
+    for key in ("p_correct", "p_correct_bayes", "p_correct_headed_tool"):
+        low, high = numbers[f"{key}_ci95"].T
+        assert (low <= numbers[key]).all()
+        assert (numbers[key] <= high).all()
+    assert numbers["effort_flips"].tolist() == [0.25, 0.25, 1.0]
+    assert numbers["energy_ratio_true"] == 1.25
+    assert numbers["energy_true"] == {"wood": 8.0, "steel": 10.0}
+    assert numbers["energy_true_headed_tool"] == {"wood": 9.0, "steel": 6.0}
+    assert numbers["effort_true"] == {"wood": 300.0, "steel": 200.0}
+    assert numbers["path_error_m"] == {"wood": 0.01, "steel": 0.02}
+    assert numbers["ticks_limited"] == {"wood": 4, "steel": 5}
+    assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
+
+
+class WeighedAgainst:
+    """Stands for a choice that is of its second option where two densities together exceed a sum."""
+
+    def __init__(self, total):
+        self.total = total
+        self.memories = []
+
+    def compute_parameters(self, memory, rho):
+        self.memories.append(memory)
+        return np.stack([rho, rho])
+
+    def compute_costs(self, pi):
+        work = np.stack([pi[0].sum(axis=1), np.full(pi.shape[1], self.total)])
+        return Costs(work, work, np.ones(work.shape, dtype=bool))
+
+
+def test_sensitivity_is_that_of_each_assumption(config, monkeypatch):
+    """Two objects of one material each, 4000 and 6000 kg/m^3, of which both must be known, or the heavier.
+
+    Who feels without error knows one of them after the first trial, and both after the second. Who feels nothing goes
+    on believing in the prior, whose modes add up to twice 1000, and its means to twice 3584 kg/m^3.
+    """
+    first, second = config.experience.tools
+    beech, steel = config.experience.looks
+    densities = {beech: 4000.0, steel: 6000.0}
+    tools = [dataclasses.replace(tool, components=tool.components[:1]).make_of(densities) for tool in (first, second)]
+    experience = dataclasses.replace(config.experience, tools=tuple(tools), num_trials=4)
+    settings = experience.settings
+    exact = dataclasses.replace(settings, noise=WeberNoise(1e-6, 1e-6))
+    numb = dataclasses.replace(settings, noise=WeberNoise(0.07, 1e6))
+    biased = dataclasses.replace(numb, prior=numb.prior._replace(mode=4000.0))
+    assumptions = [
+        Assumption("noise", "none", exact, Point.MODE),
+        Assumption("noise", "all", numb, Point.MODE),
+        Assumption("prior", "4000", biased, Point.MODE),
+        Assumption("point", "mean", numb, Point.MEAN),
+    ]
+    monkeypatch.setattr(decisions, "list_assumptions", lambda used: assumptions if used == settings else [])
+    curves = study_sensitivity(experience, WeighedAgainst(6000.0), 1, repeats=8, jobs=1)
+    heavier_first = np.mean([draw_order(experience, repeat)[0] for repeat in range(8)])
+    assert 0.0 < heavier_first < 1.0
+    assert {panel: list(by_label) for panel, by_label in curves.items()} == {
+        "noise": ["none", "all"],
+        "prior": ["4000"],
+        "point": ["mean"],
+    }
+    assert curves["noise"]["none"].tolist() == [0.0, heavier_first, 1.0, 1.0, 1.0]
+    assert curves["noise"]["all"].tolist() == [0.0] * 5
+    assert curves["prior"]["4000"].tolist() == [1.0] * 5
+    assert curves["point"]["mean"].tolist() == [1.0] * 5
+
+
+def test_observers_of_the_study_become_as_certain_as_those_of_the_full_simulation(config, folder, monkeypatch):
+    """Errors are as large as the torque felt says, which differs between two draws by sqrt(2) 7 %, at most twice."""
+    settings = config.experience.settings
+    monkeypatch.setattr(decisions, "list_assumptions", lambda used: [Assumption("panel", "label", used)])
+    listener = WeighedAgainst(0.0)
+    study_sensitivity(config.experience, listener, 1, repeats=3, jobs=1)
+    studied = np.array([np.diag(memory.belief.covariance) for memory in listener.memories]).reshape(3, 7, 2)
+    full = collect_experience(config.experience, folder.parent / "experience", repeats=3, jobs=1)
+    simulated = np.diagonal(np.linalg.inv(full.precision), axis1=2, axis2=3)
+    spread = 2 * np.sqrt(2) * settings.noise.weber_fraction
+    np.testing.assert_allclose(np.sqrt(studied / simulated), 1.0, atol=spread)
+    np.testing.assert_allclose(studied[:, 0], settings.prior.sd**2, rtol=1e-12)
+
+
+@pytest.mark.parametrize("num_points", [2, 3])
+def test_path_turns_no_corner(num_points):
+    """At each of its inner points, where the length along the chords says it is, it goes on as it came."""
+    path = load_path(MODELS / "paths" / "reach.yaml")
+    path = TimedPath(path.points[:num_points], path.duration, path.tolerance)
+    curve = path.build_trajectory()
+    steps = np.linalg.norm(np.diff(path.points, axis=0, prepend=0.0), axis=1)
+    for point, share in zip(path.points[:-1], np.cumsum(steps)[:-1] / steps.sum(), strict=True):
+        time = path.duration * brentq(lambda u, share=share: 10 * u**3 - 15 * u**4 + 6 * u**5 - share, 0.0, 1.0)
+        np.testing.assert_allclose(curve.value(time)[:, 0], point, atol=1e-9)
+        came, goes = (curve.EvalDerivative(time + step)[:, 0] for step in (-1e-6, 1e-6))
+        assert np.linalg.norm(came) > 0.1
+        np.testing.assert_allclose(goes, came, atol=1e-4)
