@@ -1,0 +1,164 @@
+"""The swing of a blow: from rest to a strike with a given velocity, by minimum angular acceleration.
+
+Among all motions of a duration D from rest at q_0 to angles q_1 with rates v_1, the integral of |vdot|^2 is least for
+the cubic in time, and is then
+
+    12 |d|^2 / D^3 - 12 d^T v_1 / D^2 + 4 |v_1|^2 / D,    d = q_1 - q_0
+
+What remains free of (q_1, v_1), once the striking point is where it is to be, moves as it is to, and meets the target
+squarely, is chosen to make this least, within the joints' limits. A cubic is the motion of minimum acceleration
+between any two of its own points, so that a controller that plans by minimum acceleration to points of it follows it
+exactly.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
+
+from affordance.arm import ArmModel
+from affordance.exceptions import AffordanceError
+from affordance.tools import Placed
+
+Array = NDArray[np.float64]
+
+# Moments of a swing at which the limits of angle and rate are kept, as fractions of its duration: between them a
+# joint of 50 rad/s^2 oversteps by a milliradian.
+_CHECKED = np.linspace(0.02, 1.0, 50)
+# Scales of the optimisation: it counts costs in hundreds of rad^2/s^3, and misses in decimetres and m/s.
+_COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
+_MAX_MISS = 1e-6
+
+
+class Swing(NamedTuple):
+    """A cubic from rest.
+
+    Attributes:
+        q_start: Joint angles at its beginning, shape (num_joints,), [rad].
+        q_end: Joint angles at the strike, the same shape.
+        v_end: Joint rates at the strike, the same shape, [rad/s].
+        duration: From rest to strike, [s].
+    """
+
+    q_start: Array
+    q_end: Array
+    v_end: Array
+    duration: float
+
+    def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
+        """Angles, rates and accelerations at N times, (N, num_joints) each; beyond its ends the cubic goes on."""
+        D = self.duration
+        u = np.asarray(times)[:, None] / D
+        d = self.q_end - self.q_start
+        square, cube = 3.0 * d - D * self.v_end, D * self.v_end - 2.0 * d
+        q = self.q_start + square * u**2 + cube * u**3
+        return q, (2.0 * square * u + 3.0 * cube * u**2) / D, (2.0 * square + 6.0 * cube * u) / D**2
+
+
+class Target(NamedTuple):
+    """What a blow is to do, with a point S on the tool's surface.
+
+    Attributes:
+        p_TS: The point, shape (3,), [m].
+        normal_T: Outward normal of the tool there, expressed in T, shape (3,).
+        p_WS: Where it is to strike, shape (3,), [m].
+        direction_W: In which direction, and with its normal along it, a unit vector, shape (3,).
+    """
+
+    p_TS: Array
+    normal_T: Array
+    p_WS: Array
+    direction_W: Array
+
+
+def aim(model: ArmModel, parts: Sequence[Placed], *, offset_W: Array, direction_W: Array) -> Target:
+    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at home.
+
+    Args:
+        model: The arm; its state is set to rest in the home posture.
+        parts: What the tool is made of, posed relative to the hand.
+        offset_W: What is struck, from where the home posture holds the striking point, shape (3,), [m].
+        direction_W: Direction of the blow, a unit vector, shape (3,).
+    """
+    home = model.arm.home
+    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
+    free = max(parts, key=lambda part: float(part.X_TE[0, 3]))
+    R_TE, p_TE = free.X_TE[:3, :3], free.X_TE[:3, 3]
+    p_TS = p_TE + R_TE @ free.shape.find_support(R_TE.T @ normal_T)
+    return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
+
+
+def plan_swing(
+    model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
+) -> Swing:
+    """Plans a swing from rest in the home posture.
+
+    Args:
+        model: The arm; its state is set.
+        target: What is to be struck, and with which point.
+        speed: Of the point at the strike, [m/s].
+        duration: From rest to strike, [s].
+        guess: A swing like the one that is sought, from which to search; from the home posture if None.
+
+    Raises:
+        AffordanceError: No swing within the limits of angle and rate does it.
+    """
+    home, limits, D = model.arm.home, model.arm.limits, duration
+    n = len(home)
+    across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+
+    def locate(q: Array) -> tuple[Array, Array, Array]:
+        model.set_state(np.concatenate([q, np.zeros(n)]))
+        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        return model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS), normal_W
+
+    def cost(z: Array) -> float:
+        d, v = z[:n] - home, z[n:]
+        return _COST_SCALE * float(12.0 / D**3 * d @ d - 12.0 / D**2 * d @ v + 4.0 / D * v @ v)
+
+    def slope(z: Array) -> Array:
+        d, v = z[:n] - home, z[n:]
+        return _COST_SCALE * np.concatenate([24.0 / D**3 * d - 12.0 / D**2 * v, 8.0 / D * v - 12.0 / D**2 * d])
+
+    def miss(z: Array) -> Array:
+        p_WS, J, normal_W = locate(z[:n])
+        place = _PLACE_SCALE * (p_WS - target.p_WS)
+        return np.concatenate([place, J @ z[n:] - speed * target.direction_W, across @ normal_W])
+
+    if guess is None:
+        _, J, _ = locate(home)
+        start = np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])
+    else:
+        start = np.concatenate([guess.q_end, guess.v_end])
+    # Angles and rates at the moments checked are linear in (q_1, v_1).
+    u, each = _CHECKED[:, None], np.eye(n)
+    angles = np.kron(np.hstack([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)]), each)
+    rates = np.kron(np.hstack([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]), each)
+    at_home = np.kron(1.0 - 3.0 * u**2 + 2.0 * u**3, each) @ home, np.kron(6.0 * (u**2 - u) / D, each) @ home
+    count = len(_CHECKED)
+    constraints: list[NonlinearConstraint | LinearConstraint] = [
+        NonlinearConstraint(miss, 0.0, 0.0),
+        LinearConstraint(
+            angles, np.tile(limits.q_lower, count) - at_home[0], np.tile(limits.q_upper, count) - at_home[0]
+        ),
+        LinearConstraint(
+            rates, -np.tile(limits.v_max, count) - at_home[1], np.tile(limits.v_max, count) - at_home[1]
+        ),
+    ]
+    found = minimize(
+        cost, start, jac=slope, constraints=constraints, method="SLSQP", options={"maxiter": 500, "ftol": 1e-10}
+    )
+    if not found.success or np.abs(miss(found.x)).max() > _MAX_MISS:
+        raise AffordanceError(
+            f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s: {found.message}"
+        )
+    return Swing(home, found.x[:n], found.x[n:], D)
+
+
+def compute_effective_mass(model: ArmModel, target: Target) -> float:
+    """Mass that a blow meets at S along its direction, 1 / (n^T J M^-1 J^T n), at the model's state, [kg]."""
+    along = target.direction_W @ model.compute_point_jacobian(target.p_TS)
+    return float(1.0 / (along @ np.linalg.solve(model.compute_mass_matrix(), along)))

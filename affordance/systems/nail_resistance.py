@@ -1,0 +1,48 @@
+"""What the wood does to a nail, as a system."""
+
+import math
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context
+
+from affordance.nail import Nail
+from affordance.systems.sampled_system import SampledSystem
+
+# Rates of the nail below this count as rest. Dry friction is a step there, which no integrator of smooth systems can
+# take; a tanh of this width stands for it, so that a nail at rest creeps, by its own weight 0.3 um a second, [m/s].
+_REST = 1e-3
+
+
+class NailResistance(SampledSystem):
+    """Skin friction: opposes motion and grows in proportion to depth, without rebound.
+
+    Input ports:
+        state: How far the nail was driven since it was set, and its rate, (2,), [m, m/s].
+
+    Output ports:
+        force: On the nail along the direction it is driven to, and zeros for the plant's other velocities,
+            (num_velocities,), [N, N m].
+        resistance: The force against being driven in, (1,), [N].
+    """
+
+    def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:
+        super().__init__()
+        self._nail = nail
+        self._size = num_velocities
+        self._index = index
+        self._state = self.declare_vector_input("state", 2)
+        self.DeclareVectorOutputPort("force", num_velocities, self._calc_force)
+        self.DeclareVectorOutputPort("resistance", 1, self._calc_resistance)
+
+    def _compute_resistance(self, context: Context) -> float:
+        travel, rate = self._state.Eval(context)
+        depth = max(0.0, self._nail.depth_set + travel)
+        return float(self._nail.stiffness * depth * math.tanh(rate / _REST))
+
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
+        force = np.zeros(self._size)
+        force[self._index] = -self._compute_resistance(context)
+        output.SetFromVector(force)
+
+    def _calc_resistance(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.array([self._compute_resistance(context)]))
