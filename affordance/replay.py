@@ -48,7 +48,9 @@ class Scene(NamedTuple):
     caption: str
 
 
-def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title: str) -> None:
+def write_replay(
+    path: Path, directives: Path, scenes: Sequence[Scene], *, title: str, p_WG: Array | None = None
+) -> None:
     """Writes the scenes, one after the other, as a self-contained page.
 
     Args:
@@ -56,6 +58,8 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
         directives: Drake model directives of the arm.
         scenes: What is shown.
         title: Title of the page.
+        p_WG: Points of the line that is drawn as what was asked for, shape (N, 3), [m]; the height of the hand in its
+            home posture if None.
 
     Raises:
         AffordanceError: Meshcat may not open a local port (as where DRAKE_ALLOW_NETWORK leaves it out).
@@ -65,7 +69,7 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     except RuntimeError as error:
         raise AffordanceError(f"{path}: cannot be drawn: {error}") from error
     try:
-        captions = _record(meshcat, directives, scenes)
+        captions = _record(meshcat, directives, scenes, p_WG)
         page = meshcat.StaticHtml()
     finally:
         # Meshcat ends the process if it is freed by a thread other than the one that made it, and the garbage
@@ -75,7 +79,7 @@ def write_replay(path: Path, directives: Path, scenes: Sequence[Scene], *, title
     write_text(path, _add_captions(page, title, captions))
 
 
-def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene]) -> list[str]:
+def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None) -> list[str]:
     """Plays the scenes into Meshcat's recording; returns what is said of each."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
@@ -88,7 +92,7 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene]) -> list
     diagram = builder.Build()
     context = diagram.CreateDefaultContext()
     plant_context = plant.GetMyMutableContextFromRoot(context)
-    _set_stage(meshcat, plant, plant_context, hand)
+    _set_stage(meshcat, plant, plant_context, hand, p_WG)
 
     meshcat.StartRecording(_FRAMES_PER_SECOND, set_visualizations_while_recording=False)
     start = 0.0
@@ -110,8 +114,10 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene]) -> list
     return captions
 
 
-def _set_stage(meshcat: Meshcat, plant: MultibodyPlant, plant_context: Context, hand: Frame) -> None:
-    """Looks at the arm from its side, and draws the height to hold as a line."""
+def _set_stage(
+    meshcat: Meshcat, plant: MultibodyPlant, plant_context: Context, hand: Frame, p_WG: Array | None
+) -> None:
+    """Looks at the arm from its side, and draws what was asked for as a line."""
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
@@ -119,8 +125,9 @@ def _set_stage(meshcat: Meshcat, plant: MultibodyPlant, plant_context: Context, 
     reach = float(np.linalg.norm(p_WH - p_WBo))
     side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)
     meshcat.SetCameraPose(middle - 1.05 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
-    goal = np.array([p_WH - 0.3 * (p_WH - p_WBo), p_WH + 0.6 * (p_WH - p_WBo)]).T
-    meshcat.SetLine("height to hold", np.asfortranarray(goal), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
+    if p_WG is None:
+        p_WG = np.array([p_WH - 0.3 * (p_WH - p_WBo), p_WH + 0.6 * (p_WH - p_WBo)])
+    meshcat.SetLine("asked for", np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
     for end in ("top_color", "bottom_color"):
         meshcat.SetProperty("/Background", end, [1.0, 1.0, 1.0])
     meshcat.SetProperty("/Grid", "visible", False)

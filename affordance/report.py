@@ -18,7 +18,8 @@ _SECTION = "section.json"
 _STYLE = """
 body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a }
 h1 { font-size: 1.7rem } h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1.5rem }
-figure { margin: 1.5rem 0 } figure img { max-width: 100% } figcaption { color: #444; font-size: 0.92rem }
+figure { margin: 1.5rem 0 } figure img { max-width: 100%; max-height: 32rem }
+figcaption { color: #444; font-size: 0.92rem }
 table { border-collapse: collapse; width: 100% }
 td, th { text-align: left; vertical-align: top; padding: 0.45rem 0.8rem; border-bottom: 1px solid #ddd }
 td.verdict { white-space: nowrap; font-weight: 600 }

@@ -183,7 +183,9 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
         Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
         for grip, rollout in executed.items()
     ]
-    write_replay(folder / "replay.html", settings.arm, scenes, title=f"Simulation III: {config.novel.plain.name}")
+    path = executed[numbers["correct_grip"]].reference
+    title = f"Simulation III: {config.novel.plain.name}"
+    write_replay(folder / "replay.html", settings.arm, scenes, title=title, p_WG=path)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
