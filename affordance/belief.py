@@ -128,11 +128,6 @@ class DensityBelief:
         shift[: self.size] = self.shift
         return DensityBelief(precision, shift)
 
-    def select(self, indices: Sequence[int]) -> "DensityBelief":
-        """Marginal of some of the unrestricted distribution's densities, in the order given."""
-        chosen = np.asarray(indices, dtype=np.intp)
-        return DensityBelief.from_moments(self.centre[chosen], self.covariance[np.ix_(chosen, chosen)])
-
     def spread(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
         """Belief about the densities of objects, mu + delta each, with deltas ~ N(0, deviation_sd^2 I) of their own.
 

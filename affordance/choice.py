@@ -5,14 +5,14 @@ says what the task would cost with each option; from there two rules lead to a c
 and takes what is cheapest under it; Bayes' takes what is expected to cost least.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arm import Arm, ArmModel, load_arm
+from affordance.arm import ArmModel, load_arm
 from affordance.exceptions import AffordanceError
 from affordance.inertia import build_transform_map
 from affordance.memory import MaterialMemory
@@ -143,16 +143,13 @@ class Ranking(NamedTuple):
 class Choice:
     """A choice among options for one task, with the motions planned once for all beliefs."""
 
-    def __init__(
-        self, options: Sequence[Option], task: Demand, settings: Settings = DEFAULT_SETTINGS, arm: Arm | None = None
-    ) -> None:
+    def __init__(self, options: Sequence[Option], task: Demand, settings: Settings = DEFAULT_SETTINGS) -> None:
         """Plans the task with every option.
 
         Args:
             options: At least one.
             task: What is to be done.
-            settings: Those of prior and controller.
-            arm: The arm; loaded from the settings if None.
+            settings: Those of arm, prior and controller.
 
         Raises:
             AffordanceError: There is no option, two are of one name, or no motion could be planned.
@@ -163,9 +160,9 @@ class Choice:
             raise AffordanceError(f"options are {names}, must be at least one and each of another name")
         self.options = tuple(options)
         self.settings = settings
-        model = ArmModel(arm or load_arm(settings.arm))
+        model = ArmModel(load_arm(settings.arm))
         self.energies = [task.build_energies(model, option.p_GGfree, settings) for option in options]
-        self._things = list(dict.fromkeys(option.thing for option in options))
+        self._things = {option.thing: option.features for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
@@ -176,18 +173,14 @@ class Choice:
 
         Returns: Shape (options, num_samples, 10).
         """
-        beliefs = self._predict(memory)
-        materials = beliefs[0].memory.belief
-        joint = materials.spread(self.settings.prior.deviation_sd, len(self._things))
+        memory = self._meet(memory)
+        joint = memory.belief.spread(self.settings.prior.deviation_sd, len(self._things))
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._things), -1)
-        errors: dict[str, Array] = {}
-        parameters = []
-        for option, belief, grip_map in zip(self.options, beliefs, self._grip_maps, strict=True):
-            if option.thing not in errors:
-                errors[option.thing] = rng.standard_normal((num_samples, len(belief.geometry.Phi_errors)))
-            rho_of_thing = rho[:, self._things.index(option.thing)]
-            parameters.append(belief.geometry.compute_parameters(rho_of_thing, errors[option.thing]) @ grip_map.T)
-        return np.array(parameters)
+        drawn = {}
+        for i, (thing, belief) in enumerate(self._predict(memory).items()):
+            errors = rng.standard_normal((num_samples, len(belief.geometry.Phi_errors)))
+            drawn[thing] = belief.geometry.compute_parameters(rho[:, i], errors)
+        return self._grip(drawn)
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
         """Inertial parameters of all options at given densities, shape (options, S, 10).
@@ -196,8 +189,8 @@ class Choice:
             memory: Gives the order of the materials; must have met all looks.
             rho: Densities, shape (S, M), [kg/m^3].
         """
-        beliefs = zip(self._predict(memory), self._grip_maps, strict=True)
-        return np.array([belief.compute_parameters(rho) @ grip_map.T for belief, grip_map in beliefs])
+        beliefs = self._predict(self._meet(memory))
+        return self._grip({thing: belief.compute_parameters(rho) for thing, belief in beliefs.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
         """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
@@ -244,19 +237,27 @@ class Choice:
 
     def _find_obstacles(self, memory: MaterialMemory) -> list[str]:
         """Why each option is infeasible at the most probable densities; empty where it is not."""
-        beliefs = self._predict(memory)
-        mode = beliefs[0].densities.compute_mode()
-        feasible = self.compute_costs(self.compute_parameters(beliefs[0].memory, mode[None])).feasible[:, 0]
+        densities = self._meet(memory).belief.spread(self.settings.prior.deviation_sd)
+        feasible = self.compute_costs(self.compute_parameters(memory, densities.compute_mode()[None])).feasible[:, 0]
         return [
             energies.obstacle or ("" if fits else "breaks a torque limit as believed")
             for energies, fits in zip(self.energies, feasible, strict=True)
         ]
 
-    def _predict(self, memory: MaterialMemory) -> list[ObjectBelief]:
-        """What is believed of each option, all in one order of materials."""
-        looks = [part.colour for option in self.options for part in option.features]
-        memory = memory.meet(looks, self.settings.prior)
-        return [predict_object(option.features, memory, self.settings.prior) for option in self.options]
+    def _meet(self, memory: MaterialMemory) -> MaterialMemory:
+        """The memory with the looks of all things, which gives all beliefs one order of materials."""
+        looks = [part.colour for features in self._things.values() for part in features]
+        return memory.meet(looks, self.settings.prior)
+
+    def _predict(self, memory: MaterialMemory) -> dict[str, ObjectBelief]:
+        """What is believed of each thing, in its own frame; the memory must have met all looks."""
+        prior = self.settings.prior
+        return {thing: predict_object(features, memory, prior) for thing, features in self._things.items()}
+
+    def _grip(self, parameters: Mapping[str, Array]) -> Array:
+        """Inertial parameters of all options, (options, S, 10), from those of the things in their own frames."""
+        grips = zip(self.options, self._grip_maps, strict=True)
+        return np.array([parameters[option.thing] @ grip_map.T for option, grip_map in grips])
 
 
 def rank(

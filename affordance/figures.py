@@ -102,10 +102,7 @@ def draw_heights(
     every.sharey(one)
     learned = _METRES_TO_CM * max(np.abs(mean.low[1:-1]).max(), np.abs(mean.high[1:-1]).max())
     near.set_ylim(-1.5 * learned, 1.5 * learned)
-    for axes in (one, every, near):
-        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
-        axes.set_xlabel("time (s)")
-        axes.set_xlim(times[0], times[-1])
+    _mark_times(times, one, every, near)
     one.set_ylabel("height of the object's centre (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=_FONT_SIZE)
     every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=_FONT_SIZE)
@@ -146,10 +143,7 @@ def draw_heights_of_points(
     for (point, heights), line in zip(decoy.items(), _LINE_STYLES, strict=False):
         points.plot(times, _METRES_TO_CM * heights.mean, line, color=OBJECT_COLOURS[1], label=point, linewidth=1.6)
         _shade(points, times, heights.low, heights.high, OBJECT_COLOURS[1])
-    for axes in (one, every, points):
-        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
-        axes.set_xlabel("time (s)")
-        axes.set_xlim(times[0], times[-1])
+    _mark_times(times, one, every, points)
     one.set_ylabel("height above the start (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=_FONT_SIZE)
     every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=_FONT_SIZE)
@@ -237,6 +231,14 @@ def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_
     all_axes[0].set_ylabel(f"correct choices of {num_repeats} observers")
     _tidy(*all_axes)
     return figure
+
+
+def _mark_times(times: Array, *all_axes: Axes) -> None:
+    """Names the time, and marks where every height began."""
+    for axes in all_axes:
+        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(times[0], times[-1])
 
 
 def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> None:

@@ -21,7 +21,7 @@ from affordance.tasks.task import Task
 
 Array = NDArray[np.float64]
 
-# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/test_choice.py).
+# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/test_reach_task.py).
 NUM_NODES = 50
 # Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which caches hold.
 _CHUNK = 2000

@@ -56,9 +56,8 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     memory = MaterialMemory.know(densities)
     record = runner.run(tool, following, memory, duration=task.duration, seed=(0,))
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
-    reference = np.array([following.compute_reference(time)[0] for time in record.times])
     work, effort = measure_costs(record, settings.tick)
-    return Rollout(work, effort, p_WF, reference, record)
+    return Rollout(work, effort, p_WF, following.list_places(record.times), record)
 
 
 def measure_costs(record: TrialRecord, tick: float) -> tuple[float, float]:

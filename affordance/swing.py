@@ -91,9 +91,7 @@ def aim(model: ArmModel, parts: Sequence[Placed], *, offset_W: Array, direction_
     return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
 
 
-def plan_swing(
-    model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
-) -> Swing:
+def plan_swing(model: ArmModel, target: Target, *, speed: float, duration: float) -> Swing:
     """Plans a swing from rest in the home posture.
 
     Args:
@@ -101,7 +99,6 @@ def plan_swing(
         target: What is to be struck, and with which point.
         speed: Of the point at the strike, [m/s].
         duration: From rest to strike, [s].
-        guess: A swing like the one that is sought, from which to search; from the home posture if None.
 
     Raises:
         AffordanceError: No swing within the limits of angle and rate does it.
@@ -128,11 +125,8 @@ def plan_swing(
         place = _PLACE_SCALE * (p_WS - target.p_WS)
         return np.concatenate([place, J @ z[n:] - speed * target.direction_W, across @ normal_W])
 
-    if guess is None:
-        _, J, _ = locate(home)
-        start = np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])
-    else:
-        start = np.concatenate([guess.q_end, guess.v_end])
+    _, J, _ = locate(home)
+    start = np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])
     # Angles and rates at the moments checked are linear in (q_1, v_1).
     u, each = _CHECKED[:, None], np.eye(n)
     angles = np.kron(np.hstack([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)]), each)

@@ -67,9 +67,7 @@ class Component:
 
     def __post_init__(self) -> None:
         """Keeps a read-only copy of the pose."""
-        X_TE = np.array(self.X_TE, dtype=float)
-        X_TE.setflags(write=False)
-        object.__setattr__(self, "X_TE", X_TE)
+        object.__setattr__(self, "X_TE", _copy_read_only(self.X_TE))
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +84,7 @@ class Grip:
 
     def __post_init__(self) -> None:
         """Keeps a read-only copy of the pose."""
-        X_TG = np.array(self.X_TG, dtype=float)
-        X_TG.setflags(write=False)
-        object.__setattr__(self, "X_TG", X_TG)
+        object.__setattr__(self, "X_TG", _copy_read_only(self.X_TG))
 
 
 @dataclass(frozen=True)
@@ -163,6 +159,12 @@ class Tool:
         """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
+
+
+def _copy_read_only(X: Array) -> Array:
+    copy = np.array(X, dtype=float)
+    copy.setflags(write=False)
+    return copy
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:

@@ -10,11 +10,13 @@ import time
 
 import numpy as np
 
+from affordance.arm import ArmModel, load_arm
 from affordance.belief import DensityBelief
 from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
 from affordance.experience import gain_experience
 from affordance.experiments.reach import load_config
 from affordance.memory import MaterialMemory
+from affordance.planned_motion import NUM_NODES, MotionEnergies
 from affordance.rollout import roll_out
 from benchmarks.timing import time_by_turns
 
@@ -59,11 +61,19 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     seconds_per_fast_decision = time_by_turns({"fast": decide}, turns=7, calls_per_turn=2)["fast"] / NUM_FAST
     ratio = seconds_per_rollout_decision / seconds_per_fast_decision
     with_planning = seconds_per_rollout_decision / (seconds_per_fast_decision + planning / NUM_FAST)
+    model = ArmModel(load_arm(settings.arm))
+    pi = choice.compute_parameters(memories[0], rho)
+    quadrature = 0.0
+    for option, parameters, coarse in zip(choice.options, pi, planned.work, strict=True):
+        motion = config.task.build_energies(model, option.p_GGfree, settings).motion
+        every_tick = MotionEnergies(model, motion, num_nodes=len(motion.q)).compute(parameters).work
+        quadrature = max(quadrature, float(np.abs(coarse / every_tick - 1.0).max()))
     rows = [
         ["same choice", f"{int((fast == brute).sum())} of {NUM_ROLLOUTS}"],
         ["no option feasible, fast and brute", f"{(fast == NO_OPTION).sum()}, {(brute == NO_OPTION).sum()}"],
         ["work, largest difference", f"{100 * difference.max():.2f} %"],
         ["work, median difference", f"{100 * np.median(difference):.2f} %"],
+        [f"quadrature, {NUM_NODES} nodes beside every tick, largest error", f"{100 * quadrature:.3f} %"],
         ["path, largest error", f"{1000 * errors[simulated.feasible].max():.1f} mm"],
         ["a decision by brute force", f"{1e3 * seconds_per_rollout_decision:.0f} ms"],
         ["a decision by inner simulation, its density drawn", f"{1e6 * seconds_per_fast_decision:.2f} us"],

@@ -38,12 +38,6 @@ def test_material_never_felt_gets_the_prior_and_leaves_others_alone(pair):
     np.testing.assert_allclose(EMPTY_BELIEF.extend(PRIOR, 1).centre, [1000.0])
 
 
-def test_selection_is_the_marginal(pair):
-    chosen = pair.extend(PRIOR, 1).select([2, 0])
-    np.testing.assert_allclose(chosen.centre, [1000, 700], rtol=1e-10)
-    np.testing.assert_allclose(np.diag(chosen.covariance), [4000.0**2, 200.0**2], rtol=1e-10)
-
-
 def test_one_object_is_less_certain_than_its_material(pair):
     np.testing.assert_allclose(pair.spread(100.0).covariance, pair.covariance + 1e4 * np.eye(2), rtol=1e-10)
     np.testing.assert_allclose(pair.spread(100.0).centre, pair.centre, rtol=1e-10)

@@ -252,9 +252,9 @@ LIGHT_MAX = STICK.components[0].shape.volume * 8100.0
 P_LIGHT = norm.cdf(100.0 / np.sqrt(2 * (300.0**2 + 100.0**2)))
 
 
-def rank_made_up(arm, wood, steel, memory=None, num_samples=2_000):
+def rank_made_up(wood, steel, memory=None, num_samples=2_000):
     """Ranks the stick's two grips, by wood and by steel, by made-up energies; returns them in this order too."""
-    choice = Choice(list_options(STICK), MadeUpTask(wood, steel), DEFAULT_SETTINGS, arm)
+    choice = Choice(list_options(STICK), MadeUpTask(wood, steel), DEFAULT_SETTINGS)
     memory = memory or believe(2000.0, 6000.0, 300.0)
     ranking = choice.rank(memory, np.random.default_rng(0), num_samples)
     return ranking, *sorted(ranking.ranked, key=lambda entry: entry.option.grip == "steel")
@@ -264,10 +264,9 @@ def is_light(mass):
     return mass <= LIGHT_MAX
 
 
-def test_options_are_compared_where_all_usable_ones_are_feasible(arm):
+def test_options_are_compared_where_all_usable_ones_are_feasible():
     """By steel all can be done, at 101 J if it is heavy; by wood only what is light can be, and that costs more."""
     ranking, wood, steel = rank_made_up(
-        arm,
         MadeUpEnergies(constant(2.0), constant(30.0), is_light),
         MadeUpEnergies(
             lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)
@@ -291,10 +290,9 @@ def test_options_are_compared_where_all_usable_ones_are_feasible(arm):
         (lambda mass: mass < 0.0, "leaves the path", "leaves the path"),
     ],
 )
-def test_option_that_is_not_usable_takes_no_part_in_the_comparison(arm, feasible, obstacle, message):
+def test_option_that_is_not_usable_takes_no_part_in_the_comparison(feasible, obstacle, message):
     """However little it costs. The other's energy is then its mean over all samples."""
     ranking, wood, steel = rank_made_up(
-        arm,
         MadeUpEnergies(constant(0.5), constant(0.5), feasible, obstacle),
         MadeUpEnergies(
             lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)
@@ -309,10 +307,9 @@ def test_option_that_is_not_usable_takes_no_part_in_the_comparison(arm, feasible
 
 
 @pytest.mark.parametrize(("efforts", "flips"), [((10.0, 20.0), False), ((20.0, 10.0), True)])
-def test_choice_flips_where_the_least_work_is_not_the_least_effort(arm, efforts, flips):
+def test_choice_flips_where_the_least_work_is_not_the_least_effort(efforts, flips):
     for works, grip in (((1.0, 2.0), "wood"), ((2.0, 1.0), "steel")):
         ranking, wood, steel = rank_made_up(
-            arm,
             *(MadeUpEnergies(constant(work), constant(effort)) for work, effort in zip(works, efforts, strict=True)),
         )
         assert ranking.best.option.grip == grip
@@ -321,11 +318,10 @@ def test_choice_flips_where_the_least_work_is_not_the_least_effort(arm, efforts,
         assert ranking.flips == (flips if grip == "wood" else not flips)
 
 
-def test_where_no_sample_makes_all_feasible_the_most_probably_feasible_comes_first(arm):
+def test_where_no_sample_makes_all_feasible_the_most_probably_feasible_comes_first():
     """Without experience most objects are heavier than the most probable one, which alone both can move."""
     mode = STICK.components[0].shape.volume * 2 * DEFAULT_SETTINGS.prior.mode
     ranking, wood, steel = rank_made_up(
-        arm,
         MadeUpEnergies(constant(1.0), constant(1.0), lambda mass: mass <= mode * (1.0 + 1e-9)),
         MadeUpEnergies(constant(2.0), constant(2.0), lambda mass: mass >= mode * (1.0 - 1e-9)),
         MaterialMemory(),
@@ -337,9 +333,8 @@ def test_where_no_sample_makes_all_feasible_the_most_probably_feasible_comes_fir
     assert wood.p_best + steel.p_best == 1.0
 
 
-def test_where_no_option_is_feasible_none_is_the_best(arm):
+def test_where_no_option_is_feasible_none_is_the_best():
     ranking, wood, steel = rank_made_up(
-        arm,
         MadeUpEnergies(constant(1.0), constant(1.0), is_light),
         MadeUpEnergies(constant(2.0), constant(2.0), is_light),
     )

@@ -7,6 +7,7 @@ import pytest
 
 from affordance.exceptions import BadValueError
 from affordance.experiments import suite
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.tools import MODELS
 
 
@@ -61,3 +62,9 @@ def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path):
     with pytest.raises(BadValueError, match=r"novel.yaml: tools: stick: looks like brass, must look like what"):
         suite.run_suite(["weight", "reach"], tmp_path / "out", models=tmp_path / "models", seed=0, repeats=1, jobs=1)
     assert not (tmp_path / "out").exists()
+
+
+def test_all_simulations_share_arm_noise_prior_and_controller():
+    for experiment in suite.EXPERIMENTS.values():
+        config = experiment.load_config()
+        assert getattr(config, "experience", config).settings == DEFAULT_SETTINGS

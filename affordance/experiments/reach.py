@@ -5,6 +5,7 @@ moving its free end along a path costs least. They never hold it. Which grip rea
 both are simulated with the true densities.
 """
 
+import functools
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -112,6 +113,7 @@ class Choices(NamedTuple):
     headed: Choice
 
 
+@functools.lru_cache(maxsize=1)  # loading plans to refuse what cannot be followed, running to choose
 def build_choices(config: ReachConfig) -> Choices:
     """Plans the task with each grip of each object.
 
@@ -139,6 +141,7 @@ def run_repeat(choices: Choices, experience: Experience, seed: int, repeat: int)
     }
 
 
+@functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run
 def execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
     """Simulates the task under the true densities with each grip of a tool."""
     densities, settings = list_densities([tool]), config.experience.settings

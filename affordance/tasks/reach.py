@@ -1,5 +1,6 @@
 """Reach: the free end of the tool follows a path in space."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,6 +9,7 @@ from pydrake.trajectories import Trajectory
 
 from affordance.acceleration_program import TerminalGoal
 from affordance.arm import ArmModel
+from affordance.kinematics import build_chain
 from affordance.paths import TimedPath
 from affordance.planned_motion import MotionEnergies, plan_motion
 from affordance.settings import Settings
@@ -51,11 +53,9 @@ class Reach:
         """
         following = self.begin(model, p_TF)
         motion = plan_motion(model, following, duration=self.duration, settings=settings)
-        error = 0.0
-        for k, x in enumerate(np.hstack([motion.q, motion.v])):
-            model.set_state(x)
-            miss = model.compute_point_position(p_TF) - following.compute_reference(k * motion.tick)[0]
-            error = max(error, float(np.linalg.norm(miss)))
+        places = build_chain(model.arm).compute_positions(motion.q, p_TF)
+        asked = following.list_places([motion.tick * k for k in range(len(motion.q))])
+        error = float(np.linalg.norm(places - asked, axis=1).max())
         return MotionEnergies(model, motion, obstacle=self.path.describe_error(error))
 
 
@@ -79,6 +79,10 @@ class Following:
         """Place and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""
         time = min(max(time, self._path.start_time()), self._path.end_time())
         return self._p_WFstart + self._path.value(time)[:, 0], self._path.EvalDerivative(time)[:, 0]
+
+    def list_places(self, times: Iterable[float]) -> Array:
+        """Where F is to be at N times, p_WF, (N, 3), [m]."""
+        return np.array([self.compute_reference(time)[0] for time in times])
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Asks for the path's place and the least rates along it at the horizon's end."""
