@@ -20,11 +20,12 @@ from pydrake.multibody.plant import (
     CoulombFriction,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import Frame, JacobianWrtVariable, MultibodyForces, RigidBody, SpatialInertia
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, Joint, MultibodyForces, RigidBody, SpatialInertia
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.exceptions import ModelFileError
 from affordance.inertia import Ellipsoid, spatial_inertia_from_parameters
+from affordance.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 from affordance.tools import MODELS, Tool
 
 Array = NDArray[np.float64]
@@ -55,6 +56,8 @@ class Arm:
         tool: Body T, welded to H.
         home: Joint angles of the holding posture, shape (num_joints,), [rad].
         limits: Joint limits.
+        nail: The joint along which a nail slides, whose position and rate come after the arm's in the plant's state;
+            None where there is no nail.
     """
 
     source: Path
@@ -63,11 +66,12 @@ class Arm:
     tool: RigidBody
     home: Array
     limits: JointLimits
+    nail: Joint | None = None
 
     @property
     def num_joints(self) -> int:
-        """Number of joints, each with one degree of freedom and one actuator."""
-        return int(self.plant.num_velocities())
+        """Number of the arm's joints, each with one degree of freedom and one actuator."""
+        return len(self.home)
 
     @property
     def joint_names(self) -> list[str]:
@@ -79,19 +83,22 @@ class Arm:
         self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
 
 
-def add_arm(builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None) -> Arm:
-    """Adds plant and scene graph to a builder: the arm, and the tool's shape in its hand.
+def add_arm(
+    builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None, nail: NailPlacement | None = None
+) -> Arm:
+    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and a nail if one is given.
 
     Args:
         builder: Receives the systems ``plant`` and ``scene_graph``.
         directives: Drake model directives of the arm.
         tool: Gives geometry and, as default, inertia; None for an empty hand.
+        nail: The nail and where it stands; None for none.
 
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
     plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool)
+    return _finish_plant(plant, directives, tool, nail)
 
 
 def load_arm(directives: Path = ARM) -> Arm:
@@ -100,7 +107,7 @@ def load_arm(directives: Path = ARM) -> Arm:
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    return _finish_plant(MultibodyPlant(0.0), directives, tool=None)
+    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
 class ArmModel:
@@ -207,32 +214,41 @@ def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str
     return body
 
 
-def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None) -> Arm:
+def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, nail: NailPlacement | None) -> Arm:
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)
+    # Last, so that the arm's joints come first in the plant's state.
+    joint = None if nail is None else add_nail(plant, nail)
     plant.set_contact_model(ContactModel.kPoint)
     plant.Finalize()
-    _check_fitness(plant, directives)
+    if nail is not None:
+        plant.set_stiction_tolerance(STICTION_TOLERANCE)
+    num_joints = plant.num_velocities() - (joint is not None)
+    _check_fitness(plant, directives, num_joints)
     tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
     limits = JointLimits(
-        plant.GetPositionLowerLimits(), plant.GetPositionUpperLimits(), plant.GetVelocityUpperLimits(), tau_max
+        plant.GetPositionLowerLimits()[:num_joints],
+        plant.GetPositionUpperLimits()[:num_joints],
+        plant.GetVelocityUpperLimits()[:num_joints],
+        tau_max,
     )
-    home = plant.GetPositions(plant.CreateDefaultContext())
+    home = plant.GetPositions(plant.CreateDefaultContext())[:num_joints]
     if not ((limits.q_lower <= home) & (home <= limits.q_upper)).all():
         raise ModelFileError(directives, f"has the posture {home.tolist()}, must keep within its joints' limits")
     for array in (home, *limits):
         array.setflags(write=False)
-    return Arm(directives, plant, hand, body, home, limits)
+    return Arm(directives, plant, hand, body, home, limits, joint)
 
 
-def _check_fitness(plant: MultibodyPlant, directives: Path) -> None:
+def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
     """Refuses arms whose joints and actuators do not pair off one to one."""
-    num_joints = plant.num_velocities()
-    if not num_joints == plant.num_positions() == plant.num_actuators() > 0:
+    num_others = plant.num_velocities() - num_joints
+    if not num_joints == plant.num_positions() - num_others == plant.num_actuators() > 0:
         raise ModelFileError(
             directives,
-            f"has {plant.num_positions()} positions, {num_joints} velocities and {plant.num_actuators()} actuators; "
+            f"has {plant.num_positions() - num_others} positions, {num_joints} velocities and "
+            f"{plant.num_actuators()} actuators; "
             "an arm needs joints of one degree of freedom, each with an actuator",
         )
-    if not np.allclose(plant.MakeActuationMatrix(), np.eye(num_joints)):
+    if not np.allclose(plant.MakeActuationMatrix()[:num_joints], np.eye(num_joints)):
         raise ModelFileError(directives, "must list its actuators in the order of its joints")

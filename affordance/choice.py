@@ -19,7 +19,7 @@ from affordance.memory import MaterialMemory
 from affordance.object_belief import ObjectBelief
 from affordance.planned_motion import Costs
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.tools import Grip, Tool, find_free_end
+from affordance.tools import Grip, Placed, Tool
 from affordance.vision import VisionError, observe
 from affordance.visual_prior import ComponentFeatures, predict_object
 
@@ -53,10 +53,10 @@ class Option:
         return f"{self.thing} by {self.grip}" if self.grip else self.thing
 
     @property
-    def p_GGfree(self) -> Array:
-        """The free end as seen, from the hand, shape (3,), [m]."""
+    def gripped(self) -> tuple[ComponentFeatures, ...]:
+        """What the eye says of its components, posed relative to the hand."""
         X_GT = np.linalg.inv(self.X_TG)
-        return find_free_end([replace(part, X_TE=X_GT @ part.X_TE) for part in self.features])
+        return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)
 
 
 def list_options(tool: Tool, error: VisionError = VisionError(), seed: int = 0) -> tuple[Option, ...]:
@@ -84,8 +84,8 @@ class EnergyModel(Protocol):
 class Demand(Protocol):
     """A task that can be asked of any option."""
 
-    def build_energies(self, model: ArmModel, p_TF: Array, settings: Settings) -> EnergyModel:
-        """Plans the task with a tool whose free end, from the hand, is p_TF, shape (3,), [m]."""
+    def build_energies(self, model: ArmModel, parts: Sequence[Placed], settings: Settings) -> EnergyModel:
+        """Plans the task with a tool made of parts, posed relative to the hand."""
 
 
 class RankedOption(NamedTuple):
@@ -161,7 +161,7 @@ class Choice:
         self.options = tuple(options)
         self.settings = settings
         model = ArmModel(load_arm(settings.arm))
-        self.energies = [task.build_energies(model, option.p_GGfree, settings) for option in options]
+        self.energies = [task.build_energies(model, option.gripped, settings) for option in options]
         self._things = {option.thing: option.features for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 

@@ -4,19 +4,25 @@ vision --features--> visual_prior --prior--> mpc_controller --tau--> plant --> p
 ^    `-----prior--> density_estimator <--sensation-----'
 material_memory --materials--'                  |
 ^-------------------posterior------------'            task --goal--> mpc_controller
+
+Where there is a nail, it is part of the plant, and what the wood does to it is a system of its own.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
-from pydrake.systems.framework import Diagram, DiagramBuilder, System
-from pydrake.systems.primitives import LogVectorOutput, VectorLogSink
+import numpy as np
+from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
+from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
 from affordance.arm import Arm, ArmModel, add_arm, load_arm
 from affordance.kinematics import SerialChain, build_chain
+from affordance.nail import NailPlacement
 from affordance.settings import Settings
 from affordance.systems.density_estimator import DensityEstimator
 from affordance.systems.material_memory import MaterialMemorySystem
 from affordance.systems.mpc_controller import MpcController
+from affordance.systems.nail_resistance import NailResistance
 from affordance.systems.proprioception import Proprioception
 from affordance.systems.task import TaskSystem
 from affordance.systems.vision import Vision
@@ -25,11 +31,20 @@ from affordance.tasks.hold import Hold
 from affordance.tools import Tool
 
 
+class NailLogs(NamedTuple):
+    """What is logged of a nail at every step of the integrator."""
+
+    state: VectorLogSink
+    acceleration: VectorLogSink
+    resistance: VectorLogSink
+
+
 @dataclass(frozen=True)
 class TrialDiagram:
     """A built Diagram, with the handles needed to set it up and read it out.
 
-    One serves any number of trials with tools of the same shape: what a trial changes lives in its Context.
+    One serves any number of trials with tools of the same shape: what a trial changes lives in its Context. Without a
+    nail ``nail_logs`` is None.
     """
 
     diagram: Diagram
@@ -46,20 +61,22 @@ class TrialDiagram:
     hold: Hold
     state_log: VectorLogSink
     tau_log: VectorLogSink
+    nail_logs: NailLogs | None
 
 
-def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
+def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | None = None) -> TrialDiagram:
     """Builds the Diagram for tools of one shape.
 
     Args:
         tool: Gives the shape; its densities are set per trial.
         settings: What is the same in all simulations.
+        nail: The nail and where it stands; None for none.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool)
+    arm = add_arm(builder, settings.arm, tool, nail)
     model = load_arm(settings.arm)
     n = arm.num_joints
     plant = arm.plant
@@ -89,6 +106,17 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
     def connect(source: System, output: str, destination: System, input: str) -> None:
         builder.Connect(source.GetOutputPort(output), destination.GetInputPort(input))
 
+    def select_of_arm(name: str, output: str, parts: int) -> OutputPort:
+        """The port of the plant, without what the nail adds to the end of each of its equal parts."""
+        port: OutputPort = plant.GetOutputPort(output)
+        if nail is None:
+            return port
+        selection = add(
+            name, MatrixGain(np.array(np.kron(np.eye(parts), np.eye(n, plant.num_velocities())), dtype=np.float64))
+        )
+        builder.Connect(port, selection.get_input_port())
+        return selection.get_output_port()
+
     connect(vision, "features", visual_prior, "features")
     connect(memory, "materials", visual_prior, "materials")
     connect(visual_prior, "prior", estimator, "prior")
@@ -98,14 +126,30 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
     else:
         connect(visual_prior, "prior", controller, "belief")
     connect(task, "goal", controller, "goal")
-    connect(plant, "state", controller, "state")
+    state = select_of_arm("arm_state", "state", 2)
+    builder.Connect(state, controller.GetInputPort("state"))
     connect(controller, "tau", plant, "actuation")
-    connect(plant, "state", proprioception, "state")
+    builder.Connect(state, proprioception.GetInputPort("state"))
     connect(plant, "net_actuation", proprioception, "tau")
-    connect(plant, "generalized_acceleration", proprioception, "vdot")
+    vdot = select_of_arm("arm_acceleration", "generalized_acceleration", 1)
+    builder.Connect(vdot, proprioception.GetInputPort("vdot"))
     connect(proprioception, "sensation", estimator, "sensation")
 
-    state_log = LogVectorOutput(plant.GetOutputPort("state"), builder, settings.log_period)
+    nail_logs = None
+    if nail is not None and arm.nail is not None:
+        resistance = add(
+            "nail_resistance",
+            NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start()),
+        )
+        connect(plant, "nail_state", resistance, "state")
+        connect(resistance, "force", plant, "applied_generalized_force")
+        sources = {
+            "nail_state": plant.GetOutputPort("nail_state"),
+            "nail_acceleration": plant.GetOutputPort("nail_generalized_acceleration"),
+            "nail_resistance": resistance.GetOutputPort("resistance"),
+        }
+        nail_logs = NailLogs(*(_log(builder, port, f"{name}_log") for name, port in sources.items()))
+    state_log = LogVectorOutput(state, builder, settings.log_period)
     state_log.set_name("state_log")
     tau_log = LogVectorOutput(plant.GetOutputPort("net_actuation"), builder, settings.log_period)
     tau_log.set_name("tau_log")
@@ -116,7 +160,7 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
         settings,
         arm,
         ArmModel(model),
-        build_chain(arm),
+        build_chain(model),
         vision,
         memory,
         estimator,
@@ -126,4 +170,12 @@ def build_trial_diagram(tool: Tool, settings: Settings) -> TrialDiagram:
         Hold(arm.home),
         state_log,
         tau_log,
+        nail_logs,
     )
+
+
+def _log(builder: DiagramBuilder, port: OutputPort, name: str) -> VectorLogSink:
+    """Logs a port at every step of the integrator."""
+    log = LogVectorOutput(port, builder)
+    log.set_name(name)
+    return log

@@ -157,7 +157,8 @@ class MinimumAccelerationMpc:
 
         Returns: Torques within their limits, shape (num_joints,), [N m].
         """
-        step = int(elapsed / self.settings.horizon * self.settings.num_steps)
+        # Ticks fall on the beginnings of steps, but for rounding.
+        step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
         planned = vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
         return np.clip(model.compute_inverse_dynamics(planned), -self.limits.tau_max, self.limits.tau_max)
 

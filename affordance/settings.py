@@ -35,6 +35,9 @@ class Settings:
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
         max_step_size: Its largest step, [s].
+        contact_scheme: The integrator while a tool may touch a nail.
+        contact_accuracy: Its target accuracy.
+        contact_max_step_size: Its largest step, [s].
     """
 
     arm: Path = ARM
@@ -61,16 +64,26 @@ class Settings:
     integration_scheme: str = "radau3"
     accuracy: float = 1e-4
     max_step_size: float = 0.1
+    # Chosen by the table of docs/decisions/0013-nail.md.
+    contact_scheme: str = "implicit_euler"
+    contact_accuracy: float = 1e-3
+    contact_max_step_size: float = 1e-4
 
     @property
     def simulator(self) -> SimulatorConfig:
         """Drake's configuration of the simulator."""
-        return SimulatorConfig(
-            integration_scheme=self.integration_scheme,
-            accuracy=self.accuracy,
-            max_step_size=self.max_step_size,
-            use_error_control=True,
-        )
+        return _configure(self.integration_scheme, self.accuracy, self.max_step_size)
+
+    @property
+    def contact_simulator(self) -> SimulatorConfig:
+        """The same while a tool may touch a nail."""
+        return _configure(self.contact_scheme, self.contact_accuracy, self.contact_max_step_size)
+
+
+def _configure(integration_scheme: str, accuracy: float, max_step_size: float) -> SimulatorConfig:
+    return SimulatorConfig(
+        integration_scheme=integration_scheme, accuracy=accuracy, max_step_size=max_step_size, use_error_control=True
+    )
 
 
 DEFAULT_SETTINGS = Settings()

@@ -16,7 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import LinearConstraint, NonlinearConstraint, minimize
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.solvers import MathematicalProgram, SnoptSolver
 
 from affordance.arm import ArmModel
 from affordance.exceptions import AffordanceError
@@ -29,7 +30,15 @@ Array = NDArray[np.float64]
 _CHECKED = np.linspace(0.02, 1.0, 50)
 # Scales of the optimisation: it counts costs in hundreds of rad^2/s^3, and misses in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
-_MAX_MISS = 1e-6
+_MAX_MISS = 1e-5
+# The nail is at rest within 10 ms of the first touch, with either grip and for all forces of the map; then the arm
+# begins to come back, [s].
+FOLLOW_THROUGH = 0.015
+# Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
+# 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
+_ROOM = FOLLOW_THROUGH + 0.5 * 0.1
+# Of the central differences, [rad].
+_STEP = 1e-6
 
 
 class Swing(NamedTuple):
@@ -91,7 +100,9 @@ def aim(model: ArmModel, parts: Sequence[Placed], *, offset_W: Array, direction_
     return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
 
 
-def plan_swing(model: ArmModel, target: Target, *, speed: float, duration: float) -> Swing:
+def plan_swing(
+    model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
+) -> Swing:
     """Plans a swing from rest in the home posture.
 
     Args:
@@ -99,6 +110,7 @@ def plan_swing(model: ArmModel, target: Target, *, speed: float, duration: float
         target: What is to be struck, and with which point.
         speed: Of the point at the strike, [m/s].
         duration: From rest to strike, [s].
+        guess: A swing like the one that is sought, from which to search; from the home posture if None.
 
     Raises:
         AffordanceError: No swing within the limits of angle and rate does it.
@@ -107,52 +119,56 @@ def plan_swing(model: ArmModel, target: Target, *, speed: float, duration: float
     n = len(home)
     across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
 
-    def locate(q: Array) -> tuple[Array, Array, Array]:
-        model.set_state(np.concatenate([q, np.zeros(n)]))
-        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
-        return model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS), normal_W
-
-    def cost(z: Array) -> float:
-        d, v = z[:n] - home, z[n:]
-        return _COST_SCALE * float(12.0 / D**3 * d @ d - 12.0 / D**2 * d @ v + 4.0 / D * v @ v)
-
-    def slope(z: Array) -> Array:
-        d, v = z[:n] - home, z[n:]
-        return _COST_SCALE * np.concatenate([24.0 / D**3 * d - 12.0 / D**2 * v, 8.0 / D * v - 12.0 / D**2 * d])
-
     def miss(z: Array) -> Array:
-        p_WS, J, normal_W = locate(z[:n])
-        place = _PLACE_SCALE * (p_WS - target.p_WS)
-        return np.concatenate([place, J @ z[n:] - speed * target.direction_W, across @ normal_W])
+        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
+        p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
+        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        along = J @ z[n:] - speed * target.direction_W
+        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, across @ normal_W])
 
-    _, J, _ = locate(home)
-    start = np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])
-    # Angles and rates at the moments checked are linear in (q_1, v_1).
+    def miss_with_gradient(z: Array) -> Array:
+        """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
+        value = ExtractValue(z).ravel()
+        jacobian = np.zeros((8, 2 * n))
+        for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
+            jacobian[:, i] = (miss(value + step) - miss(value - step)) / (2.0 * _STEP)
+        missed = miss(value)
+        jacobian[3:6, n:] = model.compute_point_jacobian(target.p_TS)
+        with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
+        return with_gradient
+
+    program = MathematicalProgram()
+    z = program.NewContinuousVariables(2 * n, "z")  # q_1 and v_1
+    program.SetInitialGuess(z, _guess_end(model, target, speed) if guess is None else np.hstack(guess[1:3]))
+    of_joint = _COST_SCALE * np.array([[24.0 / D**3, -12.0 / D**2], [-12.0 / D**2, 8.0 / D]])
+    curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
+    from_home = np.concatenate([home, np.zeros(n)])
+    program.AddQuadraticCost(curvature, -curvature @ from_home, z, is_convex=True)
+    program.AddConstraint(miss_with_gradient, np.zeros(8), np.zeros(8), z)
+    # Angles and rates at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
-    angles = np.kron(np.hstack([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)]), each)
-    rates = np.kron(np.hstack([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]), each)
-    at_home = np.kron(1.0 - 3.0 * u**2 + 2.0 * u**3, each) @ home, np.kron(6.0 * (u**2 - u) / D, each) @ home
-    count = len(_CHECKED)
-    constraints: list[NonlinearConstraint | LinearConstraint] = [
-        NonlinearConstraint(miss, 0.0, 0.0),
-        LinearConstraint(
-            angles, np.tile(limits.q_lower, count) - at_home[0], np.tile(limits.q_upper, count) - at_home[0]
-        ),
-        LinearConstraint(
-            rates, -np.tile(limits.v_max, count) - at_home[1], np.tile(limits.v_max, count) - at_home[1]
-        ),
-    ]
-    found = minimize(
-        cost, start, jac=slope, constraints=constraints, method="SLSQP", options={"maxiter": 500, "ftol": 1e-10}
-    )
-    if not found.success or np.abs(miss(found.x)).max() > _MAX_MISS:
+    for of_z, at_home, lower, upper in (
+        ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),
+        ([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u], 6.0 * (u**2 - u) / D, -limits.v_max, limits.v_max),
+    ):
+        fixed: Array = np.kron(at_home, each) @ home
+        matrix = np.asarray(np.kron(np.hstack(of_z), each), dtype=float)
+        count = len(_CHECKED)
+        program.AddLinearConstraint(matrix, np.tile(lower, count) - fixed, np.tile(upper, count) - fixed, z)
+    program.AddLinearConstraint(np.hstack([np.eye(n), _ROOM * np.eye(n)]), limits.q_lower, limits.q_upper, z)
+    result = SnoptSolver().Solve(program)
+    found = result.GetSolution(z)
+    if not result.is_success() or np.abs(miss(found)).max() > _MAX_MISS:
         raise AffordanceError(
-            f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s: {found.message}"
+            f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s "
+            f"({result.get_solution_result().name})"
         )
-    return Swing(home, found.x[:n], found.x[n:], D)
+    return Swing(home, found[:n], found[n:], D)
 
 
-def compute_effective_mass(model: ArmModel, target: Target) -> float:
-    """Mass that a blow meets at S along its direction, 1 / (n^T J M^-1 J^T n), at the model's state, [kg]."""
-    along = target.direction_W @ model.compute_point_jacobian(target.p_TS)
-    return float(1.0 / (along @ np.linalg.solve(model.compute_mass_matrix(), along)))
+def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
+    """Angles of the home posture, with the least rates that give S its velocity there."""
+    home = model.arm.home
+    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    J = model.compute_point_jacobian(target.p_TS)
+    return np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])

@@ -10,8 +10,10 @@ from pydrake.systems.framework import Context
 
 from affordance.diagram import TrialDiagram, build_trial_diagram
 from affordance.memory import MaterialMemory
+from affordance.nail import NailPlacement
 from affordance.settings import Settings
 from affordance.systems.mpc_controller import TickCounts
+from affordance.tasks.strike import Strike
 from affordance.tasks.task import Task
 from affordance.tools import Tool
 from affordance.vision import observe
@@ -50,6 +52,24 @@ class TrialRecord(NamedTuple):
     counts: TickCounts
 
 
+class NailRecord(NamedTuple):
+    """What happened to a nail, at every one of N steps of the integrator.
+
+    Attributes:
+        times: (N,), [s].
+        travel: How far it was driven since it was set, (N,), [m].
+        rate: (N,), [m/s].
+        resistance: Of the wood against being driven in, (N,), [N].
+        contact: Force of the tool on its head along the direction it is driven to, (N,), [N].
+    """
+
+    times: Array
+    travel: Array
+    rate: Array
+    resistance: Array
+    contact: Array
+
+
 class TrialRunner:
     """Runs trials, building one Diagram per appearance of a tool and reusing it with fresh Contexts."""
 
@@ -58,11 +78,13 @@ class TrialRunner:
         self.settings = settings
         self._diagrams: dict[tuple[object, ...], TrialDiagram] = {}
 
-    def get_diagram(self, tool: Tool) -> TrialDiagram:
-        """Returns the Diagram for tools that look like this one, built at first use."""
-        if tool.appearance not in self._diagrams:
-            self._diagrams[tool.appearance] = build_trial_diagram(tool, self.settings)
-        return self._diagrams[tool.appearance]
+    def get_diagram(self, tool: Tool, nail: NailPlacement | None = None) -> TrialDiagram:
+        """Returns the Diagram for tools that look like this one, and for a nail if given; built at first use."""
+        placement = () if nail is None else (nail.nail, nail.p_WNo.tobytes(), nail.direction_W.tobytes())
+        key = (*tool.appearance, *placement)
+        if key not in self._diagrams:
+            self._diagrams[key] = build_trial_diagram(tool, self.settings, nail)
+        return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
         """Holds an object in the arm's home posture; arguments and result are those of ``run``."""
@@ -83,6 +105,35 @@ class TrialRunner:
         Returns: What happened.
         """
         trial = self.get_diagram(tool)
+        simulator = self._prepare(trial, tool, task, memory, seed)
+        simulator.AdvanceTo(duration + _ROUNDING)
+        simulator.AdvancePendingEvents()
+        return _read_record(trial, simulator.get_mutable_context(), tool)
+
+    def run_blow(
+        self, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: tuple[int, ...]
+    ) -> tuple[TrialRecord, NailRecord]:
+        """Strikes a nail and comes to rest again; arguments are those of ``run``."""
+        trial = self.get_diagram(tool, strike.placement)
+        simulator = self._prepare(trial, tool, strike, memory, seed)
+        touch, leave = strike.contact
+        duration = strike.compute_duration(self.settings.mpc.horizon)
+        for config, end in (
+            (self.settings.simulator, touch),
+            (self.settings.contact_simulator, leave),
+            (self.settings.simulator, duration + _ROUNDING),
+        ):
+            config.start_time = simulator.get_context().get_time()  # or the clock would be set back
+            ApplySimulatorConfig(config, simulator)
+            simulator.AdvanceTo(end)
+        simulator.AdvancePendingEvents()
+        context = simulator.get_mutable_context()
+        return _read_record(trial, context, tool), _read_nail(trial, context, strike.placement)
+
+    def _prepare(
+        self, trial: TrialDiagram, tool: Tool, task: Task, memory: MaterialMemory, seed: tuple[int, ...]
+    ) -> Simulator:
+        """Sets a trial up, ready to be advanced."""
         context = trial.diagram.CreateDefaultContext()
         plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
         trial.arm.set_payload(plant_context, tool.parameters)
@@ -96,9 +147,7 @@ class TrialRunner:
         simulator = Simulator(trial.diagram, context)
         ApplySimulatorConfig(self.settings.simulator, simulator)
         simulator.Initialize()
-        simulator.AdvanceTo(duration + _ROUNDING)
-        simulator.AdvancePendingEvents()
-        return _read_record(trial, context, tool)
+        return simulator
 
 
 @functools.lru_cache(maxsize=4)
@@ -127,6 +176,17 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         log_evidence=float(log_evidence[0]),
         counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
     )
+
+
+def _read_nail(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
+    logs = trial.nail_logs
+    assert logs is not None  # the Diagram was built with a nail
+    travel, rate = np.array(logs.state.FindLog(context).data())
+    resistance = np.array(logs.resistance.FindLog(context).data())[0]
+    acceleration = np.array(logs.acceleration.FindLog(context).data())[0]
+    weight = placement.nail.mass * float(trial.chain.gravity_W @ placement.direction_W)
+    contact = placement.nail.mass * acceleration + resistance - weight
+    return NailRecord(np.array(logs.state.FindLog(context).sample_times()), travel, rate, resistance, contact)
 
 
 def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:

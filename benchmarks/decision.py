@@ -65,7 +65,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     pi = choice.compute_parameters(memories[0], rho)
     quadrature = 0.0
     for option, parameters, coarse in zip(choice.options, pi, planned.work, strict=True):
-        motion = config.task.build_energies(model, option.p_GGfree, settings).motion
+        motion = config.task.build_energies(model, option.gripped, settings).motion
         every_tick = MotionEnergies(model, motion, num_nodes=len(motion.q)).compute(parameters).work
         quadrature = max(quadrature, float(np.abs(coarse / every_tick - 1.0).max()))
     rows = [

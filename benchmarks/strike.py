@@ -19,10 +19,12 @@ from pydrake.systems.framework import Context, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
 from affordance.arm import ARM, ArmModel, attach_tool, load_arm, parse_arm
-from affordance.nail import Nail, NailPlacement, add_nail, load_nail
+from affordance.effective_mass import EffectiveMass
+from affordance.nail import Nail, NailPlacement, add_nail
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.swing import Target, aim, compute_effective_mass, plan_swing
+from affordance.swing import Target, aim, plan_swing
 from affordance.systems.nail_resistance import NailResistance
+from affordance.tasks.hammer import load_hammer
 from affordance.tools import MODELS, Tool, load_materials, load_tools
 from benchmarks.tables import format_table
 
@@ -41,7 +43,7 @@ HEADER = [
 ]
 NUM_STARTS = 12
 # Where the nail stands, from the striking point in the home posture, and the swing's duration (decision 0013).
-OFFSET = np.array([-0.01, 0.0, -0.1])
+OFFSET = np.array([-0.1, 0.0, -0.1])
 DOWN = np.array([0.0, 0.0, -1.0])
 SWING = 0.8
 BEFORE, AFTER = 0.010, 0.020
@@ -76,14 +78,13 @@ def load_blow() -> tuple[Tool, Nail, Target, Array, Array]:
     """The tool, the nail, where it is struck, the state 10 ms before the strike and the torques of the swing then."""
     materials = load_materials(MODELS / "materials.yaml")
     plain = load_tools(MODELS / "tools" / "novel.yaml", materials)[0]
-    tool, nail = plain.hold_by(plain.grips[0]), load_nail(MODELS / "nail.yaml")
+    tool, nail = plain.hold_by(plain.grips[0]), load_hammer(MODELS / "nail.yaml").nail
     model = ArmModel(load_arm())
     target = aim(model, tool.components, offset_W=OFFSET, direction_W=DOWN)
-    model.set_payload(tool.parameters)
     swing = plan_swing(model, target, speed=1.0, duration=SWING)
-    model.set_state(np.concatenate([swing.q_end, swing.v_end]))
-    mass = np.array(compute_effective_mass(model, target))
+    mass = EffectiveMass(model, target, swing.q_end).compute(tool.parameters[None])[0]
     speed = float(nail.compute_tip_speed(np.array(nail.force_demanded), mass))
+    model.set_payload(tool.parameters)
     swing = plan_swing(model, target, speed=speed, duration=SWING)
     q, v, vdot = swing.evaluate(np.array([SWING - BEFORE]))
     x = np.concatenate([q[0], v[0]])

@@ -17,7 +17,7 @@ from affordance.planned_motion import Costs
 from affordance.rollout import measure_costs, roll_out
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.tasks.reach import Reach
-from affordance.tools import MODELS, load_materials, load_tools
+from affordance.tools import MODELS, find_free_end, load_materials, load_tools
 from affordance.vision import VisionError
 
 STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
@@ -45,7 +45,7 @@ def test_options_are_the_grips_as_seen():
     options = list_options(STICK)
     assert [option.name for option in options] == ["stick by wood", "stick by steel"]
     for option in options:
-        np.testing.assert_allclose(option.p_GGfree, [0.3, 0, 0], atol=1e-12)
+        np.testing.assert_allclose(find_free_end(option.gripped), [0.3, 0, 0], atol=1e-12)
     assert options[0].features is options[1].features  # it is looked at once
     (whole,) = list_options(dataclasses.replace(STICK, grips=()))
     assert whole.name == "stick"
@@ -237,7 +237,7 @@ class MadeUpTask:
     def __init__(self, *energies):
         self._energies = iter(energies)
 
-    def build_energies(self, model, p_TF, settings):
+    def build_energies(self, model, parts, settings):
         return next(self._energies)
 
 

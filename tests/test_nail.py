@@ -12,8 +12,9 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from affordance.arm import FRICTION
 from affordance.exceptions import BadValueError
-from affordance.nail import CONTACT_STIFFNESS, NailPlacement, add_nail, load_nail
+from affordance.nail import CONTACT_STIFFNESS, NailPlacement, add_nail
 from affordance.systems.nail_resistance import NailResistance
+from affordance.tasks.hammer import load_hammer
 from affordance.tools import MODELS
 
 GOOD = (MODELS / "nail.yaml").read_text()
@@ -22,7 +23,7 @@ DOWN = np.array([0.0, 0.0, -1.0])
 
 @pytest.fixture(scope="module")
 def nail():
-    return load_nail(MODELS / "nail.yaml")
+    return load_hammer(MODELS / "nail.yaml").nail
 
 
 def drive(nail, mass, speed, duration, accuracy=1e-5):
@@ -134,10 +135,17 @@ def test_nail_that_is_pulled_out_resists_no_more(nail):
         ),
         ("depth_set: 0.005", "depth_set: .nan", r"depth_set: is nan, must be from"),
         ("head_radius: 0.0034", "head_radius: 0.0034\ncolour: grey", r"colour: is not a key known here"),
+        (
+            "direction: [0, 0, -1]",
+            "direction: [0, 0, 0]",
+            r"blow.direction: has a length of 0, must be",
+        ),
+        ("duration: 0.8", "duration: 0", r"blow.duration: is 0, must be from 0.2 to 10"),
+        ("duration: 0.8", "duration: 0.8\n  speed: 3", r"blow.speed: is not a key known here"),
     ],
 )
 def test_bad_nail_is_named_with_key_value_and_bound(tmp_path, old, new, message):
     assert old in GOOD
     (tmp_path / "nail.yaml").write_text(GOOD.replace(old, new))
     with pytest.raises(BadValueError, match=message):
-        load_nail(tmp_path / "nail.yaml")
+        load_hammer(tmp_path / "nail.yaml")

@@ -248,7 +248,7 @@ def test_failed_solver_lets_the_previous_plan_go_on_and_says_so(controller, arm,
     update(system, context)
     planned = evaluate(system, context, "tau").copy()
     monkeypatch.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
-    monkeypatch.setattr(system._mpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+    monkeypatch.setattr(MinimumAccelerationMpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
     with caplog.at_level(logging.WARNING):
         update(system, context)
     assert "no new plan, as the solver failed" in caplog.text
@@ -300,7 +300,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
         np.testing.assert_allclose(first, compute_torques_with_pinocchio(PRIOR.mode, x, plan[0]), atol=1e-9)
         with monkeypatch.context() as broken:
             broken.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
-            broken.setattr(system._mpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+            broken.setattr(MinimumAccelerationMpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
             for k in range(1, num_failures + 1):
                 step = k // ticks_per_step
                 vdot = plan[step] if step < settings.num_steps else np.zeros(7)

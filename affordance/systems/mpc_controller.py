@@ -31,9 +31,9 @@ class TickCounts(NamedTuple):
 class MpcController(SampledSystem):
     """Replans at every tick and holds the first torque until the next.
 
-    Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. Should the solver
-    fail, the previous plan goes on and a warning is logged. The seed of a sampled density is a parameter of the
-    Context.
+    Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. The task chooses how
+    far ahead is planned; where it says not at all, the previous plan goes on, and should the solver fail too, with a
+    warning in the log. The seed of a sampled density is a parameter of the Context.
 
     Input ports:
         belief: What is believed of the object, ObjectBelief.
@@ -47,8 +47,11 @@ class MpcController(SampledSystem):
     def __init__(self, arm: Arm, *, settings: MpcSettings, tick: float, point: Point) -> None:
         super().__init__()
         self._model = ArmModel(arm)
-        self._mpc = MinimumAccelerationMpc(arm.limits, settings)
+        self._settings = settings
         self._tick = tick
+        # By their horizons in ticks; made when they are first asked for.
+        self._mpcs: dict[int, MinimumAccelerationMpc] = {}
+        self._get_mpc(settings.horizon)
         self._num_joints = arm.num_joints
         self._point = point
         n, N = arm.num_joints, settings.num_steps
@@ -59,8 +62,9 @@ class MpcController(SampledSystem):
         tau = self.DeclareDiscreteState(n)
         self._tau = int(tau)
         self._plan = int(self.DeclareDiscreteState(N * n))
-        # Ticks limited, ticks failed; how many failed in a row at the last failure, and its time.
-        self._counts = int(self.DeclareDiscreteState(np.array([0.0, 0.0, 0.0, -np.inf])))
+        # When the plan was made, and for how long.
+        self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
+        self._counts = int(self.DeclareDiscreteState(2))  # ticks limited, ticks failed
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
             "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
@@ -74,7 +78,7 @@ class MpcController(SampledSystem):
 
     def get_counts(self, context: Context) -> TickCounts:
         """Returns how many ticks were limited and failed so far."""
-        limited, failed, _, _ = context.get_discrete_state(self._counts).value()
+        limited, failed = context.get_discrete_state(self._counts).value()
         return TickCounts(int(limited), int(failed))
 
     def _calc_payload(self, context: Context) -> Array:
@@ -90,30 +94,42 @@ class MpcController(SampledSystem):
             self._shown_payload = payload
         x = self._state.Eval(context)
         if not math.isfinite(x @ x):  # Drake ends the process if a plant is set to such a state
-            self._go_on(context, discrete_state, "the state is not finite")
+            self._count_failure(context, discrete_state, "the state is not finite")
             return
         self._model.set_state(x)
-        task, horizon = self._goal.Eval(context), self._mpc.settings.horizon
-        goal = task.compute_goal(self._model, x, context.get_time(), horizon)
-        solution = self._mpc.solve(x, goal, self._model)
+        now, task = context.get_time(), self._goal.Eval(context)
+        horizon = task.choose_horizon(now, self._settings.horizon)
+        if horizon == 0.0:
+            self._go_on(context, discrete_state)
+            return
+        goal = task.compute_goal(self._model, x, now, horizon)
+        solution = self._get_mpc(horizon).solve(x, goal, self._model)
         if solution.status is MpcStatus.FAILED:
-            self._go_on(context, discrete_state, "the solver failed", self._model)
+            self._count_failure(context, discrete_state, "the solver failed")
+            self._go_on(context, discrete_state)
             return
         discrete_state.set_value(self._tau, solution.tau)
         discrete_state.set_value(self._plan, solution.vdot.ravel())
+        discrete_state.set_value(self._made, np.array([now, horizon]))
         if solution.status is MpcStatus.LIMITED:
-            limited, *failures = context.get_discrete_state(self._counts).value()
-            discrete_state.set_value(self._counts, np.array([limited + 1, *failures]))
+            limited, failed = context.get_discrete_state(self._counts).value()
+            discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
 
-    def _go_on(
-        self, context: Context, discrete_state: DiscreteValues, reason: str, model: ArmModel | None = None
-    ) -> None:
-        """Goes on without a new plan: along the previous one, or without a model with the last torque."""
-        now = context.get_time()
-        limited, failed, run, last = context.get_discrete_state(self._counts).value()
-        run = run + 1 if now - last < 1.5 * self._tick else 1
-        _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", now, reason)
-        discrete_state.set_value(self._counts, np.array([limited, failed + 1, run, now]))
-        if model is not None:
-            plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
-            discrete_state.set_value(self._tau, self._mpc.continue_plan(plan, run * self._tick, model))
+    def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
+        ticks = round(horizon / self._tick)
+        if ticks not in self._mpcs:
+            settings = self._settings._replace(horizon=ticks * self._tick)
+            self._mpcs[ticks] = MinimumAccelerationMpc(self._model.arm.limits, settings)
+        return self._mpcs[ticks]
+
+    def _go_on(self, context: Context, discrete_state: DiscreteValues) -> None:
+        """Goes on along the previous plan, the model being at the present state."""
+        made, horizon = context.get_discrete_state(self._made).value()
+        plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
+        tau = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made, self._model)
+        discrete_state.set_value(self._tau, tau)
+
+    def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
+        _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", context.get_time(), reason)
+        limited, failed = context.get_discrete_state(self._counts).value()
+        discrete_state.set_value(self._counts, np.array([limited, failed + 1]))

@@ -14,7 +14,7 @@ _REST = 1e-3
 
 
 class NailResistance(SampledSystem):
-    """Skin friction: opposes motion and grows in proportion to depth, without rebound.
+    """Dry friction: opposes motion, without rebound, with a magnitude that the nail's depth decides.
 
     Input ports:
         state: How far the nail was driven since it was set, and its rate, (2,), [m, m/s].
@@ -36,8 +36,7 @@ class NailResistance(SampledSystem):
 
     def _compute_resistance(self, context: Context) -> float:
         travel, rate = self._state.Eval(context)
-        depth = max(0.0, self._nail.depth_set + travel)
-        return float(self._nail.stiffness * depth * math.tanh(rate / _REST))
+        return self._nail.compute_resistance(self._nail.depth_set + travel) * math.tanh(rate / _REST)
 
     def _calc_force(self, context: Context, output: BasicVector) -> None:
         force = np.zeros(self._size)

@@ -24,6 +24,10 @@ class Hold:
         for array in self._goal:
             array.setflags(write=False)
 
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Returns the longest there is, at all times."""
+        return longest
+
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Returns the posture at rest, whatever state and time are."""
         return self._goal

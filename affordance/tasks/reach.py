@@ -1,6 +1,6 @@
 """Reach: the free end of the tool follows a path in space."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,6 +13,7 @@ from affordance.kinematics import build_chain
 from affordance.paths import TimedPath
 from affordance.planned_motion import MotionEnergies, plan_motion
 from affordance.settings import Settings
+from affordance.tools import Placed, find_free_end
 
 Array = NDArray[np.float64]
 
@@ -43,14 +44,15 @@ class Reach:
         model.set_state(np.concatenate([home, np.zeros(len(home))]))
         return Following(self.path.build_trajectory(), model.compute_point_position(p_TF), p_TF, len(home))
 
-    def build_energies(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionEnergies:
+    def build_energies(self, model: ArmModel, parts: Sequence[Placed], settings: Settings) -> MotionEnergies:
         """Plans the motion, which is the same whatever the tool weighs, and returns what it costs at any inertia.
 
         Args:
             model: The arm; its state is set.
-            p_TF: The tool's free end, shape (3,), [m].
+            parts: What the tool is made of, posed relative to the hand.
             settings: Those of the controller.
         """
+        p_TF = find_free_end(parts)
         following = self.begin(model, p_TF)
         motion = plan_motion(model, following, duration=self.duration, settings=settings)
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
@@ -83,6 +85,10 @@ class Following:
     def list_places(self, times: Iterable[float]) -> Array:
         """Where F is to be at N times, p_WF, (N, 3), [m]."""
         return np.array([self.compute_reference(time)[0] for time in times])
+
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Returns the longest there is, at all times: beyond its end the path stays where it is."""
+        return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Asks for the path's place and the least rates along it at the horizon's end."""

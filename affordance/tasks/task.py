@@ -14,6 +14,16 @@ Array = NDArray[np.float64]
 class Task(Protocol):
     """States its goal at the end of a controller's horizon."""
 
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Chooses how far ahead the controller plans, a multiple of its tick.
+
+        Args:
+            time: Now, [s].
+            longest: What the controller plans unless there is a reason, [s].
+
+        Returns: At most ``longest``; zero to let the previous plan go on.
+        """
+
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal.
 

@@ -1,0 +1,213 @@
+"""Hammer: the free end of the tool drives a nail with a demanded peak force."""
+
+import contextlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arm import ArmModel
+from affordance.effective_mass import EffectiveMass
+from affordance.exceptions import AffordanceError
+from affordance.nail import Nail, NailPlacement, read_nail
+from affordance.planned_motion import Costs, MotionEnergies, PlannedMotion
+from affordance.settings import Settings
+from affordance.swing import Swing, Target, aim, plan_swing
+from affordance.tasks.strike import Strike
+from affordance.tools import Placed
+from affordance.yaml_records import read_record
+
+Array = NDArray[np.float64]
+# Computes quantities of some tools, (s, 10), at a node of the table, (s,) each.
+_AtNode = Callable[[int, Array], tuple[Array, ...]]
+
+# Tip speeds at which swings are planned; between them costs are interpolated, which errs by less than 0.5 %
+# (tests/test_hammer_task.py), [m/s].
+_SPEED_STEP = 0.25
+# Shorter vectors do not say a direction.
+_MIN_LENGTH = 0.01
+# Where no limit of a joint ends the table, this does: no arm of a human's size is as fast, [m/s].
+_MAX_SPEED = 20.0
+
+
+@dataclass(frozen=True)
+class Hammer:
+    """What is asked of any tool: to drive a nail with a demanded peak of its resistance.
+
+    Attributes:
+        nail: The nail.
+        offset: Where its head is, from where the home posture holds the striking point, in W, [m].
+        direction: Where it is driven to, a unit vector in W.
+        duration: Of the swing, from rest in the home posture to the strike, [s].
+        force: Peak resistance that is asked for, [N].
+    """
+
+    nail: Nail
+    offset: tuple[float, float, float]
+    direction: tuple[float, float, float]
+    duration: float
+    force: float
+
+    def aim(self, model: ArmModel, parts: Sequence[Placed]) -> Target:
+        """Finds striking point and nail for a tool's parts, posed relative to the hand; sets the model's state."""
+        return aim(model, parts, offset_W=np.array(self.offset), direction_W=np.array(self.direction))
+
+    def build_energies(self, model: ArmModel, parts: Sequence[Placed], settings: Settings) -> "BlowEnergies":
+        """Plans swings of all speeds, which are the same whatever the tool weighs.
+
+        Args:
+            model: The arm; its state and payload are set.
+            parts: What the tool is made of, posed relative to the hand.
+            settings: Those of the controller.
+        """
+        return BlowEnergies(model, parts, self, settings)
+
+
+def load_hammer(path: Path) -> Hammer:
+    """Reads a nail file: the nail, and under ``blow`` where it stands and how it is struck.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    record = read_record(path)
+    nail = read_nail(record)
+    blow = record.record("blow")
+    x, y, z = (float(value) for value in blow.vector("offset", 3, low=-2.0, high=2.0))
+    direction = blow.vector("direction", 3, low=-1.0, high=1.0)
+    length = float(np.linalg.norm(direction))
+    if length < _MIN_LENGTH:
+        raise blow.error("direction", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
+    duration = blow.number("duration", low=0.2, high=10.0)
+    blow.finish()
+    record.finish()
+    a, b, c = (float(value) for value in direction / length)
+    return Hammer(nail, (x, y, z), (a, b, c), duration, nail.force_demanded)
+
+
+class BlowEnergies:
+    """The costs of a blow as a function of the tool's inertial parameters.
+
+    Swings are planned for a row of tip speeds. What the tool is believed to weigh decides how fast the tip must be,
+    by the effective mass behind it, and with it which swing it takes; between two swings costs are interpolated.
+
+    Attributes:
+        hammer: What is asked for.
+        target: What is struck, and with which point.
+        swings: Swings of rising speed.
+        speeds: Their tip speeds, (K,), [m/s].
+        obstacle: Why no swing strikes the nail, whatever the tool weighs; empty if one does.
+    """
+
+    def __init__(self, model: ArmModel, parts: Sequence[Placed], hammer: Hammer, settings: Settings) -> None:
+        """Plans the swings; arguments are those of ``Hammer.build_energies``."""
+        self.hammer = hammer
+        self.obstacle = ""
+        self.target = hammer.aim(model, parts)
+        self._model = model
+        self.swings: list[Swing]
+        self.swings = []
+        while len(self.swings) * _SPEED_STEP < _MAX_SPEED:
+            try:
+                self.swings.append(self._plan_swing((len(self.swings) + 1) * _SPEED_STEP, len(self.swings) - 1))
+            except AffordanceError as error:
+                if not self.swings:
+                    self.obstacle = str(error)
+                break
+        self.speeds = _SPEED_STEP * np.arange(1, len(self.swings) + 1)
+        self._motions = [MotionEnergies(model, _sample_swing(swing, settings.tick)) for swing in self.swings]
+        self._masses = [EffectiveMass(model, self.target, swing.q_end) for swing in self.swings]
+
+    def find_speed(self, pi: Array, force: float | None = None) -> Array:
+        """Tip speed that gives a peak force, (S,), [m/s].
+
+        Args:
+            pi: Inertial parameters of S tools about To, expressed in T, (S, 10).
+            force: Peak resistance, [N]; the one that is asked for if None.
+        """
+        nail, demanded = self.hammer.nail, np.array(self.hammer.force if force is None else force)
+        # The posture at the strike, and with it the mass, hardly depends on the speed.
+        middle = self._masses[len(self._masses) // 2].compute(pi)
+        speed = nail.compute_tip_speed(demanded, middle)
+        (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self._masses[node].compute(chunk),))
+        return nail.compute_tip_speed(demanded, mass)
+
+    def compute(self, pi: Array, force: float | None = None) -> Costs:
+        """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
+
+        A tool that must be faster than the fastest swing is not feasible; one that could be slower than the slowest
+        one is swung with it.
+
+        Args:
+            pi: The tools.
+            force: Peak resistance, [N]; the one that is asked for if None.
+        """
+        if self.obstacle:
+            nothing = np.full(len(pi), np.inf)
+            return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool))
+        speed = self.find_speed(pi, force)
+
+        def compute_costs(node: int, chunk: Array) -> tuple[Array, ...]:
+            work, effort, feasible = self._motions[node].compute(chunk)
+            return work, effort, np.where(feasible, 0.0, 1.0)
+
+        work, effort, breaks_limit = self._interpolate(speed, pi, compute_costs)
+        return Costs(work, effort, (breaks_limit == 0.0) & (speed <= self.speeds[-1]))
+
+    def plan(self, pi: Array, settings: Settings, force: float | None = None) -> Strike:
+        """Plans the blow with a tool of known inertia.
+
+        Args:
+            pi: Its inertial parameters about To, expressed in T, shape (10,).
+            settings: Those of the controller.
+            force: Peak resistance, [N]; the one that is asked for if None.
+
+        Raises:
+            AffordanceError: No swing is fast enough.
+        """
+        if self.obstacle:
+            raise AffordanceError(self.obstacle)
+        speed = float(self.find_speed(pi[None], force)[0])
+        if speed > self.speeds[-1]:
+            raise AffordanceError(
+                f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
+            )
+        speed = max(speed, float(self.speeds[0]))
+        swing = self._plan_swing(speed, int(np.searchsorted(self.speeds, speed)))
+        placement = NailPlacement(self.hammer.nail, self.target.p_WS, self.target.direction_W)
+        return Strike(swing, placement, settings.tick)
+
+    def _plan_swing(self, speed: float, near: int) -> Swing:
+        """Plans a swing from one that is planned already, or if that leads nowhere or there is none, from home."""
+        if 0 <= near < len(self.swings):
+            with contextlib.suppress(AffordanceError):
+                return plan_swing(
+                    self._model, self.target, speed=speed, duration=self.hammer.duration, guess=self.swings[near]
+                )
+        return plan_swing(self._model, self.target, speed=speed, duration=self.hammer.duration)
+
+    def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
+        """Interpolates quantities that are known at the speeds of the table, for S tools with a speed each."""
+        last = len(self.speeds) - 1
+        at = np.clip(speed / _SPEED_STEP - 1.0, 0.0, last)
+        below = np.minimum(at.astype(int), max(0, last - 1))
+        share = at - below
+        results: tuple[Array, ...] = ()
+        for node in np.unique(np.concatenate([below, np.minimum(below + 1, last)])):
+            weight = np.where(below == node, 1.0 - share, 0.0) + np.where(below + 1 == node, share, 0.0)
+            chosen = np.flatnonzero(weight)
+            if not len(chosen):
+                continue
+            values = compute(int(node), pi[chosen])
+            results = results or tuple(np.zeros(len(pi)) for _ in values)
+            for result, value in zip(results, values, strict=True):
+                result[chosen] += weight[chosen] * value
+        return results
+
+
+def _sample_swing(swing: Swing, tick: float) -> PlannedMotion:
+    """The swing in ticks, with the mean acceleration of each."""
+    times: Array = tick * np.arange(round(swing.duration / tick) + 1.0)
+    q, v, _ = swing.evaluate(times)
+    return PlannedMotion(tick, q[:-1], v[:-1], np.diff(v, axis=0) / tick)
