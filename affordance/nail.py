@@ -129,20 +129,25 @@ def read_nail(record: Record) -> Nail:
     )
 
 
-def add_nail(plant: MultibodyPlant, placement: NailPlacement) -> Joint:
+def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
     """Adds a nail to a plant that is not finalized.
+
+    Args:
+        plant: The plant.
+        placement: The nail and where it stands.
+        name: Of its body, joint and model instance; what belongs to it in the world begins with it.
 
     Returns: The joint along which it slides; its position is how far it was driven since it was set.
     """
     nail = placement.nail
     # Frame N: at the top of the head, Nz along the direction it is driven to.
     X_WN = RigidTransform(RotationMatrix.MakeFromOneVector(placement.direction_W, 2), placement.p_WNo)
-    start = plant.AddFrame(FixedOffsetFrame("nail_start", plant.world_frame(), X_WN))
+    start = plant.AddFrame(FixedOffsetFrame(f"{name}_start", plant.world_frame(), X_WN))
     inertia = SpatialInertia.SolidCylinderWithMass(
         nail.mass, 0.5 * nail.diameter, nail.length, np.array([0.0, 0.0, 1.0])
     ).Shift(np.array([0.0, 0.0, -0.5 * nail.length]))
-    body = plant.AddRigidBody("nail", plant.AddModelInstance("nail"), inertia)
-    joint = plant.AddJoint(PrismaticJoint("nail", start, body.body_frame(), np.array([0.0, 0.0, 1.0])))
+    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
+    joint = plant.AddJoint(PrismaticJoint(name, start, body.body_frame(), np.array([0.0, 0.0, 1.0])))
     if plant.geometry_source_is_registered():
         head = RigidTransform(np.array([0.0, 0.0, nail.head_radius]))
         material = ProximityProperties()
@@ -159,5 +164,5 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement) -> Joint:
         plant.RegisterVisualGeometry(body, shank, Cylinder(0.5 * nail.diameter, nail.length), "shank", grey)
         surface = nail.length - nail.depth_set
         block = X_WN @ RigidTransform(np.array([0.0, 0.0, surface + 0.5 * _BLOCK]))
-        plant.RegisterVisualGeometry(plant.world_body(), block, Box(_BLOCK, _BLOCK, _BLOCK), "block", wood)
+        plant.RegisterVisualGeometry(plant.world_body(), block, Box(_BLOCK, _BLOCK, _BLOCK), f"{name}_block", wood)
     return joint
