@@ -36,7 +36,7 @@ _MAX_MISS = 1e-5
 FOLLOW_THROUGH = 0.015
 # Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
 # 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
-_ROOM = FOLLOW_THROUGH + 0.5 * 0.1
+ROOM_TO_REST = FOLLOW_THROUGH + 0.5 * 0.1
 # Of the central differences, [rad].
 _STEP = 1e-6
 
@@ -82,6 +82,42 @@ class Target(NamedTuple):
     direction_W: Array
 
 
+class StrikeCondition:
+    """What angles and rates, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+
+    def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
+        """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
+        self._model = model
+        self._target = target
+        self._velocity_W = speed * target.direction_W
+        self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+
+    def compute(self, z: Array) -> Array:
+        """Miss of place, of velocity, and of squareness, shape (8,); z (2 num_joints,)."""
+        model, target, n = self._model, self._target, len(z) // 2
+        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
+        p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
+        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        along = J @ z[n:] - self._velocity_W
+        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, self._across @ normal_W])
+
+    def compute_with_gradient(self, z: Array) -> Array:
+        """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
+        value = ExtractValue(z).ravel()
+        n = len(value) // 2
+        jacobian = np.zeros((8, 2 * n))
+        for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
+            jacobian[:, i] = (self.compute(value + step) - self.compute(value - step)) / (2.0 * _STEP)
+        missed = self.compute(value)
+        jacobian[3:6, n:] = self._model.compute_point_jacobian(self._target.p_TS)
+        with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
+        return with_gradient
+
+    def is_met(self, z: Array) -> bool:
+        """Whether the miss is small enough."""
+        return bool(np.abs(self.compute(z)).max() <= _MAX_MISS)
+
+
 def aim(model: ArmModel, parts: Sequence[Placed], *, offset_W: Array, direction_W: Array) -> Target:
     """Finds the striking point of a tool: that of its free part which lies furthest along the blow at home.
 
@@ -117,26 +153,7 @@ def plan_swing(
     """
     home, limits, D = model.arm.home, model.arm.limits, duration
     n = len(home)
-    across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
-
-    def miss(z: Array) -> Array:
-        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
-        p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
-        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
-        along = J @ z[n:] - speed * target.direction_W
-        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, across @ normal_W])
-
-    def miss_with_gradient(z: Array) -> Array:
-        """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
-        value = ExtractValue(z).ravel()
-        jacobian = np.zeros((8, 2 * n))
-        for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
-            jacobian[:, i] = (miss(value + step) - miss(value - step)) / (2.0 * _STEP)
-        missed = miss(value)
-        jacobian[3:6, n:] = model.compute_point_jacobian(target.p_TS)
-        with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
-        return with_gradient
-
+    condition = StrikeCondition(model, target, speed)
     program = MathematicalProgram()
     z = program.NewContinuousVariables(2 * n, "z")  # q_1 and v_1
     program.SetInitialGuess(z, _guess_end(model, target, speed) if guess is None else np.hstack(guess[1:3]))
@@ -144,7 +161,7 @@ def plan_swing(
     curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
     from_home = np.concatenate([home, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_home, z, is_convex=True)
-    program.AddConstraint(miss_with_gradient, np.zeros(8), np.zeros(8), z)
+    program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
     # Angles and rates at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
     for of_z, at_home, lower, upper in (
@@ -155,10 +172,10 @@ def plan_swing(
         matrix = np.asarray(np.kron(np.hstack(of_z), each), dtype=float)
         count = len(_CHECKED)
         program.AddLinearConstraint(matrix, np.tile(lower, count) - fixed, np.tile(upper, count) - fixed, z)
-    program.AddLinearConstraint(np.hstack([np.eye(n), _ROOM * np.eye(n)]), limits.q_lower, limits.q_upper, z)
+    program.AddLinearConstraint(np.hstack([np.eye(n), ROOM_TO_REST * np.eye(n)]), limits.q_lower, limits.q_upper, z)
     result = SnoptSolver().Solve(program)
     found = result.GetSolution(z)
-    if not result.is_success() or np.abs(miss(found)).max() > _MAX_MISS:
+    if not result.is_success() or not condition.is_met(found):
         raise AffordanceError(
             f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s "
             f"({result.get_solution_result().name})"
