@@ -148,7 +148,7 @@ def test_no_swing_takes_less_work_than_the_energy_it_gains(own_model, swing, lea
 def test_torques_of_the_swing_carry_it_out_in_another_library(peer, found):
     """Open loop: Pinocchio's arm, driven by nothing but the torques, goes where the swing does.
 
-    Afresh every tenth of a second: of inertias as small as that about the forearm, errors grow by ten in as long.
+    Afresh every tenth of a second: with inertias as small as some of the arm's, errors grow tenfold in as long.
     """
     data = peer.createData()
     torque = CubicSpline(found.times, found.tau)
