@@ -1,6 +1,6 @@
 """Runs the paper's simulations and writes their numbers, figures and report.
 
-run_experiments.py [weight|com|reach|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
+run_experiments.py [weight|com|reach|hammer|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
 """
 
 import argparse

@@ -7,6 +7,7 @@ from affordance.memory import MaterialMemory
 from affordance.noise import WeberNoise, WhiteNoise
 from affordance.paths import TimedPath, load_path
 from affordance.settings import Settings
+from affordance.tasks.hammer import Hammer, load_hammer
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Material, Tool, load_materials, load_tools
 from affordance.trial import TrialRecord, TrialRunner
@@ -16,6 +17,7 @@ __all__ = [
     "AffordanceError",
     "BadValueError",
     "DensityBelief",
+    "Hammer",
     "Material",
     "MaterialMemory",
     "ModelFileError",
@@ -33,6 +35,7 @@ __all__ = [
     "WeberNoise",
     "WhiteNoise",
     "list_options",
+    "load_hammer",
     "load_materials",
     "load_path",
     "load_tools",

@@ -60,11 +60,17 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)
 
 
-def measure_costs(record: TrialRecord, tick: float) -> tuple[float, float]:
+def measure_costs(record: TrialRecord, tick: float, end: int | None = None) -> tuple[float, float]:
     """Work, [J], and integral of |tau|^2 dt, of a motion of which every tick was logged.
 
     Torque is constant in a tick, and rates are all but linear in it.
+
+    Args:
+        record: The motion.
+        tick: Time between two rows, [s].
+        end: How many ticks count; all if None.
     """
-    tau, rates = record.tau[1:], np.abs(record.v)
+    end = len(record.tau) - 1 if end is None else end
+    tau, rates = record.tau[1 : end + 1], np.abs(record.v[: end + 1])
     mean_rates = 0.5 * (rates[1:] + rates[:-1])
     return float(tick * np.sum(np.abs(tau) * mean_rates)), float(tick * np.sum(tau**2))

@@ -209,11 +209,12 @@ def test_object_without_a_cheaper_grip_is_refused(tmp_path):
 
 def test_heavy_end_is_found_by_its_material_not_by_its_name(config):
     plain = config.novel.plain
-    assert reach.find_heavy_grip(plain) == "steel"
+    assert decisions.find_grip_of_densest(plain, at_hand=True) == "steel"
+    assert decisions.find_grip_of_densest(plain, at_hand=False) == "wood"
     swapped = [
         dataclasses.replace(grip, name=name) for grip, name in zip(plain.grips, ("left", "right"), strict=True)
     ]
-    assert reach.find_heavy_grip(dataclasses.replace(plain, grips=tuple(swapped))) == "right"
+    assert decisions.find_grip_of_densest(dataclasses.replace(plain, grips=tuple(swapped)), at_hand=True) == "right"
 
 
 # Densities of wood and steel of which the answer is known: the heavier end belongs into the hand; the hammer's handle
@@ -258,7 +259,7 @@ def test_flips_are_those_of_each_moment(config):
 
 def test_plain_and_headed_object_are_each_chosen_about_by_themselves(config, choices):
     experience = experience_by_hand(config, [[PLAIN_BY_WOOD, STEEL_IS_HEAVY, PLAIN_BY_WOOD]])
-    chosen = reach.run_repeat(choices, experience, 0, 0)
+    chosen = decisions.run_repeat(choices, experience, 0, 0)
     assert chosen["paper"].tolist() == [BY_WOOD, BY_STEEL, BY_WOOD]
     assert chosen["bayes"].tolist() == [BY_WOOD, BY_STEEL, BY_WOOD]
     assert chosen["headed"].tolist() == [BY_STEEL, BY_STEEL, BY_STEEL]

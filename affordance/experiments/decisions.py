@@ -1,26 +1,31 @@
 """How often observers choose the cheaper grip of an object they never held: what simulations III and IV share."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import joblib
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from affordance import metrics
-from affordance.arm import load_arm
+from affordance import figures, metrics
+from affordance.arm import ARM, load_arm
 from affordance.belief import Point
-from affordance.choice import NO_OPTION, Choice, Chosen, pick_cheapest
+from affordance.choice import NO_OPTION, TIE, Choice, Chosen, Demand, list_options, pick_cheapest
 from affordance.estimator import infer
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, draw_order
-from affordance.experiments.preparation import check_tools_are_honest
+from affordance.experiments.com import load_objects
+from affordance.experiments.preparation import check_tools_are_honest, check_tools_can_be_held
 from affordance.memory import MaterialMemory
 from affordance.metrics import Estimate
 from affordance.noise import WeberNoise
 from affordance.settings import Settings
 from affordance.static_hold import StaticHold
 from affordance.tools import Colour, Tool, list_densities, load_materials, load_tools
+from affordance.trajectories import Labelled
 from affordance.vision import observe
 from affordance.visual_prior import predict_object
 
@@ -28,6 +33,8 @@ Array = NDArray[np.float64]
 
 # Choices before any experience are all drawn from the one prior (design 6).
 NUM_PRIOR_CHOICES = 10_000
+# Observers of the study of sensitivity, at most.
+MAX_STUDIED = 200
 # Densities over which Bayes' rule averages the work of each option.
 NUM_BAYES_SAMPLES = 2_000
 # Lengths of an object in two grips that differ by less are equal, [m].
@@ -77,6 +84,51 @@ def load_novel_objects(models: Path, experience: ExperienceConfig) -> NovelObjec
     return NovelObjects(plain, headed)
 
 
+def load_subjects(models: Path, seed: int) -> tuple[ExperienceConfig, NovelObjects]:
+    """Reads arm and objects from a folder of models: those that are held, and those that are chosen about.
+
+    Raises:
+        BadValueError: A file is wrong, or the objects do not make these experiments.
+        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
+    """
+    *honest, _ = load_objects(models)
+    settings = Settings(arm=models / ARM.name)
+    experience = ExperienceConfig(tuple(honest), seed, settings)
+    novel = load_novel_objects(models, experience)
+    check_tools_can_be_held(models / "tools" / "com.yaml", honest, settings)
+    held = [tool.hold_by(grip) for tool in (novel.plain, novel.headed) for grip in tool.grips]
+    check_tools_can_be_held(models / "tools" / "novel.yaml", held, settings)
+    return experience, novel
+
+
+def check_one_grip_is_cheaper(models: Path, tool: Tool, works: Sequence[float]) -> None:
+    """Refuses objects of whose grips none is the correct one.
+
+    Raises:
+        BadValueError: The least works are equal.
+    """
+    cheaper, dearer = sorted(works)
+    if dearer <= cheaper * (1.0 + TIE):
+        problem = f"costs {cheaper:g} J in both grips, must have a cheaper one"
+        raise BadValueError(models / "tools" / "novel.yaml", f"tools: {tool.name}", problem)
+
+
+class Choices(NamedTuple):
+    """The choices of a grip for the plain and the headed object."""
+
+    plain: Choice
+    headed: Choice
+
+
+def plan_choices(novel: NovelObjects, task: Demand, settings: Settings) -> Choices:
+    """Plans a task with each grip of each object.
+
+    Raises:
+        AffordanceError: It cannot be planned.
+    """
+    return Choices(*(Choice(list_options(tool), task, settings) for tool in (novel.plain, novel.headed)))
+
+
 def choose_before_experience(choice: Choice, looks: tuple[Colour, ...], seed: int) -> Chosen:
     """Chooses by the paper's rule for many densities drawn from the prior, (NUM_PRIOR_CHOICES,)."""
     rng = np.random.default_rng([seed, _PRIOR])
@@ -109,6 +161,93 @@ def choose_by_expectation(
         chosen.append(choice.options.index(ranking.best.option) if usable else NO_OPTION)
         flips.append(ranking.flips)
     return np.array(chosen), np.array(flips)
+
+
+def run_repeat(choices: Choices, experience: Experience, seed: int, repeat: int) -> dict[str, NDArray[Any]]:
+    """Lets an observer choose before the first and after each trial.
+
+    Returns: Index of the grip chosen, (K + 1,) each: ``paper`` and ``bayes`` for the plain object by both rules,
+        ``headed`` for the headed one by the paper's; and ``flips``, whether the second would choose otherwise by the
+        least integral of |tau|^2.
+    """
+    bayes, flips = choose_by_expectation(choices.plain, experience, seed, repeat)
+    return {
+        "paper": choose_by_sample(choices.plain, experience, seed, repeat),
+        "bayes": bayes,
+        "flips": flips,
+        "headed": choose_by_sample(choices.headed, experience, seed, repeat),
+    }
+
+
+def compute_proportions(
+    choices: Choices,
+    arrays: Mapping[str, NDArray[Any]],
+    experience: ExperienceConfig,
+    correct: int,
+    correct_headed: int,
+) -> dict[str, Any]:
+    """Computes the proportions of correct choices of the results contract.
+
+    Args:
+        choices: The choices of a grip.
+        arrays: Choices of all observers, (repeats, K + 1) each; see ``run_repeat``.
+        experience: How experience was gained.
+        correct: Index of the correct grip of the plain object.
+        correct_headed: The same of the headed one.
+    """
+    looks, seed = experience.looks, experience.seed
+    before, before_headed = (choose_before_experience(choice, looks, seed) for choice in choices)
+    paper = estimate_correct(arrays["paper"], before, correct)
+    bayes = estimate_correct(arrays["bayes"], None, correct)
+    of_headed = estimate_correct(arrays["headed"], before_headed, correct_headed)
+    return {
+        "p_correct": paper.mean,
+        "p_correct_ci95": paper.ci95,
+        "p_correct_bayes": bayes.mean,
+        "p_correct_bayes_ci95": bayes.ci95,
+        "p_correct_headed_tool": of_headed.mean,
+        "p_correct_headed_tool_ci95": of_headed.ci95,
+        "effort_flips": arrays["flips"].mean(axis=0),
+    }
+
+
+def draw_proportions(novel: NovelObjects, numbers: Mapping[str, Any], title: str) -> Figure:
+    """Draws the proportions of correct choices, figures 8 and 10."""
+    curves = {
+        f"{novel.plain.name}, one density drawn (paper)": "p_correct",
+        f"{novel.plain.name}, least expected work": "p_correct_bayes",
+        f"{novel.headed.name}, one density drawn": "p_correct_headed_tool",
+    }
+    return figures.draw_choices(
+        {label: Estimate(numbers[key], *np.moveaxis(numbers[f"{key}_ci95"], -1, 0)) for label, key in curves.items()},
+        title=title,
+    )
+
+
+def label_choices(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Labelled]:
+    """Labels the choices of all observers for the file of trajectories."""
+    rules = {
+        "paper": "one density drawn",
+        "bayes": "least expected work",
+        "headed": "headed object, one density drawn",
+    }
+    return {
+        f"chosen_{rule}": Labelled(
+            ("repeat", "moment"), arrays[rule].astype(float), "1", f"grip chosen, -1 if none can be used: {meaning}"
+        )
+        for rule, meaning in rules.items()
+    }
+
+
+def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
+    """Names the grip that has the densest material next to the hand, or farthest from it."""
+
+    def measure(held: Tool) -> float:
+        densest = max(held.components, key=lambda part: part.material.density)
+        return float(np.linalg.norm(densest.X_TE[:3, 3]))
+
+    distances = {grip.name: measure(tool.hold_by(grip)) for grip in tool.grips}
+    return (min if at_hand else max)(distances, key=distances.__getitem__)
 
 
 def count_correct(chosen: Chosen, correct: int) -> Array:

@@ -11,47 +11,44 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance import figures
-from affordance.arm import ARM
-from affordance.choice import TIE, Choice, list_options
 from affordance.diagram_picture import save_diagram
 from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experience import Experience, ExperienceConfig, collect_experience
-from affordance.experiments.com import load_objects
+from affordance.experience import ExperienceConfig, collect_experience
 from affordance.experiments.decisions import (
     BASELINE,
+    MAX_STUDIED,
     NUM_PRIOR_CHOICES,
+    Choices,
     NovelObjects,
-    choose_before_experience,
-    choose_by_expectation,
-    choose_by_sample,
-    estimate_correct,
-    load_novel_objects,
+    check_one_grip_is_cheaper,
+    compute_proportions,
+    draw_proportions,
+    find_grip_of_densest,
+    label_choices,
+    load_subjects,
+    plan_choices,
+    run_repeat,
     study_sensitivity,
 )
 from affordance.experiments.outputs import describe_run, label_motions
-from affordance.experiments.preparation import check_tools_can_be_held
-from affordance.metrics import Estimate
 from affordance.paths import load_path
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
 from affordance.rollout import Rollout, roll_out
-from affordance.settings import Settings
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Tool, list_densities
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import get_runner
 
 NAME = "reach"
-# Observers of the study of sensitivity, at most.
-MAX_STUDIED = 200
 
 
 @dataclass(frozen=True)
@@ -76,15 +73,9 @@ def load_config(models: Path = MODELS, seed: int = 0) -> ReachConfig:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    *honest, _ = load_objects(models)
-    settings = Settings(arm=models / ARM.name)
-    experience = ExperienceConfig(tuple(honest), seed, settings)
-    novel = load_novel_objects(models, experience)
+    experience, novel = load_subjects(models, seed)
     path = models / "paths" / "reach.yaml"
     config = ReachConfig(experience, novel, Reach(load_path(path)))
-    check_tools_can_be_held(models / "tools" / "com.yaml", honest, settings)
-    held = [tool.hold_by(grip) for tool in (novel.plain, novel.headed) for grip in tool.grips]
-    check_tools_can_be_held(models / "tools" / "novel.yaml", held, settings)
     # What cannot be planned or carried out is refused here, before anything is written.
     try:
         choices = build_choices(config)
@@ -99,18 +90,8 @@ def load_config(models: Path = MODELS, seed: int = 0) -> ReachConfig:
         for grip, rollout in executed.items():
             if misses := config.task.path.describe_error(rollout.error):
                 raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {misses}")
-        cheaper, dearer = sorted(rollout.work for rollout in executed.values())
-        if dearer <= cheaper * (1.0 + TIE):
-            problem = f"costs {cheaper:g} J in both grips, must have a cheaper one"
-            raise BadValueError(models / "tools" / "novel.yaml", f"tools: {tool.name}", problem)
+        check_one_grip_is_cheaper(models, tool, [rollout.work for rollout in executed.values()])
     return config
-
-
-class Choices(NamedTuple):
-    """The choices of a grip for the plain and the headed object."""
-
-    plain: Choice
-    headed: Choice
 
 
 @functools.lru_cache(maxsize=1)  # loading plans to refuse what cannot be followed, running to choose
@@ -120,25 +101,7 @@ def build_choices(config: ReachConfig) -> Choices:
     Raises:
         AffordanceError: The path cannot be planned.
     """
-    settings = config.experience.settings
-    novel = config.novel
-    return Choices(*(Choice(list_options(tool), config.task, settings) for tool in (novel.plain, novel.headed)))
-
-
-def run_repeat(choices: Choices, experience: Experience, seed: int, repeat: int) -> dict[str, NDArray[Any]]:
-    """Lets an observer choose before the first and after each trial.
-
-    Returns: Index of the grip chosen, (K + 1,) each: ``paper`` and ``bayes`` for the plain object by both rules,
-        ``headed`` for the headed one by the paper's; and ``flips``, whether the second would choose otherwise by the
-        least integral of |tau|^2.
-    """
-    bayes, flips = choose_by_expectation(choices.plain, experience, seed, repeat)
-    return {
-        "paper": choose_by_sample(choices.plain, experience, seed, repeat),
-        "bayes": bayes,
-        "flips": flips,
-        "headed": choose_by_sample(choices.headed, experience, seed, repeat),
-    }
+    return plan_choices(config.novel, config.task, config.experience.settings)
 
 
 @functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run
@@ -210,21 +173,11 @@ def compute_metrics(
         executed: The task with each grip of the plain object, under the true densities.
         executed_headed: The same for the headed object.
     """
-    looks, seed = config.experience.looks, config.experience.seed
     grips = list(executed)
     correct_grip, correct_headed = find_cheaper_grip(executed), find_cheaper_grip(executed_headed)
     correct, correct_of_headed = grips.index(correct_grip), list(executed_headed).index(correct_headed)
-    before, before_headed = (choose_before_experience(choice, looks, seed) for choice in choices)
-    paper = estimate_correct(arrays["paper"], before, correct)
-    bayes = estimate_correct(arrays["bayes"], None, correct)
-    of_headed = estimate_correct(arrays["headed"], before_headed, correct_of_headed)
     return {
-        "p_correct": paper.mean,
-        "p_correct_ci95": paper.ci95,
-        "p_correct_bayes": bayes.mean,
-        "p_correct_bayes_ci95": bayes.ci95,
-        "p_correct_headed_tool": of_headed.mean,
-        "p_correct_headed_tool_ci95": of_headed.ci95,
+        **compute_proportions(choices, arrays, config.experience, correct, correct_of_headed),
         "correct_grip": correct_grip,
         "correct_grip_headed_tool": correct_headed,
         "density_true": {part.material.name: part.material.density for part in config.novel.plain.components},
@@ -232,20 +185,9 @@ def compute_metrics(
         "energy_ratio_true": max(done.work for done in executed.values()) / executed[correct_grip].work,
         "energy_true_headed_tool": {grip: rollout.work for grip, rollout in executed_headed.items()},
         "effort_true": {grip: rollout.effort for grip, rollout in executed.items()},
-        "effort_flips": arrays["flips"].mean(axis=0),
         "ticks_limited": {grip: rollout.record.counts.limited for grip, rollout in executed.items()},
         "path_error_m": {grip: rollout.error for grip, rollout in executed.items()},
     }
-
-
-def find_heavy_grip(tool: Tool) -> str:
-    """Names the grip that has the densest material next to the hand."""
-
-    def density_at_hand(held: Tool) -> float:
-        nearest = min(held.components, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))
-        return nearest.material.density
-
-    return max(tool.grips, key=lambda grip: density_at_hand(tool.hold_by(grip))).name
 
 
 def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> Section:
@@ -260,7 +202,7 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
         Claim(
             "IV-C",
             "The optimal solution is to grasp the object by the steel component.",
-            bool(correct == find_heavy_grip(config.novel.plain)),
+            bool(correct == find_grip_of_densest(config.novel.plain, at_hand=True)),
             "simulated with the true densities, "
             + " and ".join(f"{work:.2f} J held by {grip}" for grip, work in energy.items())
             + f" (ratio {numbers['energy_ratio_true']:.3f}); the free end keeps to the path within {errors:.0f} mm",
@@ -338,15 +280,8 @@ def _draw(
         for grip in tool.grips
     ]
     figures.save_figure(draw_objects(drawings, columns=2), folder, "figure7")
-    curves = {
-        f"{config.novel.plain.name}, one density drawn (paper)": "p_correct",
-        f"{config.novel.plain.name}, least expected work": "p_correct_bayes",
-        f"{config.novel.headed.name}, one density drawn": "p_correct_headed_tool",
-    }
-    figure = figures.draw_choices(
-        {label: Estimate(numbers[key], *np.moveaxis(numbers[f"{key}_ci95"], -1, 0)) for label, key in curves.items()},
-        title=f"Choosing a grip for reaching, {repeats} observers, 95 % intervals",
-    )
+    title = f"Choosing a grip for reaching, {repeats} observers, 95 % intervals"
+    figure = draw_proportions(config.novel, numbers, title)
     figures.save_figure(figure, folder, "figure8")
     paths = {f"held by {grip}": rollout.path for grip, rollout in executed.items()}
     reference = next(iter(executed.values())).reference
@@ -361,17 +296,6 @@ def _draw(
 def _write_trajectories(
     path: Path, config: ReachConfig, arrays: Mapping[str, NDArray[Any]], executed: Mapping[str, Rollout]
 ) -> None:
-    rules = {
-        "paper": "one density drawn",
-        "bayes": "least expected work",
-        "headed": "headed object, one density drawn",
-    }
-    chosen = {
-        f"chosen_{rule}": Labelled(
-            ("repeat", "moment"), arrays[rule].astype(float), "1", f"grip chosen, -1 if none can be used: {meaning}"
-        )
-        for rule, meaning in rules.items()
-    }
     ends = {
         "p_WF": Labelled(
             ("trial", "time", "axis"),
@@ -386,6 +310,6 @@ def _write_trajectories(
     joint_names = get_runner(config.experience.settings).get_diagram(grips[0]).arm.joint_names
     write_trajectories(
         path,
-        {**chosen, **ends, **label_motions(records, "executed under the true densities")},
+        {**label_choices(arrays), **ends, **label_motions(records, "executed under the true densities")},
         {"trial": list(executed), "joint": joint_names, "axis": ["x", "y", "z"]},
     )

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.experiments import com, reach, weight
+from affordance.experiments import com, hammer, reach, weight
 from affordance.report import write_report
 from affordance.results import prepare_folder, remove_leftovers
 
-EXPERIMENTS = {module.NAME: module for module in (weight, com, reach)}
+EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer)}
 
 
 def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int) -> Path:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from affordance.arm import ArmModel
 from affordance.effective_mass import EffectiveMass
 from affordance.exceptions import AffordanceError
+from affordance.inertia import NUM_PARAMETERS
 from affordance.nail import Nail, NailPlacement, read_nail
 from affordance.planned_motion import Costs, MotionEnergies, PlannedMotion
 from affordance.settings import Settings
@@ -23,13 +24,11 @@ Array = NDArray[np.float64]
 # Computes quantities of some tools, (s, 10), at a node of the table, (s,) each.
 _AtNode = Callable[[int, Array], tuple[Array, ...]]
 
-# Tip speeds at which swings are planned; between them costs are interpolated, which errs by less than 0.5 %
-# (tests/test_hammer_task.py), [m/s].
-_SPEED_STEP = 0.25
+# Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
+# are interpolated between them, which errs by less than 0.5 % (tests/test_hammer_task.py).
+_SPEED_STEP, _SPEED_GROWTH = 0.25, 0.06
 # Shorter vectors do not say a direction.
 _MIN_LENGTH = 0.01
-# Where no limit of a joint ends the table, this does: no arm of a human's size is as fast, [m/s].
-_MAX_SPEED = 20.0
 
 
 @dataclass(frozen=True)
@@ -105,26 +104,31 @@ class BlowEnergies:
         self.hammer = hammer
         self.obstacle = ""
         self.target = hammer.aim(model, parts)
-        self._model = model
-        self.swings: list[Swing]
-        self.swings = []
-        while len(self.swings) * _SPEED_STEP < _MAX_SPEED:
+        self.swings: list[Swing] = []
+        self._masses: list[EffectiveMass] = []
+        speeds, fastest = [0.0], _SPEED_STEP
+        while speeds[-1] < fastest:
+            speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
             try:
-                self.swings.append(self._plan_swing((len(self.swings) + 1) * _SPEED_STEP, len(self.swings) - 1))
+                self.swings.append(self._plan_swing(model, speed, len(self.swings) - 1))
             except AffordanceError as error:
                 if not self.swings:
                     self.obstacle = str(error)
                 break
-        self.speeds = _SPEED_STEP * np.arange(1, len(self.swings) + 1)
+            speeds.append(speed)
+            self._masses.append(EffectiveMass(model, self.target, self.swings[-1].q_end))
+            # No tool has less behind it than the arm alone.
+            (least_mass,) = self._masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
+            fastest = float(hammer.nail.compute_tip_speed(np.array(hammer.force), least_mass))
+        self.speeds = np.array(speeds[1:])
         self._motions = [MotionEnergies(model, _sample_swing(swing, settings.tick)) for swing in self.swings]
-        self._masses = [EffectiveMass(model, self.target, swing.q_end) for swing in self.swings]
 
     def find_speed(self, pi: Array, force: float | None = None) -> Array:
         """Tip speed that gives a peak force, (S,), [m/s].
 
         Args:
             pi: Inertial parameters of S tools about To, expressed in T, (S, 10).
-            force: Peak resistance, [N]; the one that is asked for if None.
+            force: Peak resistance, at most the one that is asked for, [N]; that if None.
         """
         nail, demanded = self.hammer.nail, np.array(self.hammer.force if force is None else force)
         # The posture at the strike, and with it the mass, hardly depends on the speed.
@@ -141,12 +145,15 @@ class BlowEnergies:
 
         Args:
             pi: The tools.
-            force: Peak resistance, [N]; the one that is asked for if None.
+            force: Peak resistance, at most the one that is asked for, [N]; that if None.
         """
         if self.obstacle:
             nothing = np.full(len(pi), np.inf)
             return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool))
-        speed = self.find_speed(pi, force)
+        return self.compute_at_speed(pi, self.find_speed(pi, force))
+
+    def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
+        """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
 
         def compute_costs(node: int, chunk: Array) -> tuple[Array, ...]:
             work, effort, feasible = self._motions[node].compute(chunk)
@@ -155,13 +162,17 @@ class BlowEnergies:
         work, effort, breaks_limit = self._interpolate(speed, pi, compute_costs)
         return Costs(work, effort, (breaks_limit == 0.0) & (speed <= self.speeds[-1]))
 
-    def plan(self, pi: Array, settings: Settings, force: float | None = None) -> Strike:
+    def plan(
+        self, model: ArmModel, pi: Array, settings: Settings, force: float | None = None, nail: Nail | None = None
+    ) -> Strike:
         """Plans the blow with a tool of known inertia.
 
         Args:
+            model: The arm; its state is set.
             pi: Its inertial parameters about To, expressed in T, shape (10,).
             settings: Those of the controller.
-            force: Peak resistance, [N]; the one that is asked for if None.
+            force: Peak resistance, at most the one that is asked for, [N]; that if None.
+            nail: What stands there in truth; the one that is asked for if None.
 
         Raises:
             AffordanceError: No swing is fast enough.
@@ -174,23 +185,23 @@ class BlowEnergies:
                 f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
             )
         speed = max(speed, float(self.speeds[0]))
-        swing = self._plan_swing(speed, int(np.searchsorted(self.speeds, speed)))
-        placement = NailPlacement(self.hammer.nail, self.target.p_WS, self.target.direction_W)
+        swing = self._plan_swing(model, speed, int(np.searchsorted(self.speeds, speed)))
+        placement = NailPlacement(nail or self.hammer.nail, self.target.p_WS, self.target.direction_W)
         return Strike(swing, placement, settings.tick)
 
-    def _plan_swing(self, speed: float, near: int) -> Swing:
+    def _plan_swing(self, model: ArmModel, speed: float, near: int) -> Swing:
         """Plans a swing from one that is planned already, or if that leads nowhere or there is none, from home."""
         if 0 <= near < len(self.swings):
             with contextlib.suppress(AffordanceError):
                 return plan_swing(
-                    self._model, self.target, speed=speed, duration=self.hammer.duration, guess=self.swings[near]
+                    model, self.target, speed=speed, duration=self.hammer.duration, guess=self.swings[near]
                 )
-        return plan_swing(self._model, self.target, speed=speed, duration=self.hammer.duration)
+        return plan_swing(model, self.target, speed=speed, duration=self.hammer.duration)
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
         """Interpolates quantities that are known at the speeds of the table, for S tools with a speed each."""
         last = len(self.speeds) - 1
-        at = np.clip(speed / _SPEED_STEP - 1.0, 0.0, last)
+        at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))
         share = at - below
         results: tuple[Array, ...] = ()

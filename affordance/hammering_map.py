@@ -1,0 +1,75 @@
+"""Where holding one end for hammering is cheaper, and where the other."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from affordance.tasks.hammer import BlowEnergies
+
+Array = NDArray[np.float64]
+
+
+class HammeringMap(NamedTuple):
+    """Work of a blow with each of G grips, over R values of a property of the object and F demanded forces.
+
+    Attributes:
+        forces: Demanded peak of the resistance, (F,), [N].
+        work: (G, R, F), [J].
+        feasible: Whether it can be done, (G, R, F).
+    """
+
+    forces: Array
+    work: Array
+    feasible: NDArray[np.bool_]
+
+
+def map_work(energies: Sequence[BlowEnergies], pi: Sequence[Array], forces: Array) -> HammeringMap:
+    """Computes the work of blows.
+
+    Args:
+        energies: The blows planned for each of G grips.
+        pi: Inertial parameters of the object in each grip, for R values of its property, (R, 10) each.
+        forces: Demanded peaks of the resistance, (F,), [N].
+    """
+    costs = [
+        [planned.compute(parameters, float(force)) for force in forces]
+        for planned, parameters in zip(energies, pi, strict=True)
+    ]
+    work = np.array([[each.work for each in row] for row in costs]).swapaxes(1, 2)
+    feasible = np.array([[each.feasible for each in row] for row in costs]).swapaxes(1, 2)
+    return HammeringMap(forces, work, feasible)
+
+
+def find_crossovers(energies: Mapping[str, BlowEnergies], pi: Mapping[str, Array], forces: Array) -> list[float]:
+    """Finds the forces at which two grips of an object of known inertia cost the same.
+
+    Args:
+        energies: The blows planned for each of two grips.
+        pi: Inertial parameters of the object in each grip, (10,) each.
+        forces: Where changes of the cheaper grip are looked for, rising, (F,), [N].
+
+    Returns: Rising forces, [N]; empty if one grip is the cheaper one wherever both can be used.
+    """
+    one, other = energies
+    compare = _compare(energies[one], pi[one], energies[other], pi[other])
+    differences = [compare(float(force)) for force in forces]
+    return [
+        float(brentq(compare, low, high, xtol=0.01))
+        for low, high, before, after in zip(forces, forces[1:], differences, differences[1:], strict=False)
+        if before * after < 0.0
+    ]
+
+
+def _compare(one: BlowEnergies, pi_one: Array, other: BlowEnergies, pi_other: Array) -> Callable[[float], float]:
+    """Difference of the logarithms of both works as a function of force; not a number where one cannot be done."""
+
+    def compare(force: float) -> float:
+        first, second = one.compute(pi_one[None], force), other.compute(pi_other[None], force)
+        if not (first.feasible[0] and second.feasible[0]):
+            return np.nan
+        return float(np.log(first.work[0] / second.work[0]))
+
+    return compare

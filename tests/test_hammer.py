@@ -1,0 +1,152 @@
+"""Experiment ``hammer``: few observers."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+from results_contract import check_results
+
+from affordance.exceptions import BadValueError
+from affordance.experience import collect_experience
+from affordance.experiments import hammer, reach
+from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
+from affordance.tools import MODELS
+
+CONTRACT = {
+    "p_correct": (7,),
+    "p_correct_ci95": (7, 2),
+    "p_correct_bayes": (7,),
+    "p_correct_headed_tool": (7,),
+    "energy_ratio_true": (),
+    "force_demanded_N": (),
+    "force_crossover_N": (),
+    "tip_energy": (),
+}
+
+
+@pytest.fixture(scope="module")
+def config():
+    return hammer.load_config()
+
+
+@pytest.fixture(scope="module")
+def choices(config):
+    return hammer.build_choices(config)
+
+
+@pytest.fixture(scope="module")
+def folder(config, tmp_path_factory):
+    """The whole experiment with two observers, run once."""
+    folder = tmp_path_factory.mktemp("results") / "hammer"
+    hammer.run(config, folder, repeats=2, jobs=1)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def numbers(folder):
+    return json.loads((folder / "metrics.json").read_text())
+
+
+def test_results_keep_the_contract(folder):
+    numbers = check_results(folder, CONTRACT, ("figure9", "figure10", "blow", "map", "sensitivity"))
+    assert numbers["correct_grip"] in {"steel", "wood"}
+    for key in ("energy_true", "force_measured_N", "kinetic_energy_true", "energy_without_raising_true"):
+        assert numbers[key].keys() == {"steel", "wood"}
+
+
+def test_correct_grip_is_the_cheaper_one_of_the_simulated(numbers):
+    energy = numbers["energy_true"]
+    assert energy[numbers["correct_grip"]] == min(energy.values())
+    assert numbers["energy_ratio_true"] == pytest.approx(max(energy.values()) / min(energy.values()))
+
+
+def test_demanded_force_is_met_with_each_grip(numbers):
+    for key in ("force_measured_N", "force_measured_N_headed_tool"):
+        for force in numbers[key].values():
+            assert force == pytest.approx(numbers["force_demanded_N"], rel=0.15)
+
+
+def test_energy_is_accounted_for(numbers):
+    for grip, work in numbers["energy_true"].items():
+        parts = numbers["energy_raising_true"][grip] + numbers["energy_without_raising_true"][grip]
+        assert parts == pytest.approx(work)
+        assert numbers["tip_energy"] < numbers["kinetic_energy_true"][grip] < work
+        swings = numbers["swings"][grip]
+        assert swings["least_effort"]["effort"] < swings["least_acceleration"]["effort"]
+        assert swings["least_work"]["energy"] < swings["least_acceleration"]["energy"]
+        assert swings["least_acceleration"]["energy"] == pytest.approx(work, rel=0.03)
+
+
+def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crossover(numbers):
+    below, above = numbers["force_crossover_checked"]
+    assert below["force_demanded_N"] < numbers["force_crossover_N"] < above["force_demanded_N"]
+    cheaper = [min(each["energy_true"], key=each["energy_true"].get) for each in (below, above)]
+    assert cheaper == ["steel", "wood"]
+
+
+def test_yielding_nail_is_driven_as_deep_by_the_same_energy(numbers):
+    for grip, blow in numbers["yielding_nail"].items():
+        assert blow["travel_m"] == pytest.approx(numbers["travel_m"][grip], rel=0.05)
+
+
+def test_section_says_met_or_not_of_every_claim_and_makes_the_prediction(folder):
+    section = json.loads((folder / "section.json").read_text())
+    assert len(section["claims"]) == 5
+    assert all(isinstance(claim["met"], bool) for claim in section["claims"])
+    assert section["differences"][0].startswith("A prediction: people who drive this nail")
+
+
+def test_claims_are_not_met_by_numbers_that_contradict_them(config, numbers):
+    contradicting = {
+        "correct_grip": "steel",
+        "force_measured_N": {"wood": 300.0, "steel": 430.0},
+        "p_correct": np.linspace(0.9, 0.3, 7),
+        "p_correct_ci95": np.column_stack([np.linspace(0.8, 0.2, 7), np.linspace(0.95, 0.4, 7)]),
+    }
+    section = hammer.describe(config, {**numbers, **contradicting}, 3)
+    assert not any(claim.met for claim in section.claims)
+
+
+def test_without_a_crossover_nothing_is_predicted(config, numbers):
+    section = hammer.describe(config, {**numbers, "force_crossover_N": None}, 3)
+    assert not any("prediction" in difference for difference in section.differences)
+
+
+def test_experience_gained_for_reaching_serves_hammering(config, choices, tmp_path):
+    """What was learned in one experiment is what is chosen by in the other: the memories are found, not made anew."""
+    gained = collect_experience(reach.load_config().experience, tmp_path, repeats=2, jobs=1)
+    before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))
+    found = collect_experience(config.experience, tmp_path, repeats=2, jobs=1)
+    assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before
+    np.testing.assert_array_equal(found.precision, gained.precision)
+    # Those who know the materials choose the cheaper grip, by either rule.
+    expected, _ = choose_by_expectation(choices.plain, found, 0, 0)
+    for chosen in (choose_by_sample(choices.plain, found, 0, 0), expected):
+        assert chosen.shape == (7,)
+        assert choices.plain.options[chosen[-1]].grip == "wood"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            "offset: [-0.1, 0, -0.1]",
+            "offset: [0.5, 0, -0.1]",
+            r"nail.yaml: blow: cannot be dealt: stick by wood: no swing",
+        ),
+        (
+            "depth_demanded: 0.01722",
+            "depth_demanded: 0.05",
+            r"nail.yaml: depth_demanded: cannot be reached with the stick by wood: a joint lacks torque or speed",
+        ),
+        ("depth_demanded: 0.01722", "depth_demanded: 0.004", r"depth_demanded: is 0.004, must be from 0.005"),
+    ],
+)
+def test_blow_that_cannot_be_dealt_is_refused(tmp_path, old, new, message):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "nail.yaml"
+    assert old in path.read_text()
+    path.write_text(path.read_text().replace(old, new))
+    with pytest.raises(BadValueError, match=message):
+        hammer.load_config(tmp_path / "models")
