@@ -105,7 +105,7 @@ class TrialRunner:
         Returns: What happened.
         """
         trial = self.get_diagram(tool)
-        simulator = self._prepare(trial, tool, task, memory, seed)
+        simulator = self.prepare(trial, tool, task, memory, seed)
         simulator.AdvanceTo(duration + _ROUNDING)
         simulator.AdvancePendingEvents()
         return _read_record(trial, simulator.get_mutable_context(), tool)
@@ -115,7 +115,7 @@ class TrialRunner:
     ) -> tuple[TrialRecord, NailRecord]:
         """Strikes a nail and comes to rest again; arguments are those of ``run``."""
         trial = self.get_diagram(tool, strike.placement)
-        simulator = self._prepare(trial, tool, strike, memory, seed)
+        simulator = self.prepare(trial, tool, strike, memory, seed)
         touch, leave = strike.contact
         duration = strike.compute_duration(self.settings.mpc.horizon)
         for config, end in (
@@ -128,12 +128,12 @@ class TrialRunner:
             simulator.AdvanceTo(end)
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
-        return _read_record(trial, context, tool), _read_nail(trial, context, strike.placement)
+        return _read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
 
-    def _prepare(
+    def prepare(
         self, trial: TrialDiagram, tool: Tool, task: Task, memory: MaterialMemory, seed: tuple[int, ...]
     ) -> Simulator:
-        """Sets a trial up, ready to be advanced."""
+        """Sets a trial up, ready to be advanced; arguments are those of ``run``, with the Diagram of the tool."""
         context = trial.diagram.CreateDefaultContext()
         plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
         trial.arm.set_payload(plant_context, tool.parameters)
@@ -178,7 +178,8 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
     )
 
 
-def _read_nail(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
+def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
+    """Reads out what happened to a nail, in the Context of a Diagram that was built with it."""
     logs = trial.nail_logs
     assert logs is not None  # the Diagram was built with a nail
     travel, rate = np.array(logs.state.FindLog(context).data())

@@ -3,7 +3,11 @@
 from collections.abc import Sequence
 
 
+def format_row(row: Sequence[str]) -> str:
+    """Lays out one row of text."""
+    return "| " + " | ".join(row) + " |"
+
+
 def format_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Lays out rows of text as a Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join("| " + " | ".join(line) + " |" for line in lines)
+    return "\n".join(format_row(row) for row in (header, ["---"] * len(header), *rows))

@@ -1,0 +1,158 @@
+"""A blow without its controller: arm, tool and nail alone, fed the torques of a closed loop tick by tick.
+
+For what the Diagram of a trial cannot be: a discrete plant, or one with hydroelastic contact.
+"""
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import DefaultProximityProperties, SceneGraphConfig
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, MultibodyPlant
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
+from pydrake.systems.primitives import LogVectorOutput
+
+from affordance.arm import ARM, attach_tool, parse_arm
+from affordance.nail import STICTION_TOLERANCE, NailPlacement, add_nail
+from affordance.systems.nail_resistance import NailResistance
+from affordance.tools import Tool
+
+Array = NDArray[np.float64]
+
+# Of both bodies: under the peak of a blow they then approach as far as with point contact. Two spheres of radii R_1
+# and R_2 resist by about pi E R_1 R_2 / (R_1 + R_2)^2 times the approach squared, [Pa].
+HYDROELASTIC_MODULUS = 5e9
+# Edges of the meshes: under the peak the patch is 3 mm wide, [m].
+_RESOLUTION = 1e-3
+# Until the nail has gone so much of its way its impulse is counted: what comes after is the tool's weight on it.
+_WHOLE_WAY = 0.999
+
+
+class Blow(NamedTuple):
+    """What a blow did.
+
+    Attributes:
+        peak: Of the resistance, [N].
+        contact: Peak of the tool's force on the nail along its axis, [N].
+        impulse: Of the resistance, until the nail is in, [N s].
+        travel: Of the nail, [m].
+        steps: Of the integrator.
+        seconds: Time of the processor, [s].
+    """
+
+    peak: float
+    contact: float
+    impulse: float
+    travel: float
+    steps: int
+    seconds: float
+
+
+class Strip(NamedTuple):
+    """The part of a closed loop in which tool and nail may touch.
+
+    Attributes:
+        x: State of the arm at its beginning, (2 num_joints,).
+        tau: Torques of each of its K ticks, (K, num_joints), [N m].
+        tick: Their duration, [s].
+    """
+
+    x: Array
+    tau: Array
+    tick: float
+
+
+def measure_blow(times: Array, travel: Array, resistance: Array, contact: Array, seconds: float) -> Blow:
+    """Takes its measures from what was logged at every step, (N,) each."""
+    driven = 1 + int(np.argmax(travel >= _WHOLE_WAY * travel.max()))
+    impulse = np.trapezoid(resistance[:driven], times[:driven])
+    return Blow(
+        resistance.max(), contact.max(), float(impulse), float(travel[-1]), len(np.unique(times)) - 1, seconds
+    )
+
+
+def advance(simulator: Simulator, diagram: Diagram, end: float, patience: float) -> bool:
+    """Simulates until a time; returns whether it got there within some time of the processor, [s]."""
+    begun = time.process_time()
+
+    def lose_patience(_: Context) -> EventStatus:
+        if time.process_time() - begun > patience:
+            return EventStatus.ReachedTermination(diagram, "too slow")
+        return EventStatus.DidNothing()
+
+    simulator.set_monitor(lose_patience)
+    simulator.AdvanceTo(end)
+    return bool(simulator.get_context().get_time() >= end)
+
+
+def free_joints(plant: MultibodyPlant) -> None:
+    """Takes the joints' limits away.
+
+    A continuous plant knows none. Discrete plants and CENIC stop a joint within a step, and throw one back that is
+    beyond: the milliradians by which the controller oversteps become hundreds of rad/s.
+    """
+    for index in plant.GetJointActuatorIndices():
+        plant.get_joint_actuator(index).joint().set_position_limits(np.array([-np.inf]), np.array([np.inf]))
+
+
+class PlainBlow:
+    """A plant of arm, tool and nail."""
+
+    def __init__(
+        self,
+        tool: Tool,
+        placement: NailPlacement,
+        *,
+        model: ContactModel = ContactModel.kPoint,
+        time_step: float = 0.0,
+    ) -> None:
+        """Builds it: a continuous plant if its time step is zero."""
+        builder = DiagramBuilder()
+        self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
+        if model == ContactModel.kHydroelastic:
+            properties = DefaultProximityProperties(
+                compliance_type="compliant",
+                hydroelastic_modulus=HYDROELASTIC_MODULUS,
+                resolution_hint=_RESOLUTION,
+            )
+            scene_graph.set_config(SceneGraphConfig(default_proximity_properties=properties))
+        hand = parse_arm(self._plant, ARM)
+        attach_tool(self._plant, hand, tool)
+        joint = add_nail(self._plant, placement)
+        self._plant.set_contact_model(model)
+        self._plant.Finalize()
+        self._plant.set_stiction_tolerance(STICTION_TOLERANCE)
+        free_joints(self._plant)
+        self._arm = hand.body().model_instance()
+        wood = builder.AddSystem(
+            NailResistance(placement.nail, num_velocities=self._plant.num_velocities(), index=joint.velocity_start())
+        )
+        builder.Connect(self._plant.GetOutputPort("nail_state"), wood.GetInputPort("state"))
+        builder.Connect(wood.GetOutputPort("force"), self._plant.GetInputPort("applied_generalized_force"))
+        ports = (
+            self._plant.GetOutputPort("nail_state"),
+            wood.GetOutputPort("resistance"),
+            self._plant.GetOutputPort("nail_generalized_contact_forces"),
+        )
+        self._logs = [LogVectorOutput(port, builder) for port in ports]
+        self._diagram = builder.Build()
+
+    def run(self, strip: Strip, config: SimulatorConfig, patience: float) -> Blow | None:
+        """Simulates a blow; gives None if it takes longer, [s]."""
+        context = self._diagram.CreateDefaultContext()
+        plant_context = self._plant.GetMyMutableContextFromRoot(context)
+        self._plant.SetPositionsAndVelocities(plant_context, self._arm, strip.x)
+        simulator = Simulator(self._diagram, context)
+        ApplySimulatorConfig(config, simulator)
+        begun = time.process_time()
+        for i, tau in enumerate(strip.tau):
+            self._plant.get_actuation_input_port().FixValue(plant_context, tau)
+            left = patience - (time.process_time() - begun)
+            if not advance(simulator, self._diagram, (i + 1) * strip.tick, left):
+                return None
+        seconds = time.process_time() - begun
+        state, resistance, contact = (np.array(log.FindLog(context).data()) for log in self._logs)
+        times = np.array(self._logs[0].FindLog(context).sample_times())
+        return measure_blow(times, state[0], resistance[0], contact[0], seconds)
