@@ -258,7 +258,8 @@ def compare_contact_models(
     """Rows for point contact and hydroelastic contact, with the chosen integrator."""
     for name, model in (("point", ContactModel.kPoint), ("hydroelastic", ContactModel.kHydroelastic)):
         for grip, starts in grips.items():
-            blows = run_blows(functools.partial(strike_plainly, model=model), starts[FEW])
+            some = starts[FEW] if model == ContactModel.kPoint else starts[:1]
+            blows = run_blows(functools.partial(strike_plainly, model=model), some)
             yield format_blows([name], grip, blows, reference[grip])
 
 
