@@ -115,7 +115,7 @@ def prepare_starts(
     grips = {}
     for grip in stick.grips:
         tool = stick.hold_by(grip)
-        planned = hammer.build_energies(model, tool.components, SETTINGS).plan(tool.parameters, SETTINGS)
+        planned = hammer.build_energies(model, tool.components, SETTINGS).plan(model, tool.parameters, SETTINGS)
         starts = []
         for shift in shifts:
             nail, p_WNo, direction_W = planned.placement
