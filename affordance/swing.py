@@ -34,6 +34,9 @@ _MAX_MISS = 1e-5
 # The nail is at rest within 10 ms of the first touch, with either grip and for all forces of the map; then the arm
 # begins to come back, [s].
 FOLLOW_THROUGH = 0.015
+# A controller that plans in steps of 20 ms oversteps a swing's angles by about a degree; swings keep clear of limits
+# by so much, [rad].
+_MARGIN = np.radians(1.0)
 # Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
 # 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
 ROOM_TO_REST = FOLLOW_THROUGH + 0.5 * 0.1
@@ -151,7 +154,11 @@ def plan_swing(
     Raises:
         AffordanceError: No swing within the limits of angle and rate does it.
     """
-    home, limits, D = model.arm.home, model.arm.limits, duration
+    home, D = model.arm.home, duration
+    limits = model.arm.limits._replace(
+        q_lower=np.minimum(home, model.arm.limits.q_lower + _MARGIN),
+        q_upper=np.maximum(home, model.arm.limits.q_upper - _MARGIN),
+    )
     n = len(home)
     condition = StrikeCondition(model, target, speed)
     program = MathematicalProgram()
