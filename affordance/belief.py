@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from affordance import positive_gaussian
 
@@ -47,11 +48,21 @@ DENSITY_FLOOR = 10.0
 
 
 class Likelihood(NamedTuple):
-    """log p(data | rho) = -rho^T precision rho / 2 + shift^T rho + log_constant, for M densities."""
+    """log p(data | rho) = -rho^T precision rho / 2 + shift^T rho + log_constant, for M densities.
 
-    precision: Array  # (M, M)
-    shift: Array  # (M,)
+    Attributes:
+        precision: Shape (M, M).
+        shift: Shape (M,).
+        log_constant: Log density of the data under densities of zero.
+        log_peak: Log density of data without error, the largest there can be; for how surprising data are.
+        num_values: How many numbers were measured.
+    """
+
+    precision: Array
+    shift: Array
     log_constant: float
+    log_peak: float = np.nan
+    num_values: int = 0
 
     def marginalise_deviation(self, deviation_sd: float) -> "Likelihood":
         """Likelihood of material means mu where rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
@@ -177,6 +188,17 @@ class DensityBelief:
             + positive_gaussian.compute_log_mass(posterior.centre, posterior.covariance)
             - positive_gaussian.compute_log_mass(self.centre, self.covariance)
         )
+
+    def compute_p_value(self, likelihood: Likelihood) -> float:
+        """Probability of data at least as surprising as these under this belief, by their evidence.
+
+        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared number
+        with as many degrees of freedom as there are measured numbers. That densities are positive is left out here.
+        """
+        posterior = self.condition(likelihood)
+        distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
+        distance += self.shift @ self.centre - posterior.shift @ posterior.centre
+        return float(chi2.sf(distance, likelihood.num_values))
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

@@ -74,6 +74,7 @@ def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | No
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
+        BadValueError: A fault is that of a joint the arm has not.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm, tool, nail)
@@ -92,7 +93,10 @@ def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | No
     controller = add(
         "mpc_controller", MpcController(model, settings=settings.mpc, tick=settings.tick, point=settings.point)
     )
-    proprioception = add("proprioception", Proprioception(n, settings.noise, settings.sample_period))
+    stuck = settings.faults.find_stuck(arm.joint_names)
+    proprioception = add(
+        "proprioception", Proprioception(n, settings.noise, settings.sample_period, settings.faults, stuck)
+    )
     estimator = add(
         "density_estimator",
         DensityEstimator(

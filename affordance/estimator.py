@@ -47,10 +47,12 @@ class Inference(NamedTuple):
         posterior: Belief about the object and, in its memory, about all materials.
         log_evidence: Log probability (density) of the percept before it was felt, the size of its errors taken at the
             posterior mean as everywhere here; low means surprise.
+        p_value: Probability of evidence as low as this, under what was believed.
     """
 
     posterior: ObjectBelief
     log_evidence: float
+    p_value: float
 
 
 def infer(
@@ -65,19 +67,22 @@ def infer(
         noise: How well joints feel.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
 
-    Returns: Posterior and evidence; the prior itself, with zero log evidence, before the first sample.
+    Returns: Posterior and evidence; the prior itself, with zero log evidence and no surprise, before the first sample.
 
     Raises:
         AffordanceError: The size of the errors finds no fixed point.
     """
     if percept.num_samples == 0:
-        return Inference(prior, 0.0)
+        return Inference(prior, 0.0, 1.0)
     likelihood = _find_likelihood(prior, percept, num_joints, noise)
     materials = prior.memory.belief.condition(likelihood.marginalise_deviation(deviation_sd))
     posterior = ObjectBelief(
         MaterialMemory(prior.memory.looks, materials), prior.densities.condition(likelihood), prior.geometry
     )
-    return Inference(posterior, prior.densities.compute_log_evidence(likelihood))
+    densities = prior.densities
+    return Inference(
+        posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood)
+    )
 
 
 def _find_likelihood(prior: ObjectBelief, percept: Percept, num_joints: int, noise: NoiseModel) -> Likelihood:

@@ -46,6 +46,9 @@ class NoiseModel(Protocol):
     def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """Draws an error that is new in every sample, shape (num_joints,), [N m]; None if there is none."""
 
+    def compute_sd(self, tau: Array) -> Array:
+        """Standard deviation of the error of a sample at true torques tau, (num_joints,) each, [N m]."""
+
 
 @dataclass(frozen=True)
 class WeberNoise:
@@ -84,10 +87,13 @@ class WeberNoise:
             covariance += Y @ geometry.compute_covariance(rho) @ Y.T
         weighted = np.linalg.solve(covariance, np.column_stack([regressor, tau - tau_arm]))
         residual = tau - tau_arm
+        log_scale = np.linalg.slogdet(2.0 * np.pi * covariance)[1]
         return Likelihood(
             regressor.T @ weighted[:, :-1],
             regressor.T @ weighted[:, -1],
-            -0.5 * float(residual @ weighted[:, -1] + np.linalg.slogdet(2.0 * np.pi * covariance)[1]),
+            -0.5 * float(residual @ weighted[:, -1] + log_scale),
+            -0.5 * float(log_scale),
+            num_joints,
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
@@ -99,6 +105,10 @@ class WeberNoise:
     def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """None: the error is that of the trial."""
         return None
+
+    def compute_sd(self, tau: Array) -> Array:
+        """Threshold and Weber fraction together."""
+        return np.hypot(self.threshold, self.weber_fraction * tau)
 
 
 @dataclass(frozen=True)
@@ -131,6 +141,8 @@ class WhiteNoise:
             geometry.Phi.T @ YtY @ geometry.Phi,
             geometry.Phi.T @ sums[NUM_PARAMETERS**2 : -1],
             -0.5 * float(sums[-1] + log_scale),
+            -0.5 * float(log_scale),
+            num_samples * num_joints,
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
@@ -140,3 +152,7 @@ class WhiteNoise:
     def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
         """White noise."""
         return self.sd * np.random.default_rng(seed).standard_normal(num_joints)
+
+    def compute_sd(self, tau: Array) -> Array:
+        """The same at every torque."""
+        return np.full(len(tau), self.sd)

@@ -12,6 +12,7 @@ from pydrake.systems.analysis import SimulatorConfig
 from affordance.acceleration_program import MpcSettings
 from affordance.arm import ARM
 from affordance.belief import Point, Prior
+from affordance.faults import NO_FAULTS, Faults
 from affordance.noise import NoiseModel, WeberNoise
 from affordance.vision import VisionError
 
@@ -38,6 +39,9 @@ class Settings:
         contact_scheme: The integrator while a tool may touch a nail.
         contact_accuracy: Its target accuracy.
         contact_max_step_size: Its largest step, [s].
+        faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
+        learns_from_surprises: Whether a trial that is grossly surprising teaches what Bayes' rule says (the paper), or
+            nothing. It is flagged either way.
     """
 
     arm: Path = ARM
@@ -68,6 +72,8 @@ class Settings:
     contact_scheme: str = "implicit_euler"
     contact_accuracy: float = 1e-3
     contact_max_step_size: float = 1e-4
+    faults: Faults = NO_FAULTS
+    learns_from_surprises: bool = True
 
     @property
     def simulator(self) -> SimulatorConfig:

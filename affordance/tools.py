@@ -25,7 +25,7 @@ MODELS = Path(__file__).resolve().parents[1] / "models"
 # What a hand can hold: semi-axes from a tenth of a millimetre, nothing larger or further than a metre, [m]; and
 # densities from aerogel to beyond osmium, [kg/m^3]. Beyond them a value is a slip of units rather than an object.
 _SIZE_MIN, _SIZE_MAX = 1e-4, 1.0
-_DENSITY_MIN, _DENSITY_MAX = 0.1, 25_000.0
+_DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
 
 type Colour = tuple[float, float, float]
 
@@ -201,8 +201,8 @@ def load_materials(path: Path) -> dict[str, Material]:
         materials[name] = Material(
             name=name,
             colour=_read_colour(record),
-            density=record.number("density", low=_DENSITY_MIN, high=_DENSITY_MAX),
-            density_sd=record.number("density_sd", low=0.0, high=_DENSITY_MAX),
+            density=record.number("density", low=_DENSITY_MIN, high=DENSITY_MAX),
+            density_sd=record.number("density_sd", low=0.0, high=DENSITY_MAX),
             source=record.text("source"),
         )
         record.finish()

@@ -1,6 +1,7 @@
 """One trial: one object, one task, one run of the Diagram."""
 
 import functools
+import logging
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from affordance.diagram import TrialDiagram, build_trial_diagram
 from affordance.memory import MaterialMemory
 from affordance.nail import NailPlacement
 from affordance.settings import Settings
+from affordance.systems.density_estimator import SampleCounts
 from affordance.systems.mpc_controller import TickCounts
 from affordance.tasks.strike import Strike
 from affordance.tasks.task import Task
@@ -19,6 +21,12 @@ from affordance.tools import Tool
 from affordance.vision import observe
 
 Array = NDArray[np.float64]
+
+_LOG = logging.getLogger(__name__)
+
+# A trial less probable than this, given what was believed before it, is grossly surprising: five standard deviations,
+# as physics asks of a discovery (one-sided).
+SURPRISE = 2.87e-7
 
 # Drake rounds the times of periodic events, some of them to beyond the end of a trial: 0.1 + 29 x 0.1 > 3, [s].
 _ROUNDING = 1e-9
@@ -38,6 +46,8 @@ class TrialRecord(NamedTuple):
         memory: What is believed of all materials after the trial.
         log_evidence: Log probability of what was felt, before it was felt.
         counts: How many ticks of the controller were limited, and failed.
+        p_value: Probability of evidence as low as this, under what was believed before the trial.
+        samples: How many samples of what was felt were refused, and why, and how many taken.
     """
 
     times: Array
@@ -50,6 +60,13 @@ class TrialRecord(NamedTuple):
     memory: MaterialMemory
     log_evidence: float
     counts: TickCounts
+    p_value: float = 1.0
+    samples: SampleCounts = SampleCounts(0, 0, 0, 0)
+
+    @property
+    def surprising(self) -> bool:
+        """Whether the trial is grossly surprising: a decoy, a broken sensor, or a wrong model."""
+        return self.p_value < SURPRISE
 
 
 class NailRecord(NamedTuple):
@@ -137,6 +154,7 @@ class TrialRunner:
         context = trial.diagram.CreateDefaultContext()
         plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
         trial.arm.set_payload(plant_context, tool.parameters)
+        self.settings.faults.change_arm(trial.arm, plant_context)
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
         features = observe(tool, self.settings.vision_error, np.random.default_rng([*seed, 0]))
         trial.vision.set_features(trial.vision.GetMyMutableContextFromRoot(context), features)
@@ -159,8 +177,15 @@ def get_runner(settings: Settings) -> TrialRunner:
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
     estimator_context = trial.estimator.GetMyContextFromRoot(context)
     log_evidence: Any = trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)
+    p_value: Any = trial.estimator.GetOutputPort("p_value").Eval(estimator_context)
     memory_context = trial.memory.GetMyMutableContextFromRoot(context)
-    trial.memory.learn(memory_context)
+    if p_value[0] >= SURPRISE or trial.settings.learns_from_surprises:
+        trial.memory.learn(memory_context)
+    samples = trial.estimator.get_counts(estimator_context)
+    if samples.rejected:
+        _LOG.info("%d of %d samples were refused: %s", samples.rejected, sum(samples), samples)
+    if p_value[0] < SURPRISE:
+        _LOG.info("the trial with %s is grossly surprising, p = %.1e", tool.name, p_value[0])
     log = trial.state_log.FindLog(context)
     x = log.data().T
     q, v = np.split(x, 2, axis=1)
@@ -175,6 +200,8 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         memory=trial.memory.get_memory(memory_context),
         log_evidence=float(log_evidence[0]),
         counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
+        p_value=float(p_value[0]),
+        samples=samples,
     )
 
 
