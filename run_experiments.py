@@ -1,6 +1,7 @@
 """Runs the paper's simulations and writes their numbers, figures and report.
 
 run_experiments.py [weight|com|reach|hammer|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
+                   [--fault NAME] [--cluster ADDRESS]
 """
 
 import argparse
@@ -36,6 +37,10 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    parser.add_argument(
+        "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
+    )
+    parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
     return parser
 
 
@@ -68,6 +73,8 @@ def main() -> int:
             seed=arguments.seed,
             repeats=arguments.repeats,
             jobs=arguments.jobs,
+            faults=arguments.fault,
+            cluster=arguments.cluster,
         )
         print(f"The report: {report}")
     except AffordanceError as error:

@@ -197,7 +197,7 @@ class DensityBelief:
         """
         posterior = self.condition(likelihood)
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
-        distance += self.shift @ self.centre - posterior.shift @ posterior.centre
+        distance += float(self.shift @ self.centre - posterior.shift @ posterior.centre)
         return float(chi2.sf(distance, likelihood.num_values))
 
 

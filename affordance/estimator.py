@@ -67,7 +67,7 @@ def infer(
         noise: How well joints feel.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
 
-    Returns: Posterior and evidence; the prior itself, with zero log evidence and no surprise, before the first sample.
+    Returns: Posterior and evidence; before the first sample the prior itself, zero log evidence and no surprise.
 
     Raises:
         AffordanceError: The size of the errors finds no fixed point.
@@ -80,9 +80,7 @@ def infer(
         MaterialMemory(prior.memory.looks, materials), prior.densities.condition(likelihood), prior.geometry
     )
     densities = prior.densities
-    return Inference(
-        posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood)
-    )
+    return Inference(posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood))
 
 
 def _find_likelihood(prior: ObjectBelief, percept: Percept, num_joints: int, noise: NoiseModel) -> Likelihood:

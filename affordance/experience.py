@@ -4,8 +4,9 @@ Simulations II to IV share it: observer r of a seed holds the same objects in th
 that what was learned in one experiment is what the other two choose by.
 """
 
+import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from affordance.results import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import Colour, Tool
 from affordance.trial import get_runner
+
+_LOG = logging.getLogger(__name__)
 
 # Stands behind seed and repeat where the order of the objects is drawn; trials count from 0.
 _ORDER = 10**6
@@ -57,6 +60,10 @@ class ExperienceConfig:
         return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
 
 
+def _count_none() -> NDArray[np.intp]:
+    return np.zeros((0, 0), dtype=np.intp)
+
+
 @dataclass(frozen=True)
 class Experience:
     """The memories of many observers.
@@ -66,12 +73,16 @@ class Experience:
         precision: Of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
         shift: Of the same, (repeats, K + 1, M).
         order: Which object was held in each trial, (repeats, K).
+        rejected: How many samples of each trial were refused, (repeats, K); empty if none can have been.
+        surprising: Whether each trial was grossly surprising, (repeats, K); empty if none can have been.
     """
 
     looks: tuple[Colour, ...]
     precision: NDArray[np.float64]
     shift: NDArray[np.float64]
     order: NDArray[np.intp]
+    rejected: NDArray[np.intp] = field(default_factory=_count_none)
+    surprising: NDArray[np.intp] = field(default_factory=_count_none)
 
     @property
     def num_repeats(self) -> int:
@@ -82,6 +93,10 @@ class Experience:
     def num_trials(self) -> int:
         """How many trials K."""
         return int(self.order.shape[1])
+
+    def count_faults(self) -> dict[str, int]:
+        """What went wrong in all trials, as metrics.json has it."""
+        return {"samples_rejected": int(self.rejected.sum()), "trials_surprising": int(self.surprising.sum())}
 
     def recall(self, repeat: int, num_trials: int) -> MaterialMemory:
         """The memory of an observer after a number of trials."""
@@ -100,28 +115,31 @@ def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
 def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs an observer's trials.
 
-    Returns: ``precision`` (K + 1, M, M), ``shift`` (K + 1, M), ``order`` (K,) and ``log_evidence`` (K,).
+    Returns: ``precision`` (K + 1, M, M), ``shift`` (K + 1, M), and ``order``, ``log_evidence``, ``rejected`` and
+        ``surprising``, (K,) each.
     """
     runner = get_runner(config.settings)
     order = draw_order(config, repeat)
     memory = MaterialMemory().meet(config.looks, config.settings.prior)
-    memories, evidence = [memory], []
+    memories, records = [memory], []
     for trial, index in enumerate(order):
         seed = (config.seed, repeat, trial)
         record = runner.run_hold(config.tools[index], memory, duration=config.duration, seed=seed)
         memory = record.memory
         memories.append(memory)
-        evidence.append(record.log_evidence)
+        records.append(record)
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "shift": np.stack([memory.belief.shift for memory in memories]),
         "order": np.array(order, dtype=np.intp),
-        "log_evidence": np.array(evidence),
+        "log_evidence": np.array([record.log_evidence for record in records]),
+        "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
+        "surprising": np.array([record.surprising for record in records], dtype=np.intp),
     }
 
 
 def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
-    """Runs the observers that a folder does not hold yet, and returns all of them.
+    """Runs the observers that a folder does not hold yet, and returns all of them; says what went wrong in trials.
 
     Args:
         config: How experience is gained.
@@ -133,4 +151,14 @@ def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, 
     arrays: Mapping[str, NDArray[Any]] = run_repeats(
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
     )
-    return Experience(config.looks, arrays["precision"], arrays["shift"], arrays["order"])
+    names = ("precision", "shift", "order", "rejected", "surprising")
+    experience = Experience(config.looks, *(arrays[name] for name in names))
+    counts = experience.count_faults()
+    if any(counts.values()):
+        _LOG.warning(
+            "experience: %d samples were refused, and %d of %d trials are grossly surprising",
+            counts["samples_rejected"],
+            counts["trials_surprising"],
+            experience.order.size,
+        )
+    return experience

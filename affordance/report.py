@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from affordance.results import write_json, write_text
+from affordance.results import set_aside, write_json, write_text
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
@@ -84,7 +84,9 @@ def write_section(folder: Path, section: Section) -> None:
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders; one that cannot be read is named and left out.
+    """Writes FOLDER/report.html from the sections in its subfolders.
+
+    A section that is not one is named and set aside; one whose figures cannot be read is named and left out.
 
     Returns: The page's path.
     """
@@ -93,8 +95,10 @@ def write_report(folder: Path) -> Path:
         try:
             section = _read_section(path)
             rendered.append((section.order, _render_section(section, path.parent)))
-        except (OSError, ValueError, TypeError, KeyError) as error:
+        except OSError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
+        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
+            set_aside(path, f"is left out of the report: it is not a section ({error})")
     body = "\n".join(text for _, text in sorted(rendered))
     page = (
         '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Visual inertial affordances</title>'
@@ -113,7 +117,13 @@ def _read_section(path: Path) -> Section:
     content = json.loads(path.read_text(encoding="utf-8"))
     content["pictures"] = [Picture(**picture) for picture in content["pictures"]]
     content["claims"] = [Claim(**claim) for claim in content["claims"]]
-    return Section(**content)
+    section = Section(**content)
+    if not isinstance(section.order, int):
+        raise TypeError(f"its order is {section.order!r}")
+    for picture in section.pictures:
+        if Path(picture.file).name != picture.file:
+            raise ValueError(f"its picture {picture.file!r} lies elsewhere")
+    return section
 
 
 def _render_section(section: Section, home: Path) -> str:

@@ -6,7 +6,9 @@ import json
 import logging
 import os
 import platform
+import struct
 import zipfile
+import zlib
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
@@ -21,6 +23,21 @@ from affordance.exceptions import BadValueError
 
 _LOG = logging.getLogger(__name__)
 _TEMPORARY = ".writing."
+_STAMP = "belongs_to"
+# What NumPy and zipfile raise for archives that are damaged somewhere (tests/test_bad_input.py damages many).
+_DAMAGE = (
+    OSError,
+    ValueError,
+    TypeError,
+    EOFError,
+    LookupError,
+    RuntimeError,
+    MemoryError,
+    SyntaxError,
+    zlib.error,
+    struct.error,
+    zipfile.BadZipFile,
+)
 _PACKAGE = Path(__file__).parent
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "scipy")
 
@@ -125,7 +142,7 @@ def run_repeats(
     """Runs the repeats that a folder does not hold yet, in parallel processes, and returns all of them.
 
     Args:
-        folder: Keeps one file a repeat; it must belong to one configuration.
+        folder: Keeps one file a repeat; it must belong to one configuration, and be named after its key.
         run_repeat: Runs the repeat of a number, returning named arrays of a shape that is always the same; must be
             picklable.
         repeats: How many, at least 1.
@@ -134,12 +151,14 @@ def run_repeats(
 
     Returns: The arrays, stacked over repeats along the first axis.
     """
-    kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(_path_of(folder, repeat))) is not None}
+    kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
-    finished = parallel(joblib.delayed(_run_and_keep)(folder, run_repeat, repeat) for repeat in missing)
+    finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
     with tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress:
         for repeat, arrays in finished:
+            # Here, not where it was run: another machine need not share this folder.
+            _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
     return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
@@ -151,26 +170,43 @@ def remove_leftovers(folder: Path) -> None:
         path.unlink(missing_ok=True)
 
 
-def _run_and_keep(
-    folder: Path, run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int
-) -> tuple[int, dict[str, NDArray[Any]]]:
-    arrays = dict(run_repeat(repeat))
-    write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **arrays))
-    return repeat, arrays
+def _run(run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> tuple[int, dict[str, NDArray[Any]]]:
+    return repeat, dict(run_repeat(repeat))
 
 
-def _load(path: Path) -> dict[str, NDArray[Any]] | None:
-    """Reads a kept repeat; None if there is none. One that cannot be read is set aside, and run again."""
+def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+    stamped = {**arrays, _STAMP: np.array(_stamp_of(folder, repeat))}
+    write_whole(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **stamped))
+
+
+def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
+    """Reads a kept repeat; None if there is none. One that cannot be read, or is another's, is set aside."""
+    path = _path_of(folder, repeat)
     try:
-        with path.open("rb") as file, np.load(file) as arrays:
-            return dict(arrays)
+        with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:
+            arrays = dict(archive)
+        stamp = str(arrays.pop(_STAMP))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        aside = path.with_suffix(".broken")
-        path.replace(aside)
-        _LOG.warning("%s could not be read (%s); set aside as %s and run again", path, error, aside.name)
+    except _DAMAGE as error:
+        set_aside(path, f"could not be read ({error})")
         return None
+    if stamp != _stamp_of(folder, repeat):
+        set_aside(path, f"belongs to {stamp}")
+        return None
+    return arrays
+
+
+def set_aside(path: Path, problem: str) -> None:
+    """Renames a file that is not to be trusted, and says so."""
+    aside = path.with_suffix(".broken")
+    path.replace(aside)
+    _LOG.warning("%s %s; set aside as %s", path, " ".join(problem.split()), aside.name)
+
+
+def _stamp_of(folder: Path, repeat: int) -> str:
+    """Says in a kept repeat whose it is, so that one from elsewhere is not taken for it."""
+    return f"repeat {repeat} of {folder.name}"
 
 
 def _path_of(folder: Path, repeat: int) -> Path:

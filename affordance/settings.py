@@ -40,8 +40,8 @@ class Settings:
         contact_accuracy: Its target accuracy.
         contact_max_step_size: Its largest step, [s].
         faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
-        learns_from_surprises: Whether a trial that is grossly surprising teaches what Bayes' rule says (the paper), or
-            nothing. It is flagged either way.
+        learns_from_surprises: Whether a grossly surprising trial teaches what Bayes' rule says (the paper), or
+            nothing; it is flagged either way.
     """
 
     arm: Path = ARM

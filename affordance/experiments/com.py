@@ -205,6 +205,7 @@ def compute_metrics(config: ComConfig, experience: Experience, arrays: Mapping[s
         "height_extreme_com_m": metrics.compute_excursion(arrays["height_com"]).mean(axis=0),
         "ticks_limited": arrays["ticks_limited"].sum(axis=0),
         "ticks_failed": arrays["ticks_failed"].sum(axis=0),
+        **experience.count_faults(),
     }
 
 

@@ -2,16 +2,26 @@
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from affordance.exceptions import BadValueError
+from affordance.faults import Faults
 from affordance.memory import SAME_COLOUR, look_alike
 from affordance.settings import Settings
 from affordance.static_hold import StaticHold
 from affordance.tools import Tool
 from affordance.trial import get_runner
+
+
+def switch_faults_on(config: Any, faults: Faults) -> Any:
+    """Returns the configuration of an experiment with faults in its settings, wherever it keeps them."""
+    if hasattr(config, "experience"):
+        return replace(config, experience=switch_faults_on(config.experience, faults))
+    return replace(config, settings=replace(config.settings, faults=faults))
 
 
 def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:

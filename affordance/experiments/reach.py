@@ -136,6 +136,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
         kept, partial(run_repeat, choices, experience, seed), repeats=repeats, jobs=jobs, description=NAME
     )
     numbers = compute_metrics(config, choices, arrays, executed, executed_headed)
+    numbers.update(experience.count_faults())
     correct = list(executed).index(numbers["correct_grip"])
     sensitivity = study_sensitivity(
         config.experience, choices.plain, correct, repeats=min(repeats, MAX_STUDIED), jobs=jobs

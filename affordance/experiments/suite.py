@@ -1,16 +1,31 @@
 """The experiments there are, and running some of them into one folder."""
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from pathlib import Path
 
+from affordance.arm import ARM, load_arm
+from affordance.cluster import use_cluster
 from affordance.experiments import com, hammer, reach, weight
+from affordance.experiments.preparation import switch_faults_on
+from affordance.faults import load_faults
 from affordance.report import write_report
 from affordance.results import prepare_folder, remove_leftovers
 
 EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer)}
 
 
-def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int) -> Path:
+def run_suite(
+    names: Sequence[str],
+    out: Path,
+    *,
+    models: Path,
+    seed: int,
+    repeats: int,
+    jobs: int,
+    faults: Sequence[str] = (),
+    cluster: str | None = None,
+) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
@@ -19,18 +34,25 @@ def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repea
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
         repeats: Simulated observers, at least 1.
-        jobs: Processes, at least 1.
+        jobs: Processes, at least 1; of no account with a cluster.
+        faults: Names of what is to be wrong, from faults.yaml of the models.
+        cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
 
     Returns: Path of the report.
 
     Raises:
-        BadValueError: A file of the models is wrong, or the folder cannot be written to; nothing was written.
+        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not fit;
+            nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
     """
     configs = {name: EXPERIMENTS[name].load_config(models, seed) for name in names}
-    prepare_folder(out)
-    folders = {name: prepare_folder(out / name) for name in names}
-    remove_leftovers(out)
-    for name, folder in folders.items():
-        EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+    if faults:
+        switched_on = load_faults(models / "faults.yaml", faults, load_arm(models / ARM.name).joint_names)
+        configs = {name: switch_faults_on(config, switched_on) for name, config in configs.items()}
+    with use_cluster(cluster, models) if cluster is not None else nullcontext():
+        prepare_folder(out)
+        folders = {name: prepare_folder(out / name) for name in names}
+        remove_leftovers(out)
+        for name, folder in folders.items():
+            EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
     return write_report(out)

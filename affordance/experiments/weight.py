@@ -5,6 +5,7 @@ Each is put into the outstretched hand and held; what is felt updates the belief
 is seen.
 """
 
+import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +30,8 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import TrialRecord, get_runner
+
+_LOG = logging.getLogger(__name__)
 
 NAME = "weight"
 QUARTILES = (0.25, 0.5, 0.75)
@@ -107,8 +110,8 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer and keeps what is needed of it.
 
     Returns: Arrays over the K trials: ``times`` (N,), ``height_centre``, ``height_grip``, ``height_com`` (K, N),
-        ``log_evidence``, ``ticks_limited`` and ``ticks_failed`` (K,); and over the K + 1 moments between them,
-        ``density_quartiles`` (K + 1, 3) and ``density_mode`` (K + 1,).
+        ``log_evidence``, ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``surprising`` (K,); and over the
+        K + 1 moments between them, ``density_quartiles`` (K + 1, 3) and ``density_mode`` (K + 1,).
     """
     records, memories = run_observer(config, repeat)
     return {
@@ -118,6 +121,8 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "log_evidence": np.array([record.log_evidence for record in records]),
         "ticks_limited": np.array([record.counts.limited for record in records]),
         "ticks_failed": np.array([record.counts.failed for record in records]),
+        "rejected": np.array([record.samples.rejected for record in records]),
+        "surprising": np.array([record.surprising for record in records]),
     }
 
 
@@ -135,6 +140,15 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     arrays = run_repeats(kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=NAME)
     records, _ = run_observer(config, RUN_SHOWN)
     numbers = compute_metrics(config, arrays)
+    honest = int(numbers["trials_surprising"][:-1].sum())
+    if honest or numbers["samples_rejected"].any():
+        _LOG.warning(
+            "%s: %d samples were refused, and %d of %d trials with honest objects are grossly surprising",
+            NAME,
+            numbers["samples_rejected"].sum(),
+            honest,
+            repeats * (len(config.tools) - 1),
+        )
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
@@ -178,6 +192,8 @@ def compute_metrics(config: WeightConfig, arrays: Mapping[str, NDArray[Any]]) ->
         "log_evidence": arrays["log_evidence"].mean(axis=0),
         "ticks_limited": arrays["ticks_limited"].sum(axis=0),
         "ticks_failed": arrays["ticks_failed"].sum(axis=0),
+        "samples_rejected": arrays["rejected"].sum(axis=0),
+        "trials_surprising": arrays["surprising"].sum(axis=0),
     }
 
 

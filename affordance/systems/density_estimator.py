@@ -66,9 +66,7 @@ class DensityEstimator(SampledSystem):
         self.DeclareVectorOutputPort(
             "log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={self._inference.ticket}
         )
-        self.DeclareVectorOutputPort(
-            "p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket}
-        )
+        self.DeclareVectorOutputPort("p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket})
 
     def get_counts(self, context: Context) -> SampleCounts:
         """Returns what became of the samples so far."""

@@ -47,7 +47,6 @@ class Proprioception(SampledSystem):
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self.DeclareVectorOutputPort("sensation", 4 * num_joints, self._calc_sensation)
-        self._late: int | None = None
         if faults.delay_samples:
             self._late = int(self.DeclareDiscreteState(np.full(faults.delay_samples * num_joints, np.nan)))
             self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_late)
@@ -64,8 +63,9 @@ class Proprioception(SampledSystem):
         if self._faults != NO_FAULTS:
             # Longer by one than the seeds of errors of feeling, so that the two are drawn apart.
             seed = (*self._seed.get(context), self._count_samples(context), 1)
-            late = felt if self._late is None else context.get_discrete_state(self._late).value()[: self._num_joints]
-            felt = self._faults.distort(late, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)
+            if self._faults.delay_samples:
+                felt = context.get_discrete_state(self._late).value()[: self._num_joints]
+            felt = self._faults.distort(felt, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)
         output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
 
     def _feel(self, context: Context) -> Array:
@@ -85,6 +85,4 @@ class Proprioception(SampledSystem):
     def _update_late(self, context: Context, discrete_state: DiscreteValues) -> None:
         """Sends off what is felt now, behind what is on its way."""
         on_their_way = context.get_discrete_state(self._late).value()
-        discrete_state.set_value(
-            self._late, np.concatenate([on_their_way[self._num_joints :], self._feel(context)])
-        )
+        discrete_state.set_value(self._late, np.concatenate([on_their_way[self._num_joints :], self._feel(context)]))
