@@ -5,23 +5,25 @@ import socket
 import sys
 import threading
 import time
+from pathlib import Path
 
 import joblib
 import numpy as np
 import pytest
-from dask_cluster import DaskCluster, note_and_draw
+from noted_repeats import note_and_draw
 
 from affordance.cluster import use_cluster
 from affordance.exceptions import BadValueError
 from affordance.results import run_repeats
 from affordance.tools import MODELS
+from benchmarks.trust.dask_cluster import DaskCluster
 
 REPEATS = 12
 
 
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory):
-    cluster = DaskCluster(tmp_path_factory.mktemp("cluster"))
+    cluster = DaskCluster(tmp_path_factory.mktemp("cluster"), imports=Path(__file__).parent)
     yield cluster
     cluster.stop()
 

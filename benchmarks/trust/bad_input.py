@@ -1,0 +1,271 @@
+"""Bad input by the hundred: every file a user can write is spoilt in every way we could think of.
+
+Each case takes one file of a good folder of models and spoils it so that it cannot be right: a key is dropped,
+doubled or misspelt; a value is of another kind, out of all bounds, or no number; a list has another length; the text
+is cut off, empty, or no text at all. The command line must answer with status 2 and one line that names file and
+key, and write nothing. Where the arm itself is spoilt, Drake may end the process: those cases run in another one.
+"""
+
+import contextlib
+import copy
+import io
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, NamedTuple
+from unittest import mock
+
+import yaml
+from hypothesis import HealthCheck, Phase, given
+from hypothesis import settings as hypothesis_settings
+from hypothesis import strategies as st
+
+from affordance.experiments.suite import EXPERIMENTS
+from affordance.faults import Faults
+from affordance.tools import MODELS
+from run_experiments import main
+
+NUM_CASES = 600
+PATIENCE = 120.0  # with a process of its own, [s]
+# The files that can be spoilt, and an experiment that reads them first of all.
+FILES = {
+    "materials.yaml": "weight",
+    "tools/weight.yaml": "weight",
+    "tools/com.yaml": "com",
+    "tools/novel.yaml": "reach",
+    "paths/reach.yaml": "reach",
+    "faults.yaml": "weight",
+}
+# Files whose keys are names that are free to choose, and keys that may be left out.
+NAMED = frozenset({"materials.yaml", "faults.yaml"})
+OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
+# What stands for a number, a text, a list and a mapping that is none, or lies out of all bounds.
+WRONG: dict[type, tuple[Any, ...]] = {
+    float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),
+    str: (None, False, 3, 2.5, "", "  ", [], {}, ["steel"]),
+    list: (None, True, 7, "many", {}, []),
+    dict: (None, True, 7, "all", [], [1.0]),
+}
+_ARM = (
+    ("arm.sdf", "<mass>", "<mass>-"),
+    ("arm.sdf", "<mass>", "<mass>nan "),
+    ("arm.sdf", "<ixx>", "<ixx>-"),
+    ("arm.sdf", "<ixx>", "<ixx>1e300 "),
+    ("arm.sdf", "</link>", ""),
+    ("arm.sdf", "<link", "<lonk"),
+    ("arm.sdf", 'type="revolute"', 'type="ball"'),
+    ("arm.sdf", "<sdf", "sdf"),
+    ("arm.sdf", "hand_grip", "hand_grasp"),
+    ("arm.dmd.yaml", "directives", "directions"),
+    ("arm.dmd.yaml", "add_weld", "add_wild"),
+    ("arm.dmd.yaml", "arm.sdf", "leg.sdf"),
+    ("arm.dmd.yaml", "[0, 0, 1.44]", "[0, 0]"),
+    ("arm.dmd.yaml", "[-0.349066]", "[-9.0]"),
+    ("arm.dmd.yaml", "[-0.349066]", "[-0.3, 1.0]"),
+    ("arm.dmd.yaml", "shoulder_rotation", "knee_rotation"),
+    ("arm.dmd.yaml", "arm::base", "arm::bottom"),
+    ("package.xml", "<name>", "<nom>"),
+)
+
+
+class Answer(NamedTuple):
+    """What the command line said: its exit status, what it printed, and what it wrote."""
+
+    status: int
+    out: str
+    err: str
+    written: bool
+
+    @property
+    def refused(self) -> bool:
+        """Whether it is a refusal as it should be: status 2, one line, nothing written."""
+        return self.status == 2 and not self.out and self.err.count("\n") == 1 and not self.written
+
+
+@dataclass(frozen=True)
+class Case:
+    """One spoilt file.
+
+    Attributes:
+        file: Its path in the folder of models.
+        content: What is written there.
+        what: How it was spoilt, in words.
+        keys: Words of which the refusal must name one, besides the file; empty if there is no key to name.
+    """
+
+    file: str
+    content: bytes
+    what: str
+    keys: tuple[str, ...] = ()
+
+
+@contextlib.contextmanager
+def copy_models() -> Iterator[Path]:
+    """A good folder of models that can be spoilt."""
+    with tempfile.TemporaryDirectory() as folder:
+        yield Path(shutil.copytree(MODELS, Path(folder) / "models"))
+
+
+def answer(models: Path, case: Case) -> Answer:
+    """Asks the command line, in this process, to run an experiment with one file spoilt; nothing is simulated."""
+    path, out = models / case.file, models.parent / "out"
+    good = path.read_bytes()
+    path.write_bytes(case.content)
+    command = ["run_experiments.py", FILES[case.file], "--models", str(models), "--out", str(out), "--fault", "bias"]
+    printed, complained = io.StringIO(), io.StringIO()
+    experiment = EXPERIMENTS[FILES[case.file]]
+    try:
+        with (
+            mock.patch.object(sys, "argv", command),
+            mock.patch.object(experiment, "run", _run_nothing),
+            contextlib.redirect_stdout(printed),
+            contextlib.redirect_stderr(complained),
+        ):
+            status = main()
+    finally:
+        path.write_bytes(good)
+    found = Answer(status, printed.getvalue(), complained.getvalue(), out.exists())
+    shutil.rmtree(out, ignore_errors=True)
+    return found
+
+
+def names_the_place(case: Case, found: Answer) -> bool:
+    """Whether a refusal names the file, and what in it."""
+    return Path(case.file).name in found.err and (not case.keys or any(key in found.err for key in case.keys))
+
+
+@st.composite
+def spoil(draw: st.DrawFn) -> Case:
+    """Spoils a file of the models in one place."""
+    file = draw(st.sampled_from(sorted(FILES)))
+    text = (MODELS / file).read_text(encoding="utf-8")
+    content = yaml.safe_load(text)
+    places = {way: list(_list_places(content, way, file)) for way in ("value", "drop", "add", "length")}
+    way = draw(st.sampled_from(["text", *(way for way, found in places.items() if found)]))
+    if way == "text":
+        return _spoil_text(draw, file, text)
+    place = draw(st.sampled_from(places[way]))
+    key = next((str(part) for part in reversed(place) if isinstance(part, str)), "")
+    root = {"": copy.deepcopy(content)}
+    holder: Any = root
+    for part in place[:-1]:
+        holder = holder[part]
+    old = holder[place[-1]]
+    if way == "drop":
+        del holder[place[-1]]
+        what = f"without {place}"
+    elif way == "add":
+        name = draw(st.text("abcdefghijklmnopqrstuvwxyz_", min_size=3, max_size=12).map(lambda word: f"x_{word}"))
+        # Where names are free to choose, what stands under them is not.
+        old[name] = draw(st.sampled_from((1.0, "x", None)))
+        key, what = name, f"{name!r} added to {place}"
+    elif way == "length":
+        number = draw(st.sampled_from((0, 1, 2, 4, 5)))
+        holder[place[-1]] = [0.05] * number
+        what = f"{number} numbers at {place}"
+    else:
+        kind = float if isinstance(old, int | float) else type(old)
+        holder[place[-1]] = draw(st.sampled_from(WRONG[kind]))
+        what = f"{holder[place[-1]]!r:.40} at {place}"
+    return Case(file, yaml.safe_dump(root[""]).encode(), what, (key,) if key else ())
+
+
+def _spoil_text(draw: st.DrawFn, file: str, text: str) -> Case:
+    garbage = {
+        "empty": b"",
+        "binary": draw(st.binary(min_size=1, max_size=50)).replace(b"\n", b" ") + b"\xff\xfe\x00",
+        "a list": b"- 1\n- 2\n",
+        "a number": b"42\n",
+        "open bracket": text.encode() + b"\nmore: [1, 2\n",
+        "tab": text.encode() + b"\n\tmore: 1\n",
+        "object": b"tools: !!python/object/apply:os.getcwd []\n",
+        "two documents": text.encode() + b"\n---\n" + text.encode(),
+        "unknown alias": b"tools: *nothing\n",
+        "deep": b"[" * 5000,
+        "key twice": text.encode() + b"\n" + text[text.index("\n" + _first_key(text)) + 1 :].encode(),
+    }
+    name = draw(st.sampled_from(sorted(garbage)))
+    return Case(file, garbage[name], name)
+
+
+def _first_key(text: str) -> str:
+    return str(next(iter(yaml.safe_load(text))))
+
+
+def _list_places(content: Any, way: str, file: str) -> Iterator[tuple[Any, ...]]:
+    """Places of a parsed file that can be spoilt in a way; the first part, "", is the file's whole content."""
+    if way == "add":
+        yield ("",)
+    yield from _list_inner_places(content, way, ("",), are_names=file in NAMED)
+
+
+def _list_inner_places(content: Any, way: str, at: tuple[Any, ...], *, are_names: bool) -> Iterator[tuple[Any, ...]]:
+    for key, value in content.items() if isinstance(content, dict) else enumerate(content):
+        place = (*at, key)
+        required = isinstance(key, str) and not are_names and key not in OPTIONAL
+        is_vector = isinstance(value, list) and value and isinstance(value[0], int | float)
+        applies = {
+            "value": True,
+            "drop": required,
+            "add": isinstance(value, dict),
+            "length": is_vector,
+        }
+        if applies[way]:
+            yield place
+        if isinstance(value, dict | list):
+            yield from _list_inner_places(value, way, place, are_names=key == "grips")
+
+
+def _run_nothing(*_: Any, **__: Any) -> None:
+    """Stands for an experiment whose input was found good."""
+
+
+def answer_for_arm(models: Path, number: int) -> Answer:
+    """Asks the command line, in another process, to run with the arm spoilt in the way of a number."""
+    name, good, bad = _ARM[number]
+    path, out = models / name, models.parent / "out"
+    text = path.read_text(encoding="utf-8")
+    if good not in text:
+        raise ValueError(f"{name} has no {good!r} to spoil")
+    path.write_text(text.replace(good, bad, 1), encoding="utf-8")
+    command = [sys.executable, "run_experiments.py", "weight", "--models", str(models), "--out", str(out)]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    finally:
+        path.write_text(text, encoding="utf-8")
+    return Answer(done.returncode, done.stdout, done.stderr, out.exists())
+
+
+def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
+    """Tries bad input; returns a row for each that was not refused as it should be, and the counts."""
+    tried, failures = 0, []
+    with copy_models() as models:
+
+        @hypothesis_settings(
+            max_examples=cases,
+            deadline=None,
+            derandomize=True,
+            database=None,
+            phases=[Phase.generate],
+            suppress_health_check=list(HealthCheck),
+        )
+        @given(spoil())
+        def try_one(case: Case) -> None:
+            nonlocal tried
+            tried += 1
+            found = answer(models, case)
+            if not (found.refused and names_the_place(case, found)):
+                failures.append([case.file, case.what, str(found.status), found.err.strip()[-200:]])
+
+        try_one()
+        for number in range(arms):
+            tried += 1
+            found = answer_for_arm(models, number)
+            if not found.refused:
+                name, *change = _ARM[number]
+                failures.append([name, repr(change), str(found.status), found.err.strip()[-200:]])
+    return failures, {"bad_inputs_tried": tried, "bad_inputs_refused": tried - len(failures)}

@@ -1,0 +1,60 @@
+"""A Dask scheduler and its workers as processes of this machine, started as the README says."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+# How long processes may take to start on a busy machine, [s].
+_PATIENCE = 120.0
+
+
+class DaskCluster:
+    """A running cluster.
+
+    Attributes:
+        address: That of the scheduler.
+        workers: Processes of the workers.
+    """
+
+    def __init__(
+        self, folder: Path, *, num_workers: int = 2, num_threads: int = 1, imports: Path | None = None
+    ) -> None:
+        """Starts it and waits for the scheduler.
+
+        Args:
+            folder: For what it writes.
+            num_workers: How many workers.
+            num_threads: Threads of each.
+            imports: Folder from which modules can be imported too.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        self._file = folder / "scheduler.json"
+        self._log = (folder / "log.txt").open("w")
+        self._environment = {**os.environ, "OMP_NUM_THREADS": "1"}
+        if imports is not None:
+            self._environment["PYTHONPATH"] = str(imports)
+        options = ["--no-dashboard", "--scheduler-file", str(self._file)]
+        self._scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", *options)
+        threads = ["--nthreads", str(num_threads), "--no-nanny", "--local-directory", str(folder)]
+        self.workers = [self._start("worker", *threads, *options) for _ in range(num_workers)]
+        deadline = time.monotonic() + _PATIENCE
+        while not self._file.exists():
+            if time.monotonic() > deadline:
+                self.stop()
+                raise TimeoutError(f"no Dask scheduler after {_PATIENCE:g} s")
+            time.sleep(0.05)
+        self.address = str(json.loads(self._file.read_text())["address"])
+
+    def _start(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
+        command = [sys.executable, "-m", f"distributed.cli.dask_{role}", *arguments]
+        return subprocess.Popen(command, stdout=self._log, stderr=self._log, env=self._environment)
+
+    def stop(self) -> None:
+        """Ends what is left of it."""
+        for process in (*self.workers, self._scheduler):
+            process.kill()
+            process.wait()
+        self._log.close()

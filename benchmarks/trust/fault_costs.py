@@ -1,0 +1,144 @@
+"""What every fault of models/faults.yaml costs: in what is believed, and in the choices that follow from it.
+
+Observers hold the objects of Simulation II with a fault switched on, and choose a grip of the novel object as in
+Simulation III. Which grip is right is that of the arm without a fault. Where trials were grossly surprising, it is
+done once more by observers who learn nothing from such trials.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief import DensityBelief
+from affordance.choice import Choice, pick_cheapest
+from affordance.experience import ExperienceConfig, draw_order
+from affordance.experiments.decisions import count_correct
+from affordance.experiments.preparation import switch_faults_on
+from affordance.experiments.reach import ReachConfig, build_choices, execute, find_cheaper_grip, load_config
+from affordance.faults import load_faults
+from affordance.memory import MaterialMemory
+from affordance.results import compute_key, run_repeats
+from affordance.tools import MODELS, list_densities
+from affordance.trial import get_runner
+from affordance.yaml_records import read_record
+
+Array = NDArray[np.float64]
+
+NUM_OBSERVERS = 50
+# Densities drawn for each observer: what one choice drawn by the paper's rule is right with, on average.
+NUM_CHOICES = 200
+HEADER = [
+    "fault",
+    "density error, %",
+    "right after 1 trial",
+    "after 6",
+    "samples refused, %",
+    "trials flagged, %",
+    "beyond a joint's range, mrad",
+    "of the torque limit, %",
+    "beliefs valid",
+]
+_CHOOSE = 10**6 + 13
+
+
+def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs an observer's trials, as ``gain_experience`` does, and notes what a fault may spoil.
+
+    Returns: ``precision`` (K + 1, M, M) and ``shift`` (K + 1, M); and over K trials, (K,) each, samples ``rejected``
+        and ``accepted``, ``surprising``, ``overstep`` beyond the range of a joint, [rad], and ``load``, the largest
+        part of a torque limit.
+    """
+    runner = get_runner(config.settings)
+    memory = MaterialMemory().meet(config.looks, config.settings.prior)
+    memories, rows = [memory], []
+    for trial, index in enumerate(draw_order(config, repeat)):
+        tool = config.tools[index]
+        limits = runner.get_diagram(tool).arm.limits
+        record = runner.run_hold(tool, memory, duration=config.duration, seed=(config.seed, repeat, trial))
+        memory = record.memory
+        memories.append(memory)
+        beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max()
+        load = (np.abs(record.tau) / limits.tau_max).max()
+        rows.append((record.samples.rejected, record.samples.accepted, record.surprising, max(0.0, beyond), load))
+    columns = np.array(rows, dtype=float).T
+    names = ("rejected", "accepted", "surprising", "overstep", "load")
+    return {
+        "precision": np.stack([memory.belief.precision for memory in memories]),
+        "shift": np.stack([memory.belief.shift for memory in memories]),
+        **dict(zip(names, columns, strict=True)),
+    }
+
+
+def compute_cost(
+    config: ReachConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
+) -> dict[str, Any]:
+    """What a fault did, of the arrays of all observers."""
+    looks = config.experience.looks
+    densities = list_densities(config.experience.tools)
+    true = np.array([densities[look] for look in looks])
+    num_observers, num_moments = arrays["shift"].shape[:2]
+    right, medians, valid = np.empty((num_observers, num_moments)), np.empty((num_observers, len(true))), True
+    for repeat in range(num_observers):
+        for moment in range(num_moments):
+            belief = DensityBelief(arrays["precision"][repeat, moment], arrays["shift"][repeat, moment])
+            rng = np.random.default_rng([repeat, moment, _CHOOSE])
+            parameters = choice.draw_parameters(MaterialMemory(looks, belief), rng, NUM_CHOICES)
+            chosen = pick_cheapest(choice.compute_costs(parameters), rng)
+            right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES
+            percentiles = belief.compute_percentiles([0.05, 0.5, 0.95])
+            valid &= bool(np.isfinite(percentiles).all() and (percentiles > 0.0).all())
+        medians[repeat] = percentiles[1]
+    return {
+        "density_error": float(np.median(np.abs(medians / true - 1.0))),
+        "p_correct": right.mean(axis=0),
+        "samples_rejected": float(arrays["rejected"].sum() / (arrays["rejected"] + arrays["accepted"]).sum()),
+        "trials_surprising": float(arrays["surprising"].mean()),
+        "overstep_rad": float(arrays["overstep"].max()),
+        "torque_of_limit": float(arrays["load"].max()),
+        "beliefs_valid": valid,
+    }
+
+
+def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
+    """Runs every fault; returns rows of a table, and what each costs by name."""
+    config = load_config()
+    choice = build_choices(config).plain
+    executed = execute(config, config.novel.plain)
+    correct = list(executed).index(find_cheaper_grip(executed))
+    path = MODELS / "faults.yaml"
+    joint_names = get_runner(config.experience.settings).get_diagram(config.experience.tools[0]).arm.joint_names
+    costs: dict[str, dict[str, Any]] = {}
+
+    def run(name: str, experience: ExperienceConfig) -> None:
+        kept = folder / "repeats" / compute_key(experience, MODELS)
+        arrays = run_repeats(kept, partial(hold_objects, experience), repeats=observers, jobs=jobs, description=name)
+        costs[name] = compute_cost(config, choice, correct, arrays)
+
+    run("none", config.experience)
+    for name, _ in read_record(path).named_records():
+        faulty = switch_faults_on(config.experience, load_faults(path, [name], joint_names))
+        run(name, faulty)
+        if costs[name]["trials_surprising"] > 0.0:
+            careful = replace(faulty, settings=replace(faulty.settings, learns_from_surprises=False))
+            run(f"{name}, surprises not learned", careful)
+    return [_describe(name, cost) for name, cost in costs.items()], costs
+
+
+def _describe(name: str, cost: Mapping[str, Any]) -> list[str]:
+    right = cost["p_correct"]
+    return [
+        name,
+        f"{100 * cost['density_error']:.1f}",
+        f"{right[1]:.2f}",
+        f"{right[-1]:.2f}",
+        f"{100 * cost['samples_rejected']:.1f}",
+        f"{100 * cost['trials_surprising']:.1f}",
+        f"{1e3 * cost['overstep_rad']:.2f}",
+        f"{100 * cost['torque_of_limit']:.0f}",
+        "yes" if cost["beliefs_valid"] else "no",
+    ]

@@ -1,0 +1,88 @@
+"""Runs killed at random moments and taken up again: are their files those of a run that was left alone?"""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+NUM_KILLS = 20
+# A run is killed twice, then left to end; a kill that comes too late for it counts for nothing.
+_KILLS_PER_RUN = 2
+_ARGUMENTS = ("weight", "--repeats", "3", "--jobs", "1")
+
+
+def start(out: Path, arguments: Sequence[str] = _ARGUMENTS) -> subprocess.Popen[bytes]:
+    """Starts an experiment in a process group of its own."""
+    command = [sys.executable, "run_experiments.py", *arguments, "--out", str(out)]
+    return subprocess.Popen(
+        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+
+
+def kill(process: subprocess.Popen[bytes]) -> bool:
+    """Kills a process and its children; says whether it was still running."""
+    running = process.poll() is None
+    if running:
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    return running
+
+
+def list_differences(one: Path, other: Path) -> list[str]:
+    """Names files of two folders of results that are not the same, byte for byte.
+
+    Timings aside: those in metrics.json, and the times at which members were put into the .npz archives, of which the
+    arrays are compared.
+    """
+    files = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file()}
+    return [str(name) for name in sorted(files) if not _are_same(one / name, other / name)]
+
+
+def _are_same(one: Path, other: Path) -> bool:
+    if not (one.exists() and other.exists()):
+        return False
+    if one.name == "metrics.json":
+        first, second = (json.loads(path.read_text(encoding="utf-8")) for path in (one, other))
+        return {**first, "wall_s": 0} == {**second, "wall_s": 0}
+    if one.suffix == ".npz":
+        with np.load(one) as first, np.load(other) as second:
+            return set(first) == set(second) and all(
+                first[name].tobytes() == second[name].tobytes() and first[name].shape == second[name].shape
+                for name in first
+            )
+    return one.read_bytes() == other.read_bytes()
+
+
+def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], dict[str, Any]]:
+    """Kills runs; returns a row for each that ended otherwise than the one left alone, and the counts."""
+    rng = np.random.default_rng(seed)
+    done, identical, failures = 0, 0, []
+    with tempfile.TemporaryDirectory() as folder:
+        whole = Path(folder) / "whole"
+        begun = time.monotonic()
+        start(whole).wait()
+        duration = time.monotonic() - begun
+        run = 0
+        while done < kills:
+            out, killed = Path(folder) / f"run_{run}", 0
+            for _ in range(min(_KILLS_PER_RUN, kills - done)):
+                process = start(out)
+                time.sleep(duration * rng.random())
+                killed += kill(process)
+            status = start(out).wait()
+            differences = list_differences(whole, out)
+            done += killed
+            run += 1
+            if status == 0 and not differences:
+                identical += killed
+            else:
+                failures.append([f"run {run}", str(status), ", ".join(differences)])
+    return failures, {"kills": done, "kills_identical": identical}
