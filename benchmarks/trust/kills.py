@@ -22,9 +22,7 @@ _ARGUMENTS = ("weight", "--repeats", "3", "--jobs", "1")
 def start(out: Path, arguments: Sequence[str] = _ARGUMENTS) -> subprocess.Popen[bytes]:
     """Starts an experiment in a process group of its own."""
     command = [sys.executable, "run_experiments.py", *arguments, "--out", str(out)]
-    return subprocess.Popen(
-        command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
+    return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
 def kill(process: subprocess.Popen[bytes]) -> bool:

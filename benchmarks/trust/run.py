@@ -139,7 +139,7 @@ def describe(numbers: Mapping[str, Any]) -> Section:
                     and cost["overstep_rad"] <= none["overstep_rad"] + 1.75e-3
                 ),
                 f"density error {100 * cost['density_error']:.0f} % (without {100 * none['density_error']:.0f}), "
-                f"right choices after one trial {cost['p_correct'][1]:.2f} ({none['p_correct'][1]:.2f}) and after six "
+                f"right choices after one trial {cost['p_correct'][1]:.2f} ({none['p_correct'][1]:.2f}), after six "
                 f"{cost['p_correct'][-1]:.2f} ({none['p_correct'][-1]:.2f}); {100 * cost['samples_rejected']:.0f} % "
                 f"of samples refused, {100 * cost['trials_surprising']:.0f} % of trials flagged; at most "
                 f"{1e3 * cost['overstep_rad']:.2f} mrad beyond a joint's range ({1e3 * none['overstep_rad']:.2f})",

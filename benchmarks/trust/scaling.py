@@ -68,9 +68,7 @@ def time_components() -> list[float]:
     """Seconds of a hold with objects of several components."""
     runner = TrialRunner(load_config().settings)
     calls: dict[str, Callable[[], object]] = {
-        str(number): partial(
-            runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,)
-        )
+        str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
         for number in COMPONENTS
     }
     return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
@@ -80,9 +78,7 @@ def time_samples() -> list[float]:
     """Seconds of ranking the grips of the novel object by several samples of the prior, without the planning."""
     config = load_reach_config()
     choice = Choice(list_options(config.novel.plain), config.task, config.experience.settings)
-    calls: dict[str, Callable[[], object]] = {
-        str(number): partial(_rank, choice, number) for number in SAMPLES
-    }
+    calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
     return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
 
 
