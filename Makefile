@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams tests run_experiments.py
 
-.PHONY: run test lint format diagrams bench clean
+.PHONY: run test lint format diagrams bench trust clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -43,6 +43,9 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 	$(PYTHON) -m benchmarks.run
+
+trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: about an hour
+	$(PYTHON) -m benchmarks.trust.run
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

@@ -5,6 +5,7 @@ import os
 # One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
+import importlib.metadata
 from pathlib import Path
 
 from affordance.results import list_versions, write_json, write_text
@@ -12,6 +13,7 @@ from benchmarks import closed_loop, decision, mpc_tick, regressor, strike
 from benchmarks.tables import format_table
 
 FOLDER = Path("results/benchmarks")
+PEERS = ("pin",)
 HOW = {
     "loop_vs_cpp_hold": "wall time of the same plant under a C++ hold over that of the closed loop, all five trials",
     "loop_realtime_factor": "simulated seconds of the closed loop per second of wall time on one core",
@@ -33,11 +35,13 @@ def main() -> None:
         ratios.update(found)
         print(tables[-1], flush=True)
     summary = format_table(
-        ["ratio", "value", "what it is"], [[name, f"{value:.2f}", HOW[name]] for name, value in ratios.items()]
+        ["ratio", "value", "what it is"], [[name, f"{value:.3g}", HOW[name]] for name, value in ratios.items()]
     )
-    print(summary)
-    write_text(FOLDER / "tables.md", "\n\n".join([summary, *tables]) + "\n")
-    write_json(FOLDER / "metrics.json", {**ratios, "how": HOW, "versions": list_versions()})
+    versions = {**list_versions(), **{name: importlib.metadata.version(name) for name in PEERS}}
+    measured_with = ", ".join(f"{name} {version}" for name, version in versions.items())
+    print(f"{summary}\n\n{measured_with}")
+    write_text(FOLDER / "tables.md", "\n\n".join([summary, measured_with, *tables]) + "\n")
+    write_json(FOLDER / "metrics.json", {**ratios, "how": HOW, "versions": versions})
 
 
 if __name__ == "__main__":
