@@ -6,9 +6,9 @@ samples of the posterior is noted. If everything between the draw and the poster
 et al. 2018, arXiv:1804.06788) and intervals cover as often as they say.
 """
 
+import functools
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,6 +76,12 @@ class Calibration(NamedTuple):
     coverage: Array
 
 
+@functools.cache
+def get_hold(arm: Path) -> StaticHold:
+    """The arm of a file at rest."""
+    return StaticHold(load_arm(arm))
+
+
 def load_stick() -> Tool:
     """The plain novel object of Simulation III: two equal parts, so that its shape says nothing."""
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
@@ -108,7 +114,7 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> tuple[DensityBe
         return record.memory.belief, record.p_value
     belief = predict_object(observe(tool, VisionError(), np.random.default_rng(0)), memory, config.settings.prior)
     noise = config.settings.noise
-    hold = StaticHold(load_arm(config.settings.arm))
+    hold = get_hold(config.settings.arm)
     percept = hold.feel(belief, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
     found = infer(belief, percept, len(hold.tau_arm), noise, config.settings.prior.deviation_sd)
     return found.posterior.memory.belief, found.p_value
@@ -141,7 +147,7 @@ def run_draws(
 ) -> dict[str, NDArray[Any]]:
     """Runs all draws, or reads those that a folder holds; arrays as of ``run_draw`` with draws in front."""
     kept = folder / "repeats" / compute_key(config, MODELS)
-    return run_repeats(kept, partial(run_draw, config), repeats=draws, jobs=jobs, description=name)
+    return run_repeats(kept, functools.partial(run_draw, config), repeats=draws, jobs=jobs, description=name)
 
 
 def assess(positions: Array) -> Calibration:
@@ -172,7 +178,7 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):
         raise ValueError(f"noise is {noise}, must be a WeberNoise")
-    hold = StaticHold(load_arm(config.settings.arm))
+    hold = get_hold(config.settings.arm)
     memory = MaterialMemory().meet([part.looks_like.colour for part in config.tool.components], prior)
     features = observe(config.tool, VisionError(), np.random.default_rng(0))
     belief = predict_object(features, memory, prior)
@@ -215,7 +221,7 @@ def compute_bounds(config: CalibrationConfig, own: Array) -> Array:
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):
         raise ValueError(f"noise is {noise}, must be a WeberNoise")
-    hold = StaticHold(load_arm(config.settings.arm))
+    hold = get_hold(config.settings.arm)
     colours = [part.looks_like.colour for part in config.tool.components]
     features = observe(config.tool, VisionError(), np.random.default_rng(0))
     belief = predict_object(features, MaterialMemory().meet(colours, prior), prior)
@@ -247,10 +253,12 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
     }
     for name, config in configs.items():
         arrays[name] = run_draws(config, folder, draws=draws, jobs=jobs, name=name)
-    find: dict[str, Callable[[], Array]] = {name: partial(find_positions, arrays[name]) for name in configs}
+    find: dict[str, Callable[[], Array]] = {name: functools.partial(find_positions, arrays[name]) for name in configs}
     at_rest = configs["Weber, felt at rest"]
-    find["Weber, at rest, exact Bayes on a grid"] = partial(find_exact_positions, at_rest, draws)
-    find["Weber, in Drake, positivity ignored"] = partial(find_unrestricted_positions, arrays["Weber, held in Drake"])
+    exact = functools.partial(find_exact_positions, at_rest, draws)
+    find["Weber, at rest, exact Bayes on a grid"] = exact
+    ignoring = functools.partial(find_unrestricted_positions, arrays["Weber, held in Drake"])
+    find["Weber, in Drake, positivity ignored"] = ignoring
     calibrations = {name: assess(positions()) for name, positions in find.items()}
     moved, still = (find_positions(arrays[name]) for name in ("Weber, held in Drake", "Weber, felt at rest"))
     loops = list(configs)[:2]
