@@ -235,6 +235,8 @@ def answer_for_arm(models: Path, number: int) -> Answer:
     command = [sys.executable, "run_experiments.py", "weight", "--models", str(models), "--out", str(out)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    except subprocess.TimeoutExpired:
+        return Answer(-1, "", f"no answer in {PATIENCE:g} s", out.exists())
     finally:
         path.write_text(text, encoding="utf-8")
     return Answer(done.returncode, done.stdout, done.stderr, out.exists())
