@@ -25,7 +25,7 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
         calibrations: Calibrations of two densities, by name.
         names: What the densities are of.
     """
-    figure = Figure(figsize=(10.0, 3.0 * ((len(calibrations) + 2) // 3)))
+    figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
     for axes, (name, found) in zip(all_axes.flat, calibrations.items(), strict=False):
         count = len(found.positions)
@@ -35,10 +35,11 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
         for k, positions in enumerate(found.positions.T):
             heights, edges = np.histogram(positions, NUM_BINS, (0.0, 1.0))
             axes.stairs(heights, edges, color=OBJECT_COLOURS[k], linewidth=1.4, label=names[k])
-        covered = ", ".join(
-            f"{100 * said:.0f} % has {100 * share:.1f}" for said, share in zip(COVERAGES, found.coverage, strict=True)
+        said, covered = (
+            ", ".join(f"{100 * share:.{digits}f}" for share in shares)
+            for shares, digits in ((COVERAGES, 0), (found.coverage, 1))
         )
-        axes.set_title(f"{name}\np = {found.p_value:.2g}; {covered}", fontsize=_FONT_SIZE)
+        axes.set_title(f"{name}\np = {found.p_value:.2g}; {said} % cover {covered}", fontsize=_FONT_SIZE)
         axes.spines[["top", "right"]].set_visible(False)
     for axes in all_axes[-1]:
         axes.set_xlabel("place of the truth in the posterior")
