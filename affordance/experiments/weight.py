@@ -29,7 +29,7 @@ from affordance.results import compute_key, run_repeats, write_json
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
-from affordance.trial import TrialRecord, get_runner
+from affordance.trial import SURPRISE, TrialRecord, get_runner
 
 _LOG = logging.getLogger(__name__)
 
@@ -110,7 +110,7 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer and keeps what is needed of it.
 
     Returns: Arrays over the K trials: ``times`` (N,), ``height_centre``, ``height_grip``, ``height_com`` (K, N),
-        ``log_evidence``, ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``surprising`` (K,); and over the
+        ``log_evidence``, ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``p_value`` (K,); and over the
         K + 1 moments between them, ``density_quartiles`` (K + 1, 3) and ``density_mode`` (K + 1,).
     """
     records, memories = run_observer(config, repeat)
@@ -122,7 +122,7 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "ticks_limited": np.array([record.counts.limited for record in records]),
         "ticks_failed": np.array([record.counts.failed for record in records]),
         "rejected": np.array([record.samples.rejected for record in records]),
-        "surprising": np.array([record.surprising for record in records]),
+        "p_value": np.array([record.p_value for record in records]),
     }
 
 
@@ -193,7 +193,7 @@ def compute_metrics(config: WeightConfig, arrays: Mapping[str, NDArray[Any]]) ->
         "ticks_limited": arrays["ticks_limited"].sum(axis=0),
         "ticks_failed": arrays["ticks_failed"].sum(axis=0),
         "samples_rejected": arrays["rejected"].sum(axis=0),
-        "trials_surprising": arrays["surprising"].sum(axis=0),
+        "trials_surprising": (arrays["p_value"] < SURPRISE).sum(axis=0),
     }
 
 

@@ -62,7 +62,7 @@ _ARM = (
     ("arm.sdf", "hand_grip", "hand_grasp"),
     ("arm.dmd.yaml", "directives", "directions"),
     ("arm.dmd.yaml", "add_weld", "add_wild"),
-    ("arm.dmd.yaml", "arm.sdf", "leg.sdf"),
+    ("arm.dmd.yaml", "models/arm.sdf", "models/leg.sdf"),
     ("arm.dmd.yaml", "[0, 0, 1.44]", "[0, 0]"),
     ("arm.dmd.yaml", "[-0.349066]", "[-9.0]"),
     ("arm.dmd.yaml", "[-0.349066]", "[-0.3, 1.0]"),
@@ -235,11 +235,12 @@ def answer_for_arm(models: Path, number: int) -> Answer:
     command = [sys.executable, "run_experiments.py", "weight", "--models", str(models), "--out", str(out)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
+        found = Answer(done.returncode, done.stdout, done.stderr, out.exists())
     except subprocess.TimeoutExpired:
-        return Answer(-1, "", f"no answer in {PATIENCE:g} s", out.exists())
-    finally:
-        path.write_text(text, encoding="utf-8")
-    return Answer(done.returncode, done.stdout, done.stderr, out.exists())
+        found = Answer(-1, "", f"no answer in {PATIENCE:g} s", out.exists())
+    path.write_text(text, encoding="utf-8")
+    shutil.rmtree(out, ignore_errors=True)
+    return found
 
 
 def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
