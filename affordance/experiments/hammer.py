@@ -243,6 +243,7 @@ def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
         kept, partial(run_repeat, choices, experience, seed), repeats=repeats, jobs=jobs, description=NAME
     )
     numbers = compute_metrics(config, choices, arrays, studied)
+    numbers.update(experience.count_faults())
     correct = list(studied.executed).index(numbers["correct_grip"])
     sensitivity = study_sensitivity(
         config.experience, choices.plain, correct, repeats=min(repeats, MAX_STUDIED), jobs=jobs

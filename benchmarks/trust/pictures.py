@@ -75,6 +75,8 @@ def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], ef
         proportional = np.asarray(counts) * seconds[-1] / counts[-1]
         axes.loglog(counts, proportional, ":", color="#000000", label="in proportion")
         what, of = name.split(": ", 1)
+        axes.set_xticks(counts, [f"{count:,}" for count in counts])
+        axes.minorticks_off()
         axes.set_xlabel(what)
         axes.set_title(of, fontsize=_FONT_SIZE)
         axes.spines[["top", "right"]].set_visible(False)
