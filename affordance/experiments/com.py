@@ -19,6 +19,7 @@ from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
+from affordance.eye import look
 from affordance.experience import Experience, ExperienceConfig, collect_experience
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import (
@@ -31,11 +32,10 @@ from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
-from affordance.settings import Settings
+from affordance.settings import Settings, Sight
 from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import TrialRecord, get_runner
-from affordance.vision import observe
 from affordance.visual_prior import predict_object
 
 NAME = "com"
@@ -95,7 +95,7 @@ def load_objects(models: Path = MODELS) -> tuple[Tool, Tool, Tool]:
     return first, second, decoy
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> ComConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ComConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -103,7 +103,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> ComConfig:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     *honest, decoy = load_objects(models)
-    settings = Settings(arm=models / ARM.name)
+    settings = Settings(arm=models / ARM.name, sight=sight)
     check_tools_can_be_held(models / "tools" / "com.yaml", (*honest, decoy), settings)
     return ComConfig(ExperienceConfig(tuple(honest), seed, settings), decoy)
 
@@ -129,7 +129,7 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     parameters = []
     for trial, tool in enumerate(config.tools):
         rng = np.random.default_rng([config.experience.seed, repeat, _TEST, trial, _PREDICTED])
-        belief = predict_object(observe(tool, settings.vision_error, rng), memory, settings.prior)
+        belief = predict_object(look(tool, settings, rng), memory, settings.prior)
         parameters.append(belief.compute_parameters(belief.densities.compute_mode()))
     return {
         **stack_heights(records),

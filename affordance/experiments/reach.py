@@ -43,6 +43,7 @@ from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
 from affordance.rollout import Rollout, roll_out
+from affordance.settings import Sight
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Tool, list_densities
 from affordance.trajectories import Labelled, write_trajectories
@@ -66,14 +67,14 @@ class ReachConfig:
     task: Reach
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> ReachConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ReachConfig:
     """Reads arm, objects and path from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed)
+    experience, novel = load_subjects(models, seed, sight)
     path = models / "paths" / "reach.yaml"
     config = ReachConfig(experience, novel, Reach(load_path(path)))
     # What cannot be planned or carried out is refused here, before anything is written.
@@ -101,7 +102,7 @@ def build_choices(config: ReachConfig) -> Choices:
     Raises:
         AffordanceError: The path cannot be planned.
     """
-    return plan_choices(config.novel, config.task, config.experience.settings)
+    return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
 @functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run

@@ -25,7 +25,7 @@ from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
-from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import TrialRecord, get_runner
@@ -56,7 +56,7 @@ class WeightConfig:
         return self.tools[0].components[0].looks_like.colour
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> WeightConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -78,7 +78,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
     if honest != looks:
         names = ", ".join(sorted(material.name for material in honest))
         raise BadValueError(path, "tools", f"before the decoy are made of {names}, must be of the one they look like")
-    settings = Settings(arm=models / ARM.name)
+    settings = Settings(arm=models / ARM.name, sight=sight)
     check_tools_can_be_held(path, tools, settings)
     return WeightConfig(tools, seed, settings)
 

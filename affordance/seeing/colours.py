@@ -1,8 +1,8 @@
 """Colours as they are perceived, and what of them shading leaves alone.
 
-Colours are red, green and blue in [0, 1] (sRGB); perceived colours are CIELAB: lightness L* and the two opponent
-coordinates a* and b*, in which equal distances look about equally different. A shade multiplies the light that a
-surface sends back, and so L* + 16, a* and b* all by the cube root of it: their ratios stay.
+Colours are red, green and blue in [0, 1] as a picture holds them (sRGB); perceived colours are CIELAB: lightness L* and
+the two opponent coordinates a* and b*, in which equal distances look about equally different. A shade multiplies the
+light that a surface sends back; as a picture holds a power of the light, it multiplies red, green and blue there alike.
 """
 
 import cv2
@@ -14,9 +14,6 @@ from affordance.seeing.picture import Array
 # Two colours that differ by less than this in CIELAB cannot be told apart by eye (Mahy, Van Eycken and Oosterlinck
 # 1994, Color Research and Application 19:105-121).
 JUST_NOTICEABLE = 2.3
-# At this lightness a tint has the length of the colour's own a* and b*.
-_REFERENCE_LIGHTNESS = 50.0
-
 
 def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     """CIELAB coordinates L*, a*, b* of colours in [0, 1], shape (..., 3)."""
@@ -25,7 +22,8 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     return lab
 
 
-def compute_tints(lab: Array) -> Array:
-    """What shading leaves of colours L*, a*, b*, (..., 3): a* and b* as they were at the reference lightness, (..., 2)."""
-    tints: Array = lab[..., 1:] * (_REFERENCE_LIGHTNESS + 16.0) / (lab[..., :1] + 16.0)
+def compute_tints(colours: NDArray[np.floating]) -> Array:
+    """What shading leaves of colours (..., 3): their a* and b* in the light that just saturates a channel, (..., 2)."""
+    brightest = np.maximum(colours.max(axis=-1, keepdims=True), 1.0 / 255.0)
+    tints: Array = convert_to_lab(colours / brightest)[..., 1:]
     return tints

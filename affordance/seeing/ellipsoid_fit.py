@@ -29,7 +29,11 @@ _PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
 _ROUNDS = 3
 _FIRST_SD = 2e-3  # of a reading, before the angles are known, [m]
 _GRAZING = 0.05  # least cosine between ray and normal in derivatives
-_SCALES = np.array([1e-2] * 3 + [0.1] * 6)  # of displacements [m] and strains, for the optimiser
+_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # of displacements [m], strains and the outline's shift
+_NUM_PRIORS = 4  # residuals that are not of the picture: three sizes, and the outline's shift
+# The outline's shift by the sensor's noise is known but for this much: over discs of 10 to 70 pixels' radius it was
+# found to be 0.03 to 0.09 where the model says 0.07 (docs/decisions/0015), [pixels].
+_SHIFT_SD = 0.03
 _INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
@@ -68,18 +72,16 @@ class View(NamedTuple):
         pixels: Of the depth readings, column and row, (N, 2).
         depth: The readings, (N,), [m].
         outline: Points of its outline, column and row, (K, 2).
-        outline_sd: How far off each of them may be, [pixels].
     """
 
     pixels: Array
     depth: Array
     outline: Array
-    outline_sd: float
 
 
 def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
     """Moves and deforms an ellipsoid: d [m], then E (xx, yy, zz, xy, xz, yz), shape (9,)."""
-    stretch = np.eye(3) + build_strain(numbers[3:])
+    stretch = np.eye(3) + build_strain(numbers[3:9])
     return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
 
 
@@ -127,7 +129,7 @@ def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, number
     With S = (I + E) S_0 (I + E) and g = A (p - c):  dF = -2 g^T dc - g^T dS g.
     """
     g = seen.normals
-    h = g @ (np.eye(3) + build_strain(numbers[3:])) @ start.shape_matrix
+    h = g @ (np.eye(3) + build_strain(numbers[3:9])) @ start.shape_matrix
     strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in _INDICES]
     return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
 
@@ -164,58 +166,98 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
     """
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
-    used, sd = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD)
+    used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
     for _ in range(_ROUNDS):
-        problem = _Problem(ellipsoid, rays[used], view.depth[used], sd[used], rim, view.outline_sd, camera.focal_length)
+        depth = (view.depth - bias)[used]
+        problem = _Problem(ellipsoid, rays[used], depth, sd[used], rim, noise, camera.focal_length)
         found = least_squares(
-            problem.compute_residuals, np.zeros(NUM_NUMBERS), problem.compute_jacobian, method="lm", x_scale=_SCALES, xtol=1e-6, ftol=1e-6
+            problem.compute_residuals,
+            np.zeros(NUM_NUMBERS + 1),
+            problem.compute_jacobian,
+            method="lm",  # MINPACK's: no threads, which would cost more than they bring
+            x_scale=_SCALES,
+            xtol=1e-6,
+            ftol=1e-6,
         )
-        ellipsoid = deform(ellipsoid, found.x)
+        ellipsoid = deform(ellipsoid, found.x[:NUM_NUMBERS])
         seen = sight(ellipsoid, rays, camera.focal_length)
         angle = np.arccos(np.clip(-seen.normals[:, 2] / np.linalg.norm(seen.normals, axis=1), 0.0, 1.0))
         bounded = np.minimum(angle, _MAX_ANGLE)
         slope = np.tan(bounded) * seen.depth / camera.focal_length  # [m] a pixel
         sd = np.hypot(noise.compute_axial_sd(seen.depth, bounded), noise.compute_lateral_sd(bounded) * slope)
-        used = (angle < _MAX_ANGLE) & (np.abs(view.depth - seen.depth) < _MAX_DEVIATION * sd)
+        bias = _compute_bias(ellipsoid, view.pixels, seen.depth, noise.compute_lateral_sd(bounded), camera)
+        used = (angle < _MAX_ANGLE) & (np.abs(view.depth - bias - seen.depth) < _MAX_DEVIATION * sd)
         if used.sum() < NUM_NUMBERS:
             break
-    J, residuals = np.asarray(found.jac), found.fun[:-3]
+    J, residuals = np.asarray(found.jac), found.fun[:-_NUM_PRIORS]
     misfit = float(residuals @ residuals) / max(1, len(residuals) - NUM_NUMBERS)
-    return Fit(ellipsoid, np.linalg.inv(J.T @ J) * max(1.0, misfit), misfit, int(used.sum()))
+    covariance = np.linalg.inv(J.T @ J)[:NUM_NUMBERS, :NUM_NUMBERS] * max(1.0, misfit)
+    return Fit(ellipsoid, covariance, misfit, int(used.sum()))
+
+
+def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
+    """By how much readings of a curved surface are too deep in the mean, as they are taken beside their pixels, (N,).
+
+    The mean over a normal distribution of two dimensions is that over four points at sqrt(2) SD, to third order.
+    """
+    beside = [
+        sight(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
+        for step in np.sqrt(2.0) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    ]
+    bias: Array = np.mean(beside, axis=0) - depth
+    return bias
 
 
 class _Problem:
     """Residuals of a deformed ellipsoid, in standard deviations: of depth, of the outline, and of its sizes' prior."""
 
     def __init__(
-        self, start: SeenEllipsoid, rays: Array, depth: Array, sd: Array, rim: Array, rim_sd: float, focal_length: float
+        self,
+        start: SeenEllipsoid,
+        rays: Array,
+        depth: Array,
+        sd: Array,
+        rim: Array,
+        noise: SensorNoise,
+        focal_length: float,
     ) -> None:
         """Takes what is not fitted: the ellipsoid deformed, readings along rays, and rays to points of the outline."""
         self._start, self._rays, self._depth, self._sd = start, rays, depth, sd
-        self._rim, self._rim_sd, self._focal_length = rim, rim_sd, focal_length
+        self._rim, self._rim_shift, self._rim_sd = rim, noise.outline_shift, noise.outline_sd
+        self._focal_length = focal_length
         squares, axes = np.linalg.eigh(start.shape_matrix)
         self._log_sizes = 0.5 * np.log(squares)
         # To first order a size changes by u^T E u, for u along its axis.
-        self._prior = np.zeros((3, NUM_NUMBERS))
+        self._prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
         for column, (i, j) in enumerate(_INDICES):
-            self._prior[:, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
+            self._prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
+        self._prior[3, NUM_NUMBERS] = 1.0
 
     def compute_residuals(self, numbers: Array) -> Array:
-        ellipsoid = deform(self._start, numbers)
+        """Residuals (N + K + 4,) at the numbers of ``deform``, and the outline's shift in its SD, (10,)."""
+        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
         seen = sight(ellipsoid, self._rays, self._focal_length)
         rim = sight(ellipsoid, self._rim, self._focal_length)
-        prior = (self._log_sizes - np.log(_PRIOR_SIZE)) / _PRIOR_LOG_SD + self._prior @ numbers
-        return np.concatenate([(seen.depth - self._depth) / self._sd, rim.outline_distance / self._rim_sd, prior])
+        shift = self._rim_shift + _SHIFT_SD * numbers[NUM_NUMBERS]
+        in_outline = (rim.outline_distance - shift) / self._rim_sd
+        prior = self._prior @ numbers
+        prior[:3] += (self._log_sizes - np.log(_PRIOR_SIZE)) / _PRIOR_LOG_SD
+        return np.concatenate([(seen.depth - self._depth) / self._sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
-        ellipsoid = deform(self._start, numbers)
+        """Their derivatives, (N + K + 4, 10); those of the outline to first order in the distance from it."""
+        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
         seen = sight(ellipsoid, self._rays, self._focal_length)
         facing = np.einsum("ni,ni->n", seen.normals, self._rays)
         # On the outline depth has no derivative; a ray that just misses is treated as one that just grazes.
         facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
         surface = differentiate_surface(ellipsoid, self._start, numbers, seen)
-        in_depth = surface / (-2.0 * facing * self._sd)[:, None]
-        return np.vstack([in_depth, self._differentiate_outline(ellipsoid, numbers), self._prior])
+        J = np.zeros((len(self._rays) + len(self._rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
+        J[: len(surface), :NUM_NUMBERS] = surface / (-2.0 * facing * self._sd)[:, None]
+        J[len(surface) : -_NUM_PRIORS, :NUM_NUMBERS] = self._differentiate_outline(ellipsoid, numbers)
+        J[len(surface) : -_NUM_PRIORS, NUM_NUMBERS] = -_SHIFT_SD / self._rim_sd
+        J[-_NUM_PRIORS:] = self._prior
+        return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
         """Derivatives of the distances from the outline: the least F along a ray there is -(d^T Q d) / alpha."""

@@ -19,7 +19,7 @@ from affordance.exceptions import (
     TooSmallError,
     UnusablePictureError,
 )
-from affordance.seeing.colours import compute_tints, convert_to_lab
+from affordance.seeing.colours import compute_tints
 from affordance.seeing.picture import Array, Labels, Mask, Picture
 from affordance.seeing.sensor_noise import SensorNoise
 
@@ -41,6 +41,8 @@ _SMOOTHING = 2
 _TINT_RADIUS, _TINT_BIN = 10.0, 2.0
 # A region has a waist if it falls apart where its distance from the rim is more than this part of each piece's own.
 _WAIST = 0.7
+# Distances from the rim at which waists are sought: from this many pixels on, so many of them.
+_LEAST_WAIST, _NUM_LEVELS = 1.5, 24
 _UNKNOWN = -1
 
 
@@ -117,7 +119,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds what stands out from the stand, (height, width); arguments and errors are those of segment."""
     threshold = stand_depth - _STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
-    # Surfaces turned far away give no depth; the stand is not turned away.
+    # Where there is no reading the surface is turned far away, as an object's is near its outline and the stand's never.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
     num_regions, regions, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
@@ -138,7 +140,7 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
 def _smooth_tints(picture: Picture, mask: Mask) -> Array:
     smooth = cv2.medianBlur(picture.colour, 2 * _SMOOTHING + 1)
     tints = np.zeros((*mask.shape, 2))
-    tints[mask] = compute_tints(convert_to_lab(smooth[mask] / np.float32(255.0)))
+    tints[mask] = compute_tints(smooth[mask] / np.float32(255.0))
     return tints
 
 
@@ -162,7 +164,8 @@ def _split_by_tint(mask: Mask, tints: Array) -> list[Mask]:
     seeds[core] = nearest + 1
     regions = []
     for number in range(1, len(modes) + 1):
-        one = cv2.medianBlur((seeds == number).astype(np.uint8), 3)
+        # Between two parts colours mix; such a strip is no part.
+        one = cv2.morphologyEx((seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
         count, pieces, statistics, _ = cv2.connectedComponentsWithStats(one, connectivity=4)
         regions += [pieces == k for k in range(1, count) if statistics[k, cv2.CC_STAT_AREA] >= MIN_PIXELS // 4]
     return _grow(regions, mask)
@@ -222,7 +225,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
 def _find_cores(distance: NDArray[np.floating]) -> list[Mask]:
     """Cores of the pieces of a region, by the distance of its pixels from its rim."""
     best: list[Mask] = []
-    for level in np.arange(0.1, 0.9, 0.05) * distance.max():
+    for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
         count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)
         cores = [labels == k for k in range(1, count)]
         cores = [core for core in cores if level <= _WAIST * distance[core].max() and core.sum() >= 9]

@@ -17,6 +17,11 @@ from numpy.typing import NDArray
 from affordance.seeing.picture import Array, Camera, Picture
 
 
+# How far a surface is turned where the noise carries readings over its outline: one pixel, its lateral SD, inside the
+# outline of a disc of 30 pixels' radius, [rad].
+_RIM_ANGLE = float(np.radians(75.0))
+
+
 @dataclass(frozen=True)
 class SensorNoise:
     """The noise of one look; docs/decisions/0015-vision-from-pixels.md.
@@ -43,6 +48,26 @@ class SensorNoise:
         """Standard deviation of where in the picture a reading is taken, [pixels], at angles [rad]."""
         sd: Array = self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
         return sd
+
+    @property
+    def outline_shift(self) -> float:
+        """How far an outline drawn by depth lies inside the true one, [pixels].
+
+        Readings beside their pixels carry the surface outwards by SD / sqrt(2 pi), and what is behind it inwards by
+        that of its own SD; near its outline the surface is turned far away, what is behind it not.
+        """
+        surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
+        return float((surface - behind) / np.sqrt(2.0 * np.pi))
+
+    @property
+    def outline_sd(self) -> float:
+        """Standard deviation of where an edge between two neighbouring pixels is found, [pixels].
+
+        A row of pixels across the outline counts SD / sqrt(pi) too many or too few in the mean square, and 1/12 by
+        rounding; where an outline of one pixel's length is crossed, it is by 4 / pi edges, so that each weighs less.
+        """
+        surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
+        return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
 
     def add_to(self, picture: Picture, camera: Camera, rng: np.random.Generator) -> Picture:
         """Returns the picture as the sensor would record it.
