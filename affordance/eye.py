@@ -9,9 +9,9 @@ import functools
 import numpy as np
 
 from affordance.exceptions import SeeingError
+from affordance.seeing.picture import Picture
 from affordance.seeing.rig import DEFAULT_RIG, Rendering, Rig, render
 from affordance.seeing.see import Seen, see
-from affordance.seeing.picture import Picture
 from affordance.seeing.sensor_noise import SensorNoise
 from affordance.settings import Settings, Sight
 from affordance.tools import Tool

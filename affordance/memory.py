@@ -75,7 +75,9 @@ class MaterialMemory:
         best = int(np.argmax(probabilities))
         if probabilities[best] >= CERTAIN and best < len(self.looks):
             return self, best
-        return MaterialMemory((*self.looks, colour), self.belief.extend_by_mixture(probabilities, prior)), len(self.looks)
+        return MaterialMemory((*self.looks, colour), self.belief.extend_by_mixture(probabilities, prior)), len(
+            self.looks
+        )
 
     def keep(self, looks: Sequence[Colour]) -> "MaterialMemory":
         """Returns the memory with these looks only, all of which it has met, in their order."""

@@ -22,7 +22,7 @@ from affordance.exceptions import BadValueError
 _LOG = logging.getLogger(__name__)
 _TEMPORARY = ".writing."
 _PACKAGE = Path(__file__).parent
-_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "scipy")
+_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
 def prepare_folder(path: Path) -> Path:

@@ -36,7 +36,7 @@ class ComponentFeatures:
         rotation_sd: Standard deviation of the error about each axis, [rad].
         colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
         deformations: Further errors, each an affine map of points in T by which the part is off, one standard
-            deviation of it, less the identity, shape (G, 4, 4): all that a picture leaves open, with its correlations.
+            deviation of it, less the identity, shape (G, 4, 4): what a picture leaves open, correlations included.
     """
 
     colour: Colour

@@ -19,8 +19,8 @@ from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
-from affordance.eye import look
 from affordance.experience import Experience, ExperienceConfig, collect_experience
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import (
     check_looks_differ,
@@ -28,6 +28,8 @@ from affordance.experiments.preparation import (
     check_tools_can_be_held,
     check_tools_have_one_grip,
 )
+from affordance.experiments.sights import show_sights
+from affordance.eye import look
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
@@ -158,7 +160,8 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, shown)
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    write_section(folder, show_sights(section, folder, config.tools, settings, config.experience.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, shown, strict=True)
@@ -166,6 +169,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation II, seed {config.experience.seed}, after {experience.num_trials} trials"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title)
     described = describe_run(config, seed=config.experience.seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, settings)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 

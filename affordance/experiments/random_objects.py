@@ -4,13 +4,12 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.inertia import Ellipsoid
-from affordance.seeing.picture import Array
 from affordance.seeing.rig import find_box
 from affordance.tools import Component, Material, Tool
 
 # Lengths of the axes of the parts, [m], and how many parts.
 _LENGTHS = (0.03, 0.30)
-_MAX_PARTS = 3
+MAX_PARTS = 3
 # Of the whole object: what fits the picture from every height it may reach, (length, breadth, height), [m].
 _MAX_BOX = (0.55, 0.40, 0.30)
 # A chain faces the camera: each part touches the one before in a plane this little inclined, and turned this little
@@ -33,7 +32,7 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
     parts: list[Component] = []
     azimuth = rng.uniform(0.0, 2.0 * np.pi)
     contact = np.zeros(3)
-    for number in range(rng.integers(1, _MAX_PARTS + 1)):
+    for number in range(rng.integers(1, MAX_PARTS + 1)):
         azimuth += rng.uniform(-_MAX_TURN, _MAX_TURN)
         inclination = rng.uniform(-_MAX_INCLINATION, _MAX_INCLINATION)
         along = np.array(
@@ -50,11 +49,11 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
 
 
 def _draw_ellipsoid(rng: np.random.Generator) -> Ellipsoid:
-    a, b, c = (float(0.5 * length) for length in np.exp(rng.uniform(*np.log(_LENGTHS), 3)))
+    a, b, c = (float(0.5 * length) for length in _LENGTHS[0] * (_LENGTHS[1] / _LENGTHS[0]) ** rng.random(3))
     return Ellipsoid((a, b, c))
 
 
 def _draw_material(rng: np.random.Generator, name: str) -> Material:
     red, green, blue = (float(value) for value in rng.random(3))
-    density = float(np.exp(rng.uniform(*np.log(_DENSITIES))))
+    density = float(_DENSITIES[0] * (_DENSITIES[1] / _DENSITIES[0]) ** rng.random())
     return Material(name, (red, green, blue), density, 0.0, "drawn at random")

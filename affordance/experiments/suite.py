@@ -3,14 +3,27 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.experiments import com, hammer, reach, weight
+from affordance.exceptions import SeeingError
+from affordance.experiments import com, hammer, reach, vision, weight
+from affordance.experiments.modes import compare_modes
 from affordance.report import write_report
 from affordance.results import prepare_folder, remove_leftovers
+from affordance.seeing.frames import save_frame
+from affordance.settings import Sight
 
-EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer)}
+EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer, vision)}
 
 
-def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int) -> Path:
+def run_suite(
+    names: Sequence[str],
+    out: Path,
+    *,
+    models: Path,
+    seed: int,
+    repeats: int,
+    jobs: int,
+    sight: Sight = Sight.FEATURES,
+) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
@@ -20,17 +33,29 @@ def run_suite(names: Sequence[str], out: Path, *, models: Path, seed: int, repea
         seed: Root of every random draw, at least 0.
         repeats: Simulated observers, at least 1.
         jobs: Processes, at least 1.
+        sight: Where the features of objects come from.
 
     Returns: Path of the report.
 
     Raises:
         BadValueError: A file of the models is wrong, or the folder cannot be written to; nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
+        SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
     """
-    configs = {name: EXPERIMENTS[name].load_config(models, seed) for name in names}
+    try:
+        return _run_suite(names, out, models=models, seed=seed, repeats=repeats, jobs=jobs, sight=sight)
+    except SeeingError as error:
+        raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
+
+
+def _run_suite(
+    names: Sequence[str], out: Path, *, models: Path, seed: int, repeats: int, jobs: int, sight: Sight
+) -> Path:
+    configs = {name: EXPERIMENTS[name].load_config(models, seed, sight) for name in names}
     prepare_folder(out)
     folders = {name: prepare_folder(out / name) for name in names}
     remove_leftovers(out)
     for name, folder in folders.items():
         EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+    compare_modes(out)
     return write_report(out)

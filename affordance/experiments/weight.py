@@ -19,8 +19,10 @@ from affordance import figures, metrics
 from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
+from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
@@ -138,13 +140,15 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    write_section(folder, show_sights(section, folder, config.tools, config.settings, config.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, records, strict=True)
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
     described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, config.settings)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 

@@ -1,13 +1,14 @@
 """The ellipsoid of which a camera sees the near half, with the uncertainty of what was fitted.
 
 An ellipsoid is its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
-(p - c)^T A (p - c) = 1, A = S^-1. It is seen in two ways. Along the ray d of a pixel its depth t is the smaller root of
+(p - c)^T A (p - c) = 1, A = S^-1. It is seen in two ways. Along the ray d of a pixel its depth t is the smaller root
+of
 
     alpha t^2 - 2 beta t + gamma = 0,    alpha = d^T A d,  beta = d^T A c,  gamma = c^T A c - 1
 
 and its outline is where the roots meet: d^T Q d = 0 with Q = A c c^T A - gamma A. What is fitted is a small affine
-deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that mean something for every shape,
-even a ball, whose axes have no direction of their own. Frame C throughout.
+deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that mean something for every
+shape, even a ball, whose axes have no direction of their own. Frame C throughout.
 """
 
 from typing import NamedTuple
@@ -19,7 +20,7 @@ from affordance.seeing.picture import Array, Camera
 from affordance.seeing.sensor_noise import SensorNoise
 
 NUM_NUMBERS = 9
-# Readings where the surface is turned further away are left to the outline: there noise and slope grow together, [rad].
+# Readings where the surface is turned further away are left to the outline: noise and slope grow there, [rad].
 _MAX_ANGLE = np.radians(65.0)
 # A reading this many standard deviations off is of something else.
 _MAX_DEVIATION = 4.0
@@ -209,7 +210,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
 
 class _Problem:
-    """Residuals of a deformed ellipsoid, in standard deviations: of depth, of the outline, and of its sizes' prior."""
+    """Residuals of a deformed ellipsoid, in standard deviations: of depth, outline and priors."""
 
     def __init__(
         self,
@@ -221,7 +222,7 @@ class _Problem:
         noise: SensorNoise,
         focal_length: float,
     ) -> None:
-        """Takes what is not fitted: the ellipsoid deformed, readings along rays, and rays to points of the outline."""
+        """Takes what is not fitted: the ellipsoid, readings along rays, and rays to points of the outline."""
         self._start, self._rays, self._depth, self._sd = start, rays, depth, sd
         self._rim, self._rim_shift, self._rim_sd = rim, noise.outline_shift, noise.outline_sd
         self._focal_length = focal_length
@@ -269,4 +270,5 @@ class _Problem:
         nearest = Sighting(depth, points, (points - ellipsoid.centre) @ A, np.zeros(len(rays)))
         gradient = beta[:, None] * Ac[:2] - (ellipsoid.centre @ Ac - 1.0) * Ad[:, :2]
         factor = -0.5 * self._focal_length * alpha / np.linalg.norm(gradient, axis=1) / self._rim_sd
-        return factor[:, None] * differentiate_surface(ellipsoid, self._start, numbers, nearest)
+        derivatives: Array = factor[:, None] * differentiate_surface(ellipsoid, self._start, numbers, nearest)
+        return derivatives

@@ -37,7 +37,7 @@ from affordance.seeing.picture import Array, Camera, Labels, Picture
 from affordance.tools import Colour, Tool
 
 _RENDERER = "vtk"
-# A little larger than the picture, so that there is stand wherever there is no object; its thickness is not seen, [m].
+# Larger than the picture, so that there is stand wherever there is no object; its thickness is not seen, [m].
 _STAND_SIZE = (1.6, 1.4, 0.02)
 # Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small in the mean
 # (tests/test_rig.py); so it is told one that is as much larger.
@@ -149,7 +149,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         ValueError: A part is no ellipsoid.
     """
     builder = DiagramBuilder()
-    scene_graph = builder.AddNamedSystem("scene_graph", SceneGraph())
+    scene_graph = SceneGraph()
+    builder.AddNamedSystem("scene_graph", scene_graph)
     lights = [
         LightParameter(type="directional", frame="camera", direction=lamp.direction_C, intensity=lamp.intensity)
         for lamp in LAMPS
@@ -176,7 +177,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         show(shape, X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
 
     camera = rig.camera
-    # Drake's renderer counts from a pixel's corner (found with a symmetric object, tests/test_rig.py), we from its centre.
+    # Drake's renderer counts from a pixel's corner (found with a symmetric object, tests/test_rig.py), we from its
+    # centre.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
     core = RenderCameraCore(_RENDERER, intrinsics, ClippingRange(0.05, 5.0), RigidTransform())
@@ -186,7 +188,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         ColorRenderCamera(core),
         DepthRenderCamera(core, DepthRange(0.1, 4.0)),
     )
-    sensor = builder.AddNamedSystem("camera", sensor)
+    builder.AddNamedSystem("camera", sensor)
     builder.Connect(scene_graph.get_query_output_port(), sensor.query_object_input_port())
     builder.ExportOutput(sensor.color_image_output_port(), "colour")
     builder.ExportOutput(sensor.depth_image_32F_output_port(), "depth")

@@ -11,18 +11,21 @@ from affordance.inertia import Ellipsoid
 from affordance.seeing.ellipsoid_fit import NUM_NUMBERS, Fit, SeenEllipsoid, View, build_strain, fit_ellipsoid, sight
 from affordance.seeing.picture import Array, Camera, Mask, Picture
 from affordance.seeing.rig import Rig, compute_shading
-from affordance.seeing.segmentation import MIN_PIXELS, Segmentation, segment
+from affordance.seeing.segmentation import Segmentation, find_window, segment
 from affordance.seeing.sensor_noise import SensorNoise
 from affordance.tools import Colour
 from affordance.visual_prior import ComponentFeatures
 
-# Standard deviation of a measured colour in each direction of CIELAB: what is left of 0.7 in the median over the
-# objects of `run_experiments.py vision` (colour_error_median), mostly from normals that are a little off.
+# Standard deviation of a measured colour in each direction of CIELAB. Colours of the objects of `run_experiments.py
+# vision` are 0.3 off in the median (colour_error_median), those of slender parts, whose normals are less sure, 1.2.
 COLOUR_SD = 0.7
 # Residuals whose mean square is larger are not those of one ellipsoid: over thousands of readings it is 1.0 to 1.2.
 MAX_MISFIT = 1.5
 # A part of which less than this fraction shows is hidden by another: less than a half leaves its far end to guess.
 MIN_SHOWN = 0.5
+# Of more readings than this a part's fit uses every second, or third: it would not become better by what matters, for
+# from about a thousand on the outline decides, but slower.
+MAX_READINGS = 3000
 # How near to another part an outline may be its, and not this one's, [pixels].
 _BORDER = 3
 
@@ -42,9 +45,7 @@ class Seen(NamedTuple):
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
         """The features in the frame T of the object as it will be held, by the camera's pose in it, (4, 4)."""
-        return tuple(
-            describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True)
-        )
+        return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
 def see(picture: Picture, rig: Rig, noise: SensorNoise) -> Seen:
@@ -72,15 +73,17 @@ def see(picture: Picture, rig: Rig, noise: SensorNoise) -> Seen:
 def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> View:
     """Collects the depth readings of a part and the points of its outline, where it borders on no other part."""
     mask = segmentation.labels == number
-    window = _find_window(mask)
+    window = find_window(mask, room=_BORDER + 1)
     mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & (depth > 0.0)
     side = 2 * _BORDER + 1
     others = cv2.dilate(((labels >= 0) & ~mask).astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
     rows, columns = np.nonzero(inner)
+    chosen = slice(None, None, max(1, len(rows) // MAX_READINGS))
+    rows, columns = rows[chosen], columns[chosen]
     corner = np.array([window[1].start, window[0].start], dtype=float)
     pixels = np.column_stack([columns, rows]) + corner
-    return View(pixels, depth[inner], _find_outline(mask, others) + corner)
+    return View(pixels, depth[rows, columns], _find_outline(mask, others) + corner)
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
@@ -113,9 +116,7 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
         E = R_TC @ build_strain(error[3:]) @ R_TC.T
         deformation[:3, :3] = E
         deformation[:3, 3] = R_TC @ error[:3] - E @ X_TE[:3, 3]
-    return ComponentFeatures(
-        colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations
-    )
+    return ComponentFeatures(colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations)
 
 
 def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera, num_points: int = 90) -> Array:
@@ -146,16 +147,6 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
     if fit.misfit > MAX_MISFIT:
         reason = f"what is seen of a part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
         raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
-
-
-def _find_window(mask: Mask) -> tuple[slice, slice]:
-    """Rows and columns around a mask, with room for its border."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    room = _BORDER + 1
-    return (
-        slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
-        slice(max(0, int(columns[0]) - room), int(columns[-1]) + room + 1),
-    )
 
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:

@@ -5,7 +5,7 @@ their shade; a region of one tint that has a waist is several parts of one colou
 not used.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import cv2
 import numpy as np
@@ -23,8 +23,8 @@ from affordance.seeing.colours import compute_tints
 from affordance.seeing.picture import Array, Labels, Mask, Picture
 from affordance.seeing.sensor_noise import SensorNoise
 
-# A fit of nine numbers wants several times as many readings inside the rim, whose band is three pixels wide: a disc of
-# twelve pixels across.
+# A fit of nine numbers wants several times as many readings inside the rim, whose band is three pixels wide: a disc
+# of twelve pixels across.
 MIN_PIXELS = 110
 # Depth that is this many standard deviations nearer than the stand is not the stand's: one pixel in 30,000 errs, and
 # such specks are removed.
@@ -102,12 +102,14 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)
-    tints = _smooth_tints(picture, object_mask)
     labels = np.full(object_mask.shape, _UNKNOWN, dtype=np.int32)
+    window = find_window(object_mask, room=3 * _SMOOTHING)
+    within, seen = labels[window], object_mask[window]
+    tints = _smooth_tints(picture.colour[window], seen)
     num_parts = 0
-    for region in _split_by_tint(object_mask, tints):
+    for region in _split_by_tint(seen, tints):
         for part in _split_at_waists(region):
-            labels[part] = num_parts
+            within[part] = num_parts
             num_parts += 1
     for number in range(num_parts):
         count = int((labels == number).sum())
@@ -118,8 +120,10 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds what stands out from the stand, (height, width); arguments and errors are those of segment."""
-    threshold = stand_depth - _STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
-    # Where there is no reading the surface is turned far away, as an object's is near its outline and the stand's never.
+    threshold = (
+        stand_depth - _STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
+    )
+    # Where there is no reading the surface is turned far away, as an object's is near its outline, the stand's never.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
     num_regions, regions, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
@@ -133,12 +137,23 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
     found: Mask = np.isin(regions, large)
     edge = np.concatenate([found[0], found[-1], found[:, 0], found[:, -1]])
     if edge.any():
-        raise OutOfViewError(f"the object covers {int(edge.sum())} pixels of the picture's edge, must cover none", *picture)
+        raise OutOfViewError(
+            f"the object covers {int(edge.sum())} pixels of the picture's edge, must cover none", *picture
+        )
     return found
 
 
-def _smooth_tints(picture: Picture, mask: Mask) -> Array:
-    smooth = cv2.medianBlur(picture.colour, 2 * _SMOOTHING + 1)
+def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
+    """Rows and columns around a mask that is not empty, with room on all sides as far as there is any, [pixels]."""
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    return (
+        slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
+        slice(max(0, int(columns[0]) - room), int(columns[-1]) + room + 1),
+    )
+
+
+def _smooth_tints(colour: NDArray[np.uint8], mask: Mask) -> Array:
+    smooth = cv2.medianBlur(np.ascontiguousarray(colour), 2 * _SMOOTHING + 1)
     tints = np.zeros((*mask.shape, 2))
     tints[mask] = compute_tints(smooth[mask] / np.float32(255.0))
     return tints
@@ -198,8 +213,7 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
 
 def _split_at_waists(region: Mask) -> list[Mask]:
     """The convex pieces that a region is made of; itself if it has no waist."""
-    rows, columns = np.flatnonzero(region.any(axis=1)), np.flatnonzero(region.any(axis=0))
-    window = (slice(max(0, rows[0] - 2), rows[-1] + 3), slice(max(0, columns[0] - 2), columns[-1] + 3))
+    window = find_window(region, room=2)
     small = region[window].astype(np.uint8)
     distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)
     cores = _find_cores(distance)
@@ -222,7 +236,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
     return pieces
 
 
-def _find_cores(distance: NDArray[np.floating]) -> list[Mask]:
+def _find_cores(distance: NDArray[Any]) -> list[Mask]:
     """Cores of the pieces of a region, by the distance of its pixels from its rim."""
     best: list[Mask] = []
     for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):

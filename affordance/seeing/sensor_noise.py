@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from affordance.seeing.picture import Array, Camera, Picture
 
-
 # How far a surface is turned where the noise carries readings over its outline: one pixel, its lateral SD, inside the
 # outline of a disc of 30 pixels' radius, [rad].
 _RIM_ANGLE = float(np.radians(75.0))
@@ -79,7 +78,9 @@ class SensorNoise:
 
     def _disturb_colour(self, colour: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
         signal = colour / np.float32(255.0)
-        noise = rng.standard_normal(colour.shape, dtype=np.float32) * np.sqrt(signal) / np.float32(self.signal_to_noise)
+        noise = (
+            rng.standard_normal(colour.shape, dtype=np.float32) * np.sqrt(signal) / np.float32(self.signal_to_noise)
+        )
         disturbed: NDArray[np.uint8] = np.rint(255.0 * np.clip(signal + noise, 0.0, 1.0)).astype(np.uint8)
         return disturbed
 
@@ -109,4 +110,5 @@ def measure_angles(depth: Array, camera: Camera) -> Array:
         edge = np.full_like(np.take(depth, [0], axis=axis), np.inf)
         after, before = np.concatenate([step, edge], axis=axis), np.concatenate([edge, step], axis=axis)
         slopes.append(np.minimum(after, before) * camera.focal_length / np.where(depth > 0.0, depth, 1.0))
-    return np.arctan(np.hypot(*slopes))
+    angles: Array = np.arctan(np.hypot(*slopes))
+    return angles

@@ -1,0 +1,84 @@
+"""Pictures of seeing: what the camera saw, which parts were made out in it, and the ellipsoids fitted to them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from affordance.figures import OBJECT_COLOURS
+from affordance.seeing.picture import Camera, Picture
+from affordance.seeing.rig import DEFAULT_RIG
+from affordance.seeing.see import Seen, draw_outline
+
+# How much of the picture is shown around the object, [pixels].
+_ROOM = 25
+
+
+class Sight(NamedTuple):
+    """A look at an object.
+
+    Attributes:
+        title: What it is.
+        picture: What the camera saw.
+        seen: What was made of it; None if it could not be made out.
+        note: Stands beside the title.
+    """
+
+    title: str
+    picture: Picture
+    seen: Seen | None
+    note: str = ""
+
+
+def draw_sights(sights: Sequence[Sight], camera: Camera = DEFAULT_RIG.camera) -> Figure:
+    """Draws looks, one a row: picture, depth, parts, and fitted outlines over the picture."""
+    figure = Figure(figsize=(12.0, 1.9 * len(sights) + 0.3))
+    rows = figure.subplots(len(sights), 4, squeeze=False)
+    for axes, sight in zip(rows, sights, strict=True):
+        _draw_sight(axes, sight, camera)
+    for axes, heading in zip(rows[0], ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
+        axes.annotate(heading, (0.5, 1.16), xycoords="axes fraction", ha="center", fontsize=10)
+    return figure
+
+
+def _draw_sight(row: NDArray[np.object_], sight: Sight, camera: Camera) -> None:
+    window = _find_window(sight)
+    colour, depth = sight.picture.colour[window], sight.picture.depth[window]
+    shown: list[Axes] = list(row)
+    shown[0].imshow(colour)
+    read = depth[depth > 0.0]
+    shown[1].imshow(np.where(depth > 0.0, depth, np.nan), cmap="viridis_r", vmin=read.min(), vmax=read.max())
+    parts = np.full((*depth.shape, 3), 245, dtype=np.uint8)
+    shown[3].imshow(colour)
+    if sight.seen is not None:
+        for number, fit in enumerate(sight.seen.fits):
+            tone = OBJECT_COLOURS[number % len(OBJECT_COLOURS)]
+            parts[sight.seen.segmentation.labels[window] == number] = [int(tone[i : i + 2], 16) for i in (1, 3, 5)]
+            x, y = draw_outline(fit.ellipsoid, camera).T - np.array([[window[1].start], [window[0].start]])
+            shown[3].plot(x, y, color="#FFFFFF", linewidth=2.2)
+            shown[3].plot(x, y, color=tone, linewidth=1.2)
+    shown[2].imshow(parts)
+    for axes in shown:
+        axes.set_xticks([])
+        axes.set_yticks([])
+    title = f"{sight.title}: {sight.note}" if sight.note else sight.title
+    shown[0].set_title(title, fontsize=9, loc="left")
+
+
+def _find_window(sight: Sight) -> tuple[slice, slice]:
+    """Rows and columns around the object; the whole picture if it was not made out. At least 4 to 3."""
+    height, width = sight.picture.depth.shape
+    if sight.seen is None:
+        return slice(0, height), slice(0, width)
+    rows, columns = np.nonzero(sight.seen.segmentation.labels >= 0)
+    half_height = 0.5 * float(np.ptp(rows)) + _ROOM
+    half_width = max(0.5 * float(np.ptp(columns)) + _ROOM, 4.0 / 3.0 * half_height)
+    half_height = max(half_height, 0.45 * half_width)
+    x, y = 0.5 * float(columns.min() + columns.max()), 0.5 * float(rows.min() + rows.max())
+    return (
+        slice(max(0, int(y - half_height)), min(height, int(y + half_height))),
+        slice(max(0, int(x - half_width)), min(width, int(x + half_width))),
+    )
