@@ -1,5 +1,6 @@
 """Pictures of seeing: what the camera saw, which parts were made out in it, and the ellipsoids fitted to them."""
 
+import textwrap
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from affordance.seeing.see import Seen, draw_outline
 
 # How much of the picture is shown around the object, [pixels].
 _ROOM = 25
+_TITLE_WIDTH = 55  # [characters]
 
 
 class Sight(NamedTuple):
@@ -65,7 +67,7 @@ def _draw_sight(row: NDArray[np.object_], sight: Sight, camera: Camera) -> None:
         axes.set_xticks([])
         axes.set_yticks([])
     title = f"{sight.title}: {sight.note}" if sight.note else sight.title
-    shown[0].set_title(title, fontsize=9, loc="left")
+    shown[0].set_title(textwrap.fill(title, _TITLE_WIDTH), fontsize=8, loc="left")
 
 
 def _find_window(sight: Sight) -> tuple[slice, slice]:

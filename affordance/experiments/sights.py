@@ -36,7 +36,7 @@ def show_sights(section: Section, folder: Path, tools: Sequence[Tool], settings:
         sights.append(Sight(tool.name, picture, eye.see(picture)))
     figures.save_figure(draw_sights(sights, eye.rig.camera), folder, "seen")
     caption = (
-        "What the camera saw of each object before the hand took it: colour, depth (white where there is no reading), the "
-        "parts made out, and the outlines of the ellipsoids fitted to them. Features came from such pictures."
+        "What the camera saw of each object before the hand took it: colour, depth (white where nothing was read), "
+        "parts made out, and outlines of the ellipsoids fitted to them. Features came from such pictures, no others."
     )
     return section._replace(pictures=[*section.pictures, Picture("seen.png", caption)])

@@ -272,8 +272,14 @@ def describe(
         for key in ("semi_axis_error_visible_median", "semi_axis_error_depth_median", "mass_error_median")
     )
     coverage, objects = numbers["mass_interval90_coverage"], numbers["objects"]
-    reasons = Counter(str(reason) for reason in arrays["reason"][:objects] if reason)
-    failures = "; ".join(f"{reason} ({count})" for reason, count in reasons.most_common()) or "none"
+    reasons = {
+        str(kind): str(reason)
+        for kind, reason in zip(arrays["failure"][:objects], arrays["reason"][:objects], strict=True)
+        if kind
+    }
+    failures = "; ".join(
+        f"{count} {kind}, such as: {reasons[kind]}" for kind, count in numbers["failures_by_kind"].items()
+    )
     found = zip(TARGETS.items(), (visible, depth, mass), strict=True)
     claims = [
         *(
@@ -306,10 +312,10 @@ def describe(
         summary=(
             f"{objects} objects of one to {MAX_PARTS} ellipsoids, drawn at random, 3 to 30 cm along each axis, are "
             "presented to a camera of 640 by 480 pixels with the noise of the first Kinect and made out from one "
-            f"picture each. Not made out: {numbers['failures']}. Why: {failures}. Their pictures are kept in "
-            f"{NAME}/frames. Two uncommon objects, as in the paper's figure 1: which is better for mashing, and how "
-            "should it be held? rank answers from a picture of each, least expected work first. Who never felt any "
-            f"of the materials: {_tell(novice)}. Who knows them: {_tell(expert)}."
+            f"picture each. Not made out: {numbers['failures']}{f' ({failures})' if failures else ''}; "
+            f"pictures are kept in {NAME}/frames. Two uncommon objects, as in the paper's figure 1: which is better "
+            "for mashing, and how should it be held? rank answers from a picture of each, least expected work first. "
+            f"Who never felt any of the materials: {_tell(novice)}. Who knows them: {_tell(expert)}."
         ),
         pictures=[
             Picture(

@@ -19,6 +19,8 @@ JUST_NOTICEABLE = 2.3
 
 def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     """CIELAB coordinates L*, a*, b* of colours in [0, 1], shape (..., 3)."""
+    if not np.size(colours):  # OpenCV refuses it
+        return np.zeros(np.shape(colours))
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
     lab: Array = cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
     return lab

@@ -29,6 +29,7 @@ _MAX_DEVIATION = 4.0
 _PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
 _ROUNDS = 3
 _FIRST_SD = 2e-3  # of a reading, before the angles are known, [m]
+_LEAST_SD = 1e-5  # of a reading, even of a perfect sensor: numbers are rounded, [m]
 _GRAZING = 0.05  # least cosine between ray and normal in derivatives
 _SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # of displacements [m], strains and the outline's shift
 _NUM_PRIORS = 4  # residuals that are not of the picture: three sizes, and the outline's shift
@@ -186,6 +187,7 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
         bounded = np.minimum(angle, _MAX_ANGLE)
         slope = np.tan(bounded) * seen.depth / camera.focal_length  # [m] a pixel
         sd = np.hypot(noise.compute_axial_sd(seen.depth, bounded), noise.compute_lateral_sd(bounded) * slope)
+        sd = np.maximum(sd, _LEAST_SD)
         bias = _compute_bias(ellipsoid, view.pixels, seen.depth, noise.compute_lateral_sd(bounded), camera)
         used = (angle < _MAX_ANGLE) & (np.abs(view.depth - bias - seen.depth) < _MAX_DEVIATION * sd)
         if used.sum() < NUM_NUMBERS:

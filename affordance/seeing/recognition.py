@@ -1,8 +1,8 @@
 """Which material a colour is of: one seen before, or one never seen.
 
 A colour is measured with an error, and things of one material differ by what is just noticeable. Around each look
-that was met before colours are normal in CIELAB; those of materials never met are anywhere among the colours a picture can
-hold. All known looks and "never met" are equally probable before the colour is seen.
+that was met before colours are normal in CIELAB; those of materials never met are anywhere among the colours a
+picture can hold. All known looks and "never met" are equally probable before the colour is seen.
 """
 
 from collections.abc import Sequence

@@ -145,7 +145,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
         reason = f"{100 * shown:.0f} % of a part shows beside what is in front of it, must be at least"
         raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
     if fit.misfit > MAX_MISFIT:
-        reason = f"what is seen of a part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
+        reason = f"what is seen as one part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
         raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
 
 

@@ -33,12 +33,17 @@ _NUM_SDS = 4.0
 _STAND_ERROR = 1e-3
 # Fewer readings than this part of the picture are none.
 _MIN_READABLE = 0.5
-# Half a side of the median filter that takes the noise off colours, in pixels, and how far from the object's rim
-# colours are its own.
-_SMOOTHING = 2
-# Tints further apart than this are of two materials: noise of the smoothed colour is 1 to 3, and colours ten units
-# apart are different to any eye; bins of the histogram in which the most frequent tints are found.
+# Sides of the median and the mean filter that take the noise off colours, and how far from a pixel both reach: the
+# rest of the stand's colour is that far inside the object, [pixels].
+_MEDIAN_SIDE, _MEAN_SIDE, _SMOOTHING = 5, 3, 3
+# Tints further apart than this are of two materials: colours ten units apart differ to any eye. Bins of the
+# histogram in which the most frequent tints are found.
 _TINT_RADIUS, _TINT_BIN = 10.0, 2.0
+# In less light than this, of what saturates a channel, that radius is less than four standard deviations of what
+# noise does to the tint of a smoothed grey (0.7 over the root of the light), and grows with it.
+_LIT = 0.08
+# Strips of mixed colours between two parts are narrower than this, and are no part, [pixels].
+_STRIP = 5
 # A region has a waist if it falls apart where its distance from the rim is more than this part of each piece's own.
 _WAIST = 0.7
 # Distances from the rim at which waists are sought: from this many pixels on, so many of them.
@@ -103,11 +108,12 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)
     labels = np.full(object_mask.shape, _UNKNOWN, dtype=np.int32)
-    window = find_window(object_mask, room=3 * _SMOOTHING)
+    window = find_window(object_mask, room=2 * _SMOOTHING)
     within, seen = labels[window], object_mask[window]
-    tints = _smooth_tints(picture.colour[window], seen)
+    smooth = cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), _MEDIAN_SIDE) / np.float32(255.0)
+    smooth = cv2.blur(smooth, (_MEAN_SIDE, _MEAN_SIDE))
     num_parts = 0
-    for region in _split_by_tint(seen, tints):
+    for region in _split_by_tint(seen, smooth):
         for part in _split_at_waists(region):
             within[part] = num_parts
             num_parts += 1
@@ -152,27 +158,23 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
     )
 
 
-def _smooth_tints(colour: NDArray[np.uint8], mask: Mask) -> Array:
-    smooth = cv2.medianBlur(np.ascontiguousarray(colour), 2 * _SMOOTHING + 1)
-    tints = np.zeros((*mask.shape, 2))
-    tints[mask] = compute_tints(smooth[mask] / np.float32(255.0))
-    return tints
-
-
-def _split_by_tint(mask: Mask, tints: Array) -> list[Mask]:
-    """Regions of one tint each: tints are found one after the other, the most frequent first."""
+def _split_by_tint(mask: Mask, colour: NDArray[np.float32]) -> list[Mask]:
+    """Regions of one tint each: tints are found one after the other, the most frequent first, in good light first."""
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
     core = core if core.any() else mask
-    points = tints[core]
+    points, brightness = compute_tints(colour[core]), colour[core].max(axis=1)
+    lit = brightness >= _LIT
+    radius = _TINT_RADIUS * np.sqrt(np.maximum(1.0, _LIT / np.maximum(brightness, 1.0 / 255.0)))
     left = np.ones(len(points), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= MIN_PIXELS // 4:
-        mode = _find_mode(points[left])
-        near = np.linalg.norm(points - mode, axis=1) <= _TINT_RADIUS
-        if (near & left).sum() < MIN_PIXELS // 4:
+        pool = left & lit if (left & lit).sum() >= MIN_PIXELS // 4 else left
+        mode = _find_mode(points[pool])
+        near = np.linalg.norm(points - mode, axis=1) <= radius
+        if (near & pool).sum() < MIN_PIXELS // 4:
             break
-        modes.append(points[near & left].mean(axis=0))
+        modes.append(points[near & pool].mean(axis=0))
         left &= ~near
     nearest = np.argmin([np.linalg.norm(points - mode, axis=1) for mode in modes], axis=0)
     seeds = np.zeros(mask.shape, dtype=np.int32)
@@ -180,7 +182,9 @@ def _split_by_tint(mask: Mask, tints: Array) -> list[Mask]:
     regions = []
     for number in range(1, len(modes) + 1):
         # Between two parts colours mix; such a strip is no part.
-        one = cv2.morphologyEx((seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((side, side), np.uint8))
+        one = cv2.morphologyEx(
+            (seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_STRIP, _STRIP), np.uint8)
+        )
         count, pieces, statistics, _ = cv2.connectedComponentsWithStats(one, connectivity=4)
         regions += [pieces == k for k in range(1, count) if statistics[k, cv2.CC_STAT_AREA] >= MIN_PIXELS // 4]
     return _grow(regions, mask)
