@@ -94,7 +94,7 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     tools = load_tools(path, materials)
     if len(tools) != 2:
         raise BadValueError(path, "tools", f"has {len(tools)} entries, must have 2: the objects to choose from")
-    settings = Settings(arm=models / ARM.name, sight=Sight.PIXELS)
+    settings = Settings(arm=models / ARM.name)
     known = tuple((material.colour, material.density) for material in materials.values())
     return VisionConfig(tools, known, Reach(load_path(models / "paths" / "mash.yaml")), seed, settings)
 
