@@ -39,7 +39,9 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
     assert report == out / "report.html"
     assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
     assert (out / "other" / "ran.txt").read_text() == "other: models, seed 3, features, 7 repeats, 2 jobs; found "
-    assert (out / "one" / "ran.txt").read_text() == "one: models, seed 3, features, 7 repeats, 2 jobs; found other/ran.txt"
+    assert (
+        out / "one" / "ran.txt"
+    ).read_text() == "one: models, seed 3, features, 7 repeats, 2 jobs; found other/ran.txt"
 
 
 def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything_is_run(made_up, tmp_path):

@@ -31,7 +31,7 @@ def draw_object(rng: np.random.Generator, name: str) -> Tool:
 def _draw_chain(rng: np.random.Generator) -> list[Component]:
     parts: list[Component] = []
     azimuth = rng.uniform(0.0, 2.0 * np.pi)
-    contact = np.zeros(3)
+    before: Component | None = None
     for number in range(rng.integers(1, MAX_PARTS + 1)):
         azimuth += rng.uniform(-_MAX_TURN, _MAX_TURN)
         inclination = rng.uniform(-_MAX_INCLINATION, _MAX_INCLINATION)
@@ -41,10 +41,15 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
         shape, R_TE = _draw_ellipsoid(rng), Rotation.random(rng=rng).as_matrix()
         X_TE = np.eye(4)
         X_TE[:3, :3] = R_TE
-        # The farthest point against the chain's direction touches the last part's farthest point along its own.
-        X_TE[:3, 3] = contact + R_TE @ shape.find_support(R_TE.T @ along)
-        contact = X_TE[:3, 3] + R_TE @ shape.find_support(R_TE.T @ along)
-        parts.append(Component(shape, X_TE, *[_draw_material(rng, f"material_{number}")] * 2))
+        if before is not None:
+            # The farthest point of the one before along a direction is this one's farthest against it: they touch
+            # there, in a plane across that direction, and nowhere else.
+            R_TB, p_TB = before.X_TE[:3, :3], before.X_TE[:3, 3]
+            X_TE[:3, 3] = p_TB + R_TB @ before.shape.find_support(R_TB.T @ along)
+            X_TE[:3, 3] += R_TE @ shape.find_support(R_TE.T @ along)
+        material = _draw_material(rng, f"material_{number}")
+        before = Component(shape, X_TE, material, material)
+        parts.append(before)
     return parts
 
 

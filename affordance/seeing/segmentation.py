@@ -110,8 +110,8 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     labels = np.full(object_mask.shape, _UNKNOWN, dtype=np.int32)
     window = find_window(object_mask, room=2 * _SMOOTHING)
     within, seen = labels[window], object_mask[window]
-    smooth = cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), _MEDIAN_SIDE) / np.float32(255.0)
-    smooth = cv2.blur(smooth, (_MEAN_SIDE, _MEAN_SIDE))
+    median = cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), _MEDIAN_SIDE)
+    smooth = cv2.blur((median / 255.0).astype(np.float32), (_MEAN_SIDE, _MEAN_SIDE))
     num_parts = 0
     for region in _split_by_tint(seen, smooth):
         for part in _split_at_waists(region):
@@ -158,7 +158,7 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
     )
 
 
-def _split_by_tint(mask: Mask, colour: NDArray[np.float32]) -> list[Mask]:
+def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     """Regions of one tint each: tints are found one after the other, the most frequent first, in good light first."""
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
