@@ -10,6 +10,7 @@ from affordance.exceptions import HiddenPartError, NoFitError, TooSmallError
 from affordance.inertia import Ellipsoid
 from affordance.seeing.ellipsoid_fit import NUM_NUMBERS, Fit, SeenEllipsoid, View, build_strain, fit_ellipsoid, sight
 from affordance.seeing.picture import Array, Camera, Mask, Picture
+from affordance.seeing.regularity import express_fit, straighten
 from affordance.seeing.rig import Rig, compute_shading
 from affordance.seeing.segmentation import Segmentation, find_window, segment
 from affordance.seeing.sensor_noise import SensorNoise
@@ -102,20 +103,21 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Features of a fitted part in T: axes from the longest to the shortest, and one deformation a unit error."""
-    R_TC = X_TC[:3, :3]
-    squares, axes_C = np.linalg.eigh(fit.ellipsoid.shape_matrix)
-    R_TE = R_TC @ axes_C[:, ::-1]
-    R_TE[:, 2] *= np.sign(np.linalg.det(R_TE))
+    """Features of a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
+    fit = straighten(express_fit(fit, X_TC))
+    squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
-    X_TE[:3, :3] = R_TE
-    X_TE[:3, 3] = R_TC @ fit.ellipsoid.centre + X_TC[:3, 3]
+    X_TE[:3, :3] = axes[:, ::-1]
+    X_TE[:3, 2] *= np.sign(np.linalg.det(X_TE[:3, :3]))
+    X_TE[:3, 3] = fit.ellipsoid.centre
     a, b, c = (float(size) for size in np.sqrt(squares[::-1]))
+    variances, directions = np.linalg.eigh(fit.covariance)
     deformations = np.zeros((NUM_NUMBERS, 4, 4))
-    for error, deformation in zip(np.linalg.cholesky(fit.covariance).T, deformations, strict=True):
-        E = R_TC @ build_strain(error[3:]) @ R_TC.T
+    errors = (directions * np.sqrt(np.maximum(0.0, variances))).T
+    for error, deformation in zip(errors, deformations, strict=True):
+        E = build_strain(error[3:])
         deformation[:3, :3] = E
-        deformation[:3, 3] = R_TC @ error[:3] - E @ X_TE[:3, 3]
+        deformation[:3, 3] = error[:3] - E @ X_TE[:3, 3]
     return ComponentFeatures(colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations)
 
 
