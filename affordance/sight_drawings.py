@@ -1,22 +1,26 @@
-"""Pictures of seeing: what the camera saw, which parts were made out in it, and the ellipsoids fitted to them."""
+"""Pictures of seeing: what the camera saw and what was made of it, how well it is seen, and what that costs."""
 
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
+from scipy.stats import norm
 
 from affordance.figures import OBJECT_COLOURS
 from affordance.seeing.picture import Camera, Picture
 from affordance.seeing.rig import DEFAULT_RIG
 from affordance.seeing.see import Seen, draw_outline
 
+Array = NDArray[np.float64]
+
 # How much of the picture is shown around the object, [pixels].
 _ROOM = 25
 _TITLE_WIDTH = 55  # [characters]
+_MARKERS, _LINES = ("o", "s", "^"), ("-", "--", "-.", ":")
 
 
 class Sight(NamedTuple):
@@ -44,6 +48,66 @@ def draw_sights(sights: Sequence[Sight], camera: Camera = DEFAULT_RIG.camera) ->
     for axes, heading in zip(rows[0], ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
         axes.annotate(heading, (0.5, 1.16), xycoords="axes fraction", ha="center", fontsize=10)
     return figure
+
+
+def draw_modes(panels: dict[str, dict[str, Array]]) -> Figure:
+    """Draws numbers of several ways of doing the same, one panel a number, trial by trial.
+
+    Args:
+        panels: What is shown, with its unit, and its values by way, shape (K,) each.
+    """
+    figure = Figure(figsize=(3.3 * len(panels), 3.4))
+    all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):
+        for k, (way, values) in enumerate(ways.items()):
+            colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+            axes.plot(range(len(values)), values, f"{_MARKERS[k]}{_LINES[k % len(_LINES)]}", color=colour, label=way)
+        axes.set_ylim(0.0, None)
+        axes.set_xticks(range(len(values)))
+        axes.set_xlabel("trial")
+        axes.set_ylabel(label)
+        axes.legend(frameon=False)
+    _tidy(all_axes)
+    return figure
+
+
+def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
+    """Draws how large errors of seeing are, and whether they are as large as the eye itself says.
+
+    Args:
+        errors: Absolute relative errors by what they are of.
+        targets: What the median of each is to be at most.
+        claimed: Errors of predicted masses in the standard deviations that were claimed.
+    """
+    figure = Figure(figsize=(11.0, 3.8))
+    left, right = figure.subplots(1, 2)
+    for k, (label, values) in enumerate(errors.items()):
+        colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+        left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
+        left.plot(100.0 * targets[label], 0.5, _MARKERS[k], color=colour)
+    left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
+    left.plot([], [], _MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
+    left.set_xscale("log")
+    left.set_xlim(0.01, 100.0)
+    left.set_ylim(0.0, 1.4)
+    left.set_xlabel("error at most (%)")
+    left.set_ylabel("proportion of cases")
+    left.legend(frameon=False, fontsize=8, loc="upper left")
+    levels = np.linspace(0.0, 1.0, 101)[1:-1]
+    covered = [(np.abs(claimed) <= norm.ppf(0.5 + 0.5 * level)).mean() for level in levels]
+    right.plot(levels, levels, ":", color="#000000", label="exact")
+    right.plot(levels, covered, color=OBJECT_COLOURS[0], label=f"predicted mass, {len(claimed)} objects")
+    right.plot([0.9, 0.9], [0.85, 0.95], color=OBJECT_COLOURS[2], linewidth=3.0, label="target")
+    right.set_xlabel("interval claimed to hold the truth with probability")
+    right.set_ylabel("proportion of intervals that do")
+    right.legend(frameon=False)
+    _tidy((left, right))
+    return figure
+
+
+def _tidy(all_axes: Iterable[Axes]) -> None:
+    for axes in all_axes:
+        axes.spines[["top", "right"]].set_visible(False)
 
 
 def _draw_sight(row: NDArray[np.object_], sight: Sight, camera: Camera) -> None:

@@ -16,6 +16,7 @@ from affordance import figures
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import write_json
 from affordance.settings import Settings, Sight
+from affordance.sight_drawings import draw_modes
 
 NAME = "modes"
 
@@ -59,7 +60,7 @@ def compare_modes(out: Path) -> None:
     panels = {
         curve.label: {mode: curve.scale * values for mode, values in both.items()} for curve, both in found.items()
     }
-    figures.save_figure(figures.draw_modes(panels), folder, "modes")
+    figures.save_figure(draw_modes(panels), folder, "modes")
     words = "; ".join(
         f"{label}: "
         + ", ".join(f"{mode} " + " ".join(f"{value:.4g}" for value in values) for mode, values in both.items())

@@ -38,7 +38,7 @@ from affordance.seeing.rig import build_rig_diagram, render
 from affordance.seeing.see import Seen
 from affordance.settings import Settings, Sight
 from affordance.sight_drawings import Sight as Look
-from affordance.sight_drawings import draw_sights
+from affordance.sight_drawings import draw_calibration, draw_sights
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Tool, load_materials, load_tools
 from affordance.visual_prior import predict_object
@@ -357,7 +357,7 @@ def _draw(config: VisionConfig, arrays: Mapping[str, NDArray[Any]], repeats: int
         values = arrays[key][:repeats]
         errors[label] = np.abs(values[np.isfinite(values)])
     claimed = arrays["mass_deviation"][np.isfinite(arrays["mass_deviation"])]
-    figures.save_figure(figures.draw_calibration(errors=errors, targets=TARGETS, claimed=claimed), folder, "errors")
+    figures.save_figure(draw_calibration(errors=errors, targets=TARGETS, claimed=claimed), folder, "errors")
     failed = np.flatnonzero(arrays["failure"][:repeats] != "")
     made_out = np.flatnonzero(arrays["failure"][:repeats] == "")
     if len(made_out):
