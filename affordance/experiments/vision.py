@@ -161,24 +161,25 @@ def run_repeat(config: VisionConfig, folder: Path, number: int) -> dict[str, NDA
     """Looks at the object of a number, and keeps the picture if it cannot be made out.
 
     Returns: The fields of Comparison; ``failure``, the name of what went wrong, empty if nothing; ``reason``; and
-        ``seconds``, what seeing took beside taking the picture.
+        ``seconds``, the processor time that seeing took
+        beside taking the picture.
     """
     tool = draw_numbered_object(config.seed, number)
     eye = get_eye()
     rng = np.random.default_rng([config.seed, number, _NOISE])
     picture = eye.noise.add_to(render(tool, eye.rig).picture, eye.rig.camera, rng)
     failure, reason, comparison = "", "", NOTHING
-    start = time.perf_counter()
+    start = time.process_time()
     try:
         seen = eye.see(picture)
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         if len(seen.fits) == len(tool.components):
             comparison = compare(tool, seen)
         else:
             failure, reason = "WrongParts", f"{len(seen.fits)} parts seen of an object of {len(tool.components)}"
             save_frame(SeeingError(reason, *picture), folder / "frames", f"object_{number:05d}")
     except SeeingError as error:
-        seconds = time.perf_counter() - start
+        seconds = time.process_time() - start
         failure, reason = type(error).__name__, error.reason
         save_frame(error, folder / "frames", f"object_{number:05d}")
     kept = {name: np.array(value) for name, value in comparison._asdict().items()}
@@ -301,7 +302,7 @@ def describe(
         ),
         Claim(
             "issue 5",
-            f"Seeing takes at most {_TARGET_MS:.0f} ms an object beside taking the picture.",
+            f"Seeing takes at most {_TARGET_MS:.0f} ms of one processor an object, beside taking the picture.",
             bool(numbers["ms_per_object"] <= _TARGET_MS),
             f"{numbers['ms_per_object']:.0f} ms in the median",
         ),
