@@ -47,7 +47,7 @@ def check_refusal(arguments, message, out):
         (["--seed", "-1"], "--seed: is -1, must be from 0 to"),
         (["--jobs", "0"], "--jobs: is 0, must be from 1 to 4096"),
         (["--repeats", "many"], "--repeats: invalid int value: 'many'"),
-        (["--vision", "ears"], "--vision: invalid choice: 'ears' (choose from features, pixels)"),
+        (["--vision", "ears"], "--vision: invalid choice: 'ears'"),
         (["--colour"], "unrecognized arguments: --colour"),
     ],
 )
