@@ -1,7 +1,7 @@
 """Runs the paper's simulations and writes their numbers, figures and report.
 
-run_experiments.py [weight|com|reach|hammer|all] [--repeats N] [--seed S] [--jobs J] [--out DIR] [--models DIR]
-                   [--fault NAME] [--cluster ADDRESS]
+run_experiments.py [weight|com|reach|hammer|vision|all] [--repeats N] [--seed S] [--jobs J] [--out DIR]
+                   [--models DIR] [--vision features|pixels] [--fault NAME] [--cluster ADDRESS]
 """
 
 import argparse
@@ -14,6 +14,7 @@ import joblib
 
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.suite import EXPERIMENTS, run_suite
+from affordance.settings import Sight
 from affordance.tools import MODELS
 
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
@@ -32,11 +33,19 @@ def build_parser() -> argparse.ArgumentParser:
     """Builds the command line."""
     parser = OneLineParser(description="Run the simulations of visual inertial affordances.")
     parser.add_argument("experiment", nargs="?", default="all", help=f"{', '.join(EXPERIMENTS)} or all (default)")
-    parser.add_argument("--repeats", type=int, default=200, help="simulated observers (default 200)")
+    parser.add_argument(
+        "--repeats", type=int, default=200, help="simulated observers; for vision, objects (default 200)"
+    )
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
     parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    parser.add_argument(
+        "--vision",
+        choices=[sight.value for sight in Sight],
+        default=Sight.FEATURES.value,
+        help="features of objects as they are (default), or seen in a colour and depth picture of each",
+    )
     parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
@@ -75,6 +84,7 @@ def main() -> int:
             jobs=arguments.jobs,
             faults=arguments.fault,
             cluster=arguments.cluster,
+            sight=Sight(arguments.vision),
         )
         print(f"The report: {report}")
     except AffordanceError as error:

@@ -139,6 +139,25 @@ class DensityBelief:
         shift[: self.size] = self.shift
         return DensityBelief(precision, shift)
 
+    def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
+        """Adds a material that is one of those known, or one never felt.
+
+        Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions.
+
+        Args:
+            probabilities: That it is each of the M known ones and, last, that it is none of them, shape (M + 1,).
+            prior: What is believed of it if it is none of them.
+        """
+        known, covariance = self.centre, self.covariance
+        means = np.append(known, prior.mode)
+        variances = np.append(np.diag(covariance), prior.sd**2)
+        mean = probabilities @ means
+        extended = np.zeros((self.size + 1, self.size + 1))
+        extended[:-1, :-1] = covariance
+        extended[-1, :-1] = extended[:-1, -1] = covariance @ probabilities[:-1]
+        extended[-1, -1] = probabilities @ (variances + (means - mean) ** 2)
+        return DensityBelief.from_moments(np.append(known, mean), extended)
+
     def spread(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
         """Belief about the densities of objects, mu + delta each, with deltas ~ N(0, deviation_sd^2 I) of their own.
 

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 
 from affordance.arm import ArmModel, load_arm
 from affordance.exceptions import AffordanceError
+from affordance.eye import look
 from affordance.inertia import build_transform_map
 from affordance.memory import MaterialMemory
 from affordance.object_belief import ObjectBelief
 from affordance.planned_motion import Costs
-from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import Grip, Placed, Tool
-from affordance.vision import VisionError, observe
+from affordance.vision import VisionError
 from affordance.visual_prior import ComponentFeatures, predict_object
 
 Array = NDArray[np.float64]
@@ -59,15 +60,21 @@ class Option:
         return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)
 
 
-def list_options(tool: Tool, error: VisionError = VisionError(), seed: int = 0) -> tuple[Option, ...]:
+def list_options(
+    tool: Tool, error: VisionError = VisionError(), seed: int = 0, sight: Sight = Sight.FEATURES
+) -> tuple[Option, ...]:
     """Looks at a tool once and lists the ways of holding it.
 
     Args:
         tool: The tool.
-        error: How well the eye measures.
-        seed: Determines the errors of the eye.
+        error: How well the eye measures, where it is told the features.
+        seed: Determines the errors of the eye, or the noise of the picture.
+        sight: Whether the features are told, or seen in a picture.
+
+    Raises:
+        SeeingError: The picture does not show what is needed.
     """
-    features = observe(tool, error, np.random.default_rng(seed))
+    features = look(tool, Settings(vision_error=error, sight=sight), np.random.default_rng(seed))
     grips = tool.grips or (Grip("", np.eye(4)),)
     return tuple(Option(tool.name, grip.name, features, grip.X_TG) for grip in grips)
 

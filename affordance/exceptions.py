@@ -1,6 +1,9 @@
 """Errors a caller can act on; all derive from AffordanceError, whose text is always one line."""
 
 from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
 
 
 class AffordanceError(Exception):
@@ -43,6 +46,61 @@ class ModelFileError(AffordanceError):
 
     def __str__(self) -> str:
         return _on_one_line(f"{self.path}: {self.problem}")
+
+
+class SeeingError(AffordanceError):
+    """A picture from which the features of an object cannot be had.
+
+    Attributes:
+        reason: What is the matter, with the number and its bound.
+        colour: The picture, red, green and blue, shape (height, width, 3), uint8, for inspection.
+        depth: Its depth, shape (height, width), [m].
+        frame: Where the picture was saved; empty if it was not.
+    """
+
+    def __init__(self, reason: str, colour: NDArray[Any], depth: NDArray[Any], frame: str = "") -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(reason, colour, depth, frame)
+        self.reason = reason
+        self.colour = colour
+        self.depth = depth
+        self.frame = frame
+
+    def __str__(self) -> str:
+        saved = f" (picture saved as {self.frame})" if self.frame else ""
+        return _on_one_line(f"{self.reason}{saved}")
+
+
+class UnusablePictureError(SeeingError):
+    """The picture is none: of the wrong shape or kind, or smaller than what the smallest object covers."""
+
+
+class NoDepthError(SeeingError):
+    """There is no depth reading, or too few, or none that is a number."""
+
+
+class OneColourError(SeeingError):
+    """The whole picture is of one colour, as that of a camera that is covered or broken."""
+
+
+class NothingSeenError(SeeingError):
+    """There is nothing on the stand: no object, or it is out of view."""
+
+
+class OutOfViewError(SeeingError):
+    """The object reaches beyond the picture's edge."""
+
+
+class TooSmallError(SeeingError):
+    """A part covers fewer pixels than its fit needs."""
+
+
+class HiddenPartError(SeeingError):
+    """One part stands before another, so that too little of that one is seen."""
+
+
+class NoFitError(SeeingError):
+    """No ellipsoid of a plausible size explains what is seen of a part."""
 
 
 def _on_one_line(text: str) -> str:

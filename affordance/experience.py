@@ -125,7 +125,8 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
     for trial, index in enumerate(order):
         seed = (config.seed, repeat, trial)
         record = runner.run_hold(config.tools[index], memory, duration=config.duration, seed=seed)
-        memory = record.memory
+        # A look that was not recognised for certain is forgotten; what it taught of the others is not.
+        memory = record.memory.keep(config.looks)
         memories.append(memory)
         records.append(record)
     return {

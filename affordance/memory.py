@@ -10,11 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.belief import EMPTY_BELIEF, DensityBelief, Prior
+from affordance.seeing.recognition import compute_look_probabilities
 from affordance.tools import Colour
 
 # Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps, and
 # half a step so that rounding does not decide.
 SAME_COLOUR = 5.5 / 255
+# What is more probable than this is taken for certain; the rest of the probability is let go.
+CERTAIN = 0.95
 # Standard deviation of what is known for certain, [kg/m^3].
 _CERTAIN_SD = 1e-3
 
@@ -48,6 +51,41 @@ class MaterialMemory:
             if look_alike(look, colour):
                 return index
         return None
+
+    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[MaterialMemory, int]":
+        """Finds which look a measured colour is, or makes it a look of its own.
+
+        A colour that may be of several materials becomes a look whose density has mean and covariances of the mixture
+        of theirs: what is felt of it then teaches about each of them by its share. That normal distribution stands
+        for the mixture is an approximation (docs/decisions/0015-vision-from-pixels.md).
+
+        Args:
+            colour: The colour as measured.
+            colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
+            prior: What is believed of materials never met.
+
+        Returns: The memory, which has met the colour, and the index of its look.
+        """
+        if colour_sd == 0.0:
+            memory = self.meet([colour], prior)
+            index = memory.find(colour)
+            assert index is not None
+            return memory, index
+        probabilities = compute_look_probabilities(colour, colour_sd, self.looks)
+        best = int(np.argmax(probabilities))
+        if probabilities[best] >= CERTAIN and best < len(self.looks):
+            return self, best
+        return MaterialMemory((*self.looks, colour), self.belief.extend_by_mixture(probabilities, prior)), len(
+            self.looks
+        )
+
+    def keep(self, looks: Sequence[Colour]) -> "MaterialMemory":
+        """Returns the memory with these looks only, all of which it has met, in their order."""
+        if tuple(looks) == self.looks:
+            return self
+        indices = [self.looks.index(look) for look in looks]
+        covariance = self.belief.covariance[np.ix_(indices, indices)]
+        return MaterialMemory(tuple(looks), DensityBelief.from_moments(self.belief.centre[indices], covariance))
 
     def meet(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
         """Returns the memory extended by the prior for those colours that were never met."""

@@ -135,17 +135,23 @@ def _render_section(section: Section, home: Path) -> str:
         for claim in section.claims
     )
     differences = "".join(f"<li>{html.escape(text)}</li>" for text in section.differences)
-    # Numbers are written last of all; not every section is of an experiment with an arm in motion.
-    links = [f'<a href="{home.name}/metrics.json">all numbers</a>']
-    for file, what in (("replay.html", "the arm in motion"), ("diagram.svg", "the diagram that was run")):
-        if (home / file).exists():
-            links.append(f'<a href="{home.name}/{file}">{what}</a>')
     return (
         f"<h2>{html.escape(section.title)}</h2>\n<p>{html.escape(section.summary)}</p>\n{pictures}\n"
         f"<table><tr><th>said in</th><th>claim</th><th>here</th><th>found</th></tr>\n{rows}</table>\n"
         + (f"<h3>Where we differ from the paper</h3>\n<ul>{differences}</ul>\n" if differences else "")
-        + f"<p>More: {', '.join(links)}.</p>"
+        + _render_links(home)
     )
+
+
+def _render_links(home: Path) -> str:
+    """Where there is more of an experiment."""
+    more = {
+        "replay.html": "the arm in motion",
+        "metrics.json": "all numbers",
+        "diagram.svg": "the diagram that was run",
+    }
+    links = [f'<a href="{home.name}/{file}">{text}</a>' for file, text in more.items() if (home / file).exists()]
+    return f"<p>More: {', '.join(links)}.</p>" if links else ""
 
 
 def _render_picture(picture: Picture, home: Path) -> str:

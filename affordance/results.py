@@ -39,7 +39,7 @@ _DAMAGE = (
     zipfile.BadZipFile,
 )
 _PACKAGE = Path(__file__).parent
-_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "scipy")
+_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
 def prepare_folder(path: Path) -> Path:

@@ -4,6 +4,7 @@ They were fixed before any experiment was run and are not tuned to its outcome; 
 what it is. A study of sensitivity replaces them one at a time.
 """
 
+import enum
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,6 +18,13 @@ from affordance.noise import NoiseModel, WeberNoise
 from affordance.vision import VisionError
 
 
+class Sight(enum.Enum):
+    """Where the features of an object come from."""
+
+    FEATURES = "features"  # the object itself, with the error of measuring them (paper, IV-A)
+    PIXELS = "pixels"  # a colour and depth picture of it, and nothing else
+
+
 @dataclass(frozen=True)
 class Settings:
     """Everything that is the same for all simulations.
@@ -26,6 +34,7 @@ class Settings:
         prior: What is believed of a material never felt.
         noise: How well joints feel torque.
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
+        sight: Whether features are measured or seen in pictures; vision_error is for those that are measured.
         mpc: Horizon, steps and weights of the controller.
         tick: Time between two plans of the controller, [s].
         point: Which density stands for the belief in control.
@@ -53,6 +62,7 @@ class Settings:
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
     vision_error: VisionError = VisionError()
+    sight: Sight = Sight.FEATURES
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
     # docs/decisions/0005-controller.md
     mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)

@@ -10,6 +10,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
 from affordance.diagram import TrialDiagram, build_trial_diagram
+from affordance.eye import look
 from affordance.memory import MaterialMemory
 from affordance.nail import NailPlacement
 from affordance.settings import Settings
@@ -18,7 +19,6 @@ from affordance.systems.mpc_controller import TickCounts
 from affordance.tasks.strike import Strike
 from affordance.tasks.task import Task
 from affordance.tools import Tool
-from affordance.vision import observe
 
 Array = NDArray[np.float64]
 
@@ -156,7 +156,7 @@ class TrialRunner:
         trial.arm.set_payload(plant_context, tool.parameters)
         self.settings.faults.change_arm(trial.arm, plant_context)
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
-        features = observe(tool, self.settings.vision_error, np.random.default_rng([*seed, 0]))
+        features = look(tool, self.settings, np.random.default_rng([*seed, 0]))
         trial.vision.set_features(trial.vision.GetMyMutableContextFromRoot(context), features)
         trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
         trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))

@@ -5,14 +5,14 @@ uncertainty to first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from affordance.belief import Prior
-from affordance.inertia import NUM_PARAMETERS, Shape, build_inertia_map
+from affordance.inertia import NUM_PARAMETERS, Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.memory import MaterialMemory
 from affordance.object_belief import Geometry, ObjectBelief
 from affordance.tools import Colour
@@ -34,6 +34,9 @@ class ComponentFeatures:
         size_sd: Standard deviation of each size's error, as a fraction of that size.
         position_sd: Standard deviation of each coordinate's error, [m].
         rotation_sd: Standard deviation of the error about each axis, [rad].
+        colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
+        deformations: Further errors, each an affine map of points in T by which the part is off, one standard
+            deviation of it, less the identity, shape (G, 4, 4): what a picture leaves open, correlations included.
     """
 
     colour: Colour
@@ -42,6 +45,8 @@ class ComponentFeatures:
     size_sd: float = 0.0
     position_sd: float = 0.0
     rotation_sd: float = 0.0
+    colour_sd: float = 0.0
+    deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
@@ -54,8 +59,10 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
 
     Returns: The belief about the object before it is felt; its memory includes every look of the object.
     """
-    memory = memory.meet([part.colour for part in features], prior)
-    indices = [index for part in features if (index := memory.find(part.colour)) is not None]
+    indices = []
+    for part in features:
+        memory, index = memory.recognise(part.colour, part.colour_sd, prior)
+        indices.append(index)
     return ObjectBelief(
         memory, memory.belief.spread(prior.deviation_sd), _measure_geometry(features, indices, memory.belief.size)
     )
@@ -78,6 +85,13 @@ def _measure_geometry(
                 )
                 error[:, index] = sd * difference[:, 0] / (2.0 * _STEP)
                 errors.append(error)
+        J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
+        for deformation in part.deformations:
+            error = np.zeros((NUM_PARAMETERS, num_materials))
+            # Of det(D) D J D^T at D = I + deformation: a solid of given density has more mass where it is larger.
+            change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
+            error[:, index] = parameters_from_pseudo_inertia(change)
+            errors.append(error)
     return Geometry(Phi, np.array(errors).reshape(-1, NUM_PARAMETERS, num_materials))
 
 

@@ -43,12 +43,13 @@ def check_refusal(arguments, message, out):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, all"),
+        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, vision, all"),
         (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
         (["--repeats", "-5"], "--repeats: is -5, must be from 1 to 1000000"),
         (["--seed", "-1"], "--seed: is -1, must be from 0 to"),
         (["--jobs", "0"], "--jobs: is 0, must be from 1 to 4096"),
         (["--repeats", "many"], "--repeats: invalid int value: 'many'"),
+        (["--vision", "ears"], "--vision: invalid choice: 'ears'"),
         (["--colour"], "unrecognized arguments: --colour"),
     ],
 )
@@ -84,7 +85,8 @@ def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path):
 def test_help_explains_every_option():
     status, out, _ = run("--help")
     assert status == 0
-    for option in ("--repeats", "--seed", "--jobs", "--out", "--models", "--fault", "--cluster", "weight"):
+    options = ("--repeats", "--seed", "--jobs", "--out", "--models", "--vision", "--fault", "--cluster", "weight")
+    for option in options:
         assert option in out
 
 

@@ -1,8 +1,9 @@
 import pickle
 
+import numpy as np
 import pytest
 
-from affordance.exceptions import BadValueError, ModelFileError
+from affordance.exceptions import BadValueError, ModelFileError, SeeingError, TooSmallError
 
 
 @pytest.mark.parametrize(
@@ -21,3 +22,11 @@ def test_errors_are_one_line_and_cross_processes(error, text):
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is type(error)
     assert str(again) == text
+
+
+def test_error_of_seeing_carries_its_picture_and_where_it_was_saved():
+    error = TooSmallError("a part  covers\n3 pixels", np.ones((2, 2, 3), dtype=np.uint8), np.zeros((2, 2)), "a/b.npz")
+    again = pickle.loads(pickle.dumps(error))
+    assert isinstance(again, SeeingError)
+    assert str(again) == "a part covers 3 pixels (picture saved as a/b.npz)"
+    np.testing.assert_array_equal(again.colour, error.colour)

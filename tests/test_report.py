@@ -25,6 +25,7 @@ def folder(tmp_path):
 def test_report_holds_all_sections_in_the_papers_order(folder):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
+    (folder / "weight" / "replay.html").write_text("a replay")
     page = write_report(folder).read_text()
     assert page.index("Simulation I<") < page.index("Simulation II<")
     assert page.count(">met<") == 1
@@ -33,7 +34,8 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "Objects &lt;held&gt; &amp; felt." in page
     assert "data:image/png;base64,iVBORw==" in page
     assert "weight/metrics.json" in page
-    assert "replay.html" not in page  # there is none
+    assert "weight/replay.html" in page
+    assert "com/replay.html" not in page  # there is none
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00"])

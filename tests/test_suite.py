@@ -20,8 +20,8 @@ def made_up(monkeypatch):
     """Two experiments that write down what they are run with."""
 
     def make(name):
-        def load_config(models, seed):
-            return f"{name}: {models.name}, seed {seed}"
+        def load_config(models, seed, sight):
+            return f"{name}: {models.name}, seed {seed}, {sight.value}"
 
         def run(config, folder, *, repeats, jobs):
             found = ", ".join(list_files(folder.parent))
@@ -38,8 +38,10 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
     report = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2)
     assert report == out / "report.html"
     assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
-    assert (out / "other" / "ran.txt").read_text() == "other: models, seed 3, 7 repeats, 2 jobs; found "
-    assert (out / "one" / "ran.txt").read_text() == "one: models, seed 3, 7 repeats, 2 jobs; found other/ran.txt"
+    assert (out / "other" / "ran.txt").read_text() == "other: models, seed 3, features, 7 repeats, 2 jobs; found "
+    assert (
+        out / "one" / "ran.txt"
+    ).read_text() == "one: models, seed 3, features, 7 repeats, 2 jobs; found other/ran.txt"
 
 
 def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything_is_run(made_up, tmp_path):

@@ -20,6 +20,7 @@ from affordance.diagram_picture import save_diagram
 from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, collect_experience
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import (
     check_looks_differ,
@@ -27,15 +28,16 @@ from affordance.experiments.preparation import (
     check_tools_can_be_held,
     check_tools_have_one_grip,
 )
+from affordance.experiments.sights import show_sights
+from affordance.eye import look
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
-from affordance.settings import Settings
+from affordance.settings import Settings, Sight
 from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import TrialRecord, get_runner
-from affordance.vision import observe
 from affordance.visual_prior import predict_object
 
 NAME = "com"
@@ -95,7 +97,7 @@ def load_objects(models: Path = MODELS) -> tuple[Tool, Tool, Tool]:
     return first, second, decoy
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> ComConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ComConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -103,7 +105,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> ComConfig:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     *honest, decoy = load_objects(models)
-    settings = Settings(arm=models / ARM.name)
+    settings = Settings(arm=models / ARM.name, sight=sight)
     check_tools_can_be_held(models / "tools" / "com.yaml", (*honest, decoy), settings)
     return ComConfig(ExperienceConfig(tuple(honest), seed, settings), decoy)
 
@@ -129,7 +131,7 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     parameters = []
     for trial, tool in enumerate(config.tools):
         rng = np.random.default_rng([config.experience.seed, repeat, _TEST, trial, _PREDICTED])
-        belief = predict_object(observe(tool, settings.vision_error, rng), memory, settings.prior)
+        belief = predict_object(look(tool, settings, rng), memory, settings.prior)
         parameters.append(belief.compute_parameters(belief.densities.compute_mode()))
     return {
         **stack_heights(records),
@@ -158,7 +160,8 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, shown)
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    write_section(folder, show_sights(section, folder, config.tools, settings, config.experience.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, shown, strict=True)
@@ -166,6 +169,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation II, seed {config.experience.seed}, after {experience.num_trials} trials"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title)
     described = describe_run(config, seed=config.experience.seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, settings)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 

@@ -22,7 +22,7 @@ from affordance.experiments.preparation import check_tools_are_honest, check_too
 from affordance.memory import MaterialMemory
 from affordance.metrics import Estimate
 from affordance.noise import WeberNoise
-from affordance.settings import Settings
+from affordance.settings import Settings, Sight
 from affordance.static_hold import StaticHold
 from affordance.tools import Colour, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled
@@ -84,7 +84,7 @@ def load_novel_objects(models: Path, experience: ExperienceConfig) -> NovelObjec
     return NovelObjects(plain, headed)
 
 
-def load_subjects(models: Path, seed: int) -> tuple[ExperienceConfig, NovelObjects]:
+def load_subjects(models: Path, seed: int, sight: Sight) -> tuple[ExperienceConfig, NovelObjects]:
     """Reads arm and objects from a folder of models: those that are held, and those that are chosen about.
 
     Raises:
@@ -92,7 +92,7 @@ def load_subjects(models: Path, seed: int) -> tuple[ExperienceConfig, NovelObjec
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     *honest, _ = load_objects(models)
-    settings = Settings(arm=models / ARM.name)
+    settings = Settings(arm=models / ARM.name, sight=sight)
     experience = ExperienceConfig(tuple(honest), seed, settings)
     novel = load_novel_objects(models, experience)
     check_tools_can_be_held(models / "tools" / "com.yaml", honest, settings)
@@ -120,13 +120,18 @@ class Choices(NamedTuple):
     headed: Choice
 
 
-def plan_choices(novel: NovelObjects, task: Demand, settings: Settings) -> Choices:
-    """Plans a task with each grip of each object.
+def plan_choices(novel: NovelObjects, task: Demand, settings: Settings, seed: int) -> Choices:
+    """Plans a task with each grip of each object; one look at an object, drawn from the seed, serves all observers.
 
     Raises:
         AffordanceError: It cannot be planned.
     """
-    return Choices(*(Choice(list_options(tool), task, settings) for tool in (novel.plain, novel.headed)))
+    return Choices(
+        *(
+            Choice(list_options(tool, seed=seed, sight=settings.sight), task, settings)
+            for tool in (novel.plain, novel.headed)
+        )
+    )
 
 
 def choose_before_experience(choice: Choice, looks: tuple[Colour, ...], seed: int) -> Chosen:

@@ -40,7 +40,9 @@ from affordance.experiments.decisions import (
     run_repeat,
     study_sensitivity,
 )
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import describe_run, label_motions
+from affordance.experiments.sights import show_sights
 from affordance.hammering_map import HammeringMap, find_crossovers, map_work
 from affordance.memory import MaterialMemory
 from affordance.nail import Nail
@@ -49,6 +51,7 @@ from affordance.photographs import Pose, take_close_ups, take_pictures
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
+from affordance.settings import Sight
 from affordance.tasks.hammer import BlowEnergies, Hammer, load_hammer
 from affordance.tools import MODELS, Tool, list_densities
 from affordance.trajectories import Labelled, write_trajectories
@@ -87,14 +90,14 @@ class HammerConfig:
     task: Hammer
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> HammerConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> HammerConfig:
     """Reads arm, objects and nail from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed)
+    experience, novel = load_subjects(models, seed, sight)
     path = models / "nail.yaml"
     config = HammerConfig(experience, novel, load_hammer(path))
     # What cannot be planned or carried out is refused here, before anything is written.
@@ -120,7 +123,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> HammerConfig:
 @functools.lru_cache(maxsize=1)  # loading plans to refuse what cannot be dealt, running to choose
 def build_choices(config: HammerConfig) -> Choices:
     """Plans the blows with each grip of each object."""
-    return plan_choices(config.novel, config.task, config.experience.settings)
+    return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
 def get_energies(config: HammerConfig, tool: Tool) -> dict[str, BlowEnergies]:
@@ -253,9 +256,12 @@ def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     placement = studied.executed[numbers["correct_grip"]].strike.placement
     save_diagram(get_runner(settings).get_diagram(tool, placement).diagram, folder, "diagram")
     _draw(config, numbers, studied, sensitivity, folder, repeats)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    tools = (config.novel.plain, config.novel.headed)
+    write_section(folder, show_sights(section, folder, tools, settings, seed))
     _write_replay(config, studied, folder)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, settings)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
 

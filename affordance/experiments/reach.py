@@ -37,12 +37,15 @@ from affordance.experiments.decisions import (
     run_repeat,
     study_sensitivity,
 )
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import describe_run, label_motions
+from affordance.experiments.sights import show_sights
 from affordance.paths import load_path
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
 from affordance.rollout import Rollout, roll_out
+from affordance.settings import Sight
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Tool, list_densities
 from affordance.trajectories import Labelled, write_trajectories
@@ -66,14 +69,14 @@ class ReachConfig:
     task: Reach
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> ReachConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ReachConfig:
     """Reads arm, objects and path from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed)
+    experience, novel = load_subjects(models, seed, sight)
     path = models / "paths" / "reach.yaml"
     config = ReachConfig(experience, novel, Reach(load_path(path)))
     # What cannot be planned or carried out is refused here, before anything is written.
@@ -101,7 +104,7 @@ def build_choices(config: ReachConfig) -> Choices:
     Raises:
         AffordanceError: The path cannot be planned.
     """
-    return plan_choices(config.novel, config.task, config.experience.settings)
+    return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
 @functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run
@@ -145,7 +148,8 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     held = {grip.name: config.novel.plain.hold_by(grip) for grip in config.novel.plain.grips}
     save_diagram(get_runner(settings).get_diagram(held[numbers["correct_grip"]]).diagram, folder, "diagram")
     _draw(config, numbers, executed, sensitivity, folder, repeats)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    write_section(folder, show_sights(section, folder, (config.novel.plain, config.novel.headed), settings, seed))
     scenes = [
         Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
         for grip, rollout in executed.items()
@@ -154,6 +158,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation III: {config.novel.plain.name}"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title, p_WG=path)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, settings)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
 

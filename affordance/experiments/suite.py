@@ -6,13 +6,17 @@ from pathlib import Path
 
 from affordance.arm import ARM, load_arm
 from affordance.cluster import use_cluster
-from affordance.experiments import com, hammer, reach, weight
+from affordance.exceptions import SeeingError
+from affordance.experiments import com, hammer, reach, vision, weight
+from affordance.experiments.modes import compare_modes
 from affordance.experiments.preparation import switch_faults_on
 from affordance.faults import load_faults
 from affordance.report import write_report
 from affordance.results import prepare_folder, remove_leftovers
+from affordance.seeing.frames import save_frame
+from affordance.settings import Sight
 
-EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer)}
+EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer, vision)}
 
 
 def run_suite(
@@ -25,6 +29,7 @@ def run_suite(
     jobs: int,
     faults: Sequence[str] = (),
     cluster: str | None = None,
+    sight: Sight = Sight.FEATURES,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -37,6 +42,7 @@ def run_suite(
         jobs: Processes, at least 1; of no account with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
+        sight: Where the features of objects come from.
 
     Returns: Path of the report.
 
@@ -44,15 +50,20 @@ def run_suite(
         BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not fit;
             nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
+        SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
     """
-    configs = {name: EXPERIMENTS[name].load_config(models, seed) for name in names}
+    configs = {name: EXPERIMENTS[name].load_config(models, seed, sight) for name in names}
     if faults:
         switched_on = load_faults(models / "faults.yaml", faults, load_arm(models / ARM.name).joint_names)
         configs = {name: switch_faults_on(config, switched_on) for name, config in configs.items()}
-    with use_cluster(cluster, models) if cluster is not None else nullcontext():
-        prepare_folder(out)
-        folders = {name: prepare_folder(out / name) for name in names}
-        remove_leftovers(out)
-        for name, folder in folders.items():
-            EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+    try:
+        with use_cluster(cluster, models) if cluster is not None else nullcontext():
+            prepare_folder(out)
+            folders = {name: prepare_folder(out / name) for name in names}
+            remove_leftovers(out)
+            for name, folder in folders.items():
+                EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+    except SeeingError as error:
+        raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
+    compare_modes(out)
     return write_report(out)

@@ -20,13 +20,15 @@ from affordance import figures, metrics
 from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
+from affordance.experiments.modes import keep_mode
 from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
 from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
+from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
-from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import SURPRISE, TrialRecord, get_runner
@@ -59,7 +61,7 @@ class WeightConfig:
         return self.tools[0].components[0].looks_like.colour
 
 
-def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
+def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> WeightConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -81,7 +83,7 @@ def load_config(models: Path = MODELS, seed: int = 0) -> WeightConfig:
     if honest != looks:
         names = ", ".join(sorted(material.name for material in honest))
         raise BadValueError(path, "tools", f"before the decoy are made of {names}, must be of the one they look like")
-    settings = Settings(arm=models / ARM.name)
+    settings = Settings(arm=models / ARM.name, sight=sight)
     check_tools_can_be_held(path, tools, settings)
     return WeightConfig(tools, seed, settings)
 
@@ -152,13 +154,15 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    write_section(folder, describe(config, numbers, repeats))
+    section = describe(config, numbers, repeats)
+    write_section(folder, show_sights(section, folder, config.tools, config.settings, config.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, records, strict=True)
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
     described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
+    keep_mode(folder, numbers, config.settings)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
