@@ -33,7 +33,6 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "18 to 0.2 cm" in page
     assert "Objects &lt;held&gt; &amp; felt." in page
     assert "data:image/png;base64,iVBORw==" in page
-    assert "weight/metrics.json" in page
     assert "weight/replay.html" in page
     assert "com/replay.html" not in page  # there is none
 
