@@ -7,8 +7,7 @@ of steps. The swing is simulated once for each; every setting then takes over a 
 planned strike, and goes on to 35 ms after it. The reference is implicit Euler at 1e-6 with steps of at most 10 us,
 from one start for each grip; an explicit integrator would need steps of 20 ns, as the resistance is so stiff at rest.
 
-What is slow is simulated from fewer starts. Times are those of the processor, which is what one core
-needs when nobody else does.
+What is slow is simulated from fewer starts. Times are wall times: run it when nobody else needs the cores.
 
 A discrete plant and hydroelastic contact are simulated without the controller, with its torques (plain_blow.py).
 """
@@ -144,10 +143,10 @@ def strike_nail(start: Start, config: SimulatorConfig, patience: float = PATIENC
     simulator = Simulator(start.trial.diagram, context)
     config.start_time = touch
     ApplySimulatorConfig(config, simulator)
-    begun = time.process_time()
+    begun = time.perf_counter()
     if not advance(simulator, start.trial.diagram, leave, patience):
         return None
-    duration = time.process_time() - begun
+    duration = time.perf_counter() - begun
     record = read_nail_record(start.trial, context, start.strike.placement)
     since = record.times >= touch
     logged = (record.travel[since], record.resistance[since], record.contact[since])

@@ -94,7 +94,9 @@ def test_section_says_met_or_not_of_every_claim_and_makes_the_prediction(folder)
     section = json.loads((folder / "section.json").read_text())
     assert len(section["claims"]) == 5
     assert all(isinstance(claim["met"], bool) for claim in section["claims"])
-    assert section["differences"][0].startswith("A prediction: people who drive this nail")
+    assert section["differences"][0].startswith(
+        "A prediction: whoever has felt both materials will hold the wood end"
+    )
 
 
 def test_claims_are_not_met_by_numbers_that_contradict_them(config, numbers):
