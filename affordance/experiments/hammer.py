@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from affordance import figures
 from affordance.arm import ArmModel, load_arm
 from affordance.blow import Blow, deal_blow
-from affordance.choice import NO_OPTION, Choice, pick_cheapest
+from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experience import ExperienceConfig, collect_experience
@@ -305,7 +305,7 @@ def compute_metrics(
             }
             for grip, blow in studied.yielding.items()
         },
-        "p_light_end_held": _count_light_ends(config, choices.plain),
+        "p_light_end_held": _count_light_ends(config),
     }
 
 
@@ -360,9 +360,13 @@ def _measure_crossover(studied: Study) -> dict[str, Any]:
     }
 
 
-def _count_light_ends(config: HammerConfig, choice: Choice) -> float:
-    """Share of choices, by densities from the prior, that put what is less dense into the hand."""
+def _count_light_ends(config: HammerConfig) -> float:
+    """Share of choices, by densities from the prior, that put what is less dense into the hand.
+
+    Of the object as it is, however observers see it: it is the task that is asked about.
+    """
     settings = config.experience.settings
+    choice = Choice(list_options(config.novel.plain), config.task, settings)
     memory = MaterialMemory().meet(config.experience.looks, settings.prior)
     rng = np.random.default_rng([config.experience.seed, _LIGHT_ENDS])
     rho = memory.belief.spread(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
