@@ -89,12 +89,33 @@ STUDIES: dict[str, Callable[[], dict[str, Any]]] = {
 }
 
 
-def read_numbers(path: Path) -> dict[str, Any] | None:
+# What each study must have found, for the report and metrics.json.
+KEYS: dict[str, tuple[str, ...]] = {
+    "calibration": (
+        "sbc_p_value",
+        *(f"coverage{round(100 * coverage)}" for coverage in calibration.COVERAGES),
+        "efficiency_vs_cramer_rao",
+        "calibration",
+        "sbc_draws",
+    ),
+    "faults": ("faults", "faults_table"),
+    "bad_input": ("bad_inputs_tried", "bad_inputs_refused"),
+    "kills": ("kills", "kills_identical"),
+    "cluster": ("cluster_identical",),
+    "soak": ("soak_trials", "soak_memory_growth_MB", "soak_time_drift"),
+    "scaling": ("parallel_efficiency_2", "scaling"),
+}
+
+
+def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
     """Reads what a study found; None if it was not run. A file that is no such thing is set aside."""
+    path = folder / f"{study}.json"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         if not isinstance(content, dict):
             raise ValueError("it is no mapping")
+        if missing := [key for key in KEYS[study] if key not in content]:
+            raise ValueError(f"it has no {missing[0]}")
     except FileNotFoundError:
         return None
     except (ValueError, RecursionError) as error:
@@ -205,7 +226,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for name in names:
         print(f"{name} ...", flush=True)
         write_json(FOLDER / f"{name}.json", STUDIES[name]())
-    found = {name: read_numbers(FOLDER / f"{name}.json") for name in STUDIES}
+    found = {name: read_numbers(FOLDER, name) for name in STUDIES}
     missing = [name for name, numbers in found.items() if numbers is None]
     if missing:
         print(f"No numbers yet of: {', '.join(missing)}")
