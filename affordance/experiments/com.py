@@ -21,7 +21,14 @@ from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, collect_experience
 from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
+from affordance.experiments.outputs import (
+    RUN_SHOWN,
+    describe_run,
+    label_heights,
+    label_motions,
+    name_faults,
+    stack_heights,
+)
 from affordance.experiments.preparation import (
     check_looks_differ,
     check_tools_are_honest,
@@ -160,7 +167,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, shown)
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    section = describe(config, numbers, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults)
     write_section(folder, show_sights(section, folder, config.tools, settings, config.experience.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
@@ -169,7 +176,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation II, seed {config.experience.seed}, after {experience.num_trials} trials"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title)
     described = describe_run(config, seed=config.experience.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings)
+    keep_mode(folder, numbers, settings, seed=config.experience.seed, repeats=repeats)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
