@@ -57,11 +57,14 @@ class Faults:
         """Returns what the sensors report in place of the torques felt, shape (num_joints,), [N m].
 
         Args:
-            felt: Torques with the noise of feeling, shape (num_joints,), [N m].
+            felt: Torques with the noise of feeling, shape (num_joints,), [N m]; a sample that is NaN at every joint
+                did not arrive, and no fault brings it back.
             sd: Standard deviations of that noise, shape (num_joints,), [N m].
             stuck: Index of ``stuck_joint``; None if there is none.
             seed: Determines what is random in this sample.
         """
+        if np.isnan(felt).all():
+            return felt.copy()
         rng = np.random.default_rng(seed)
         if rng.random() < self.drop_probability:
             return np.full_like(felt, np.nan)

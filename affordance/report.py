@@ -83,6 +83,11 @@ def write_section(folder: Path, section: Section) -> None:
     write_json(folder / _SECTION, content)
 
 
+def remove_section(folder: Path) -> None:
+    """Takes a section that no longer holds out of the report, if there is one."""
+    (folder / _SECTION).unlink(missing_ok=True)
+
+
 def write_report(folder: Path) -> Path:
     """Writes FOLDER/report.html from the sections in its subfolders.
 

@@ -15,7 +15,17 @@ from affordance.report import Claim, Section, write_report, write_section
 from affordance.results import run_repeats
 from affordance.tasks.hammer import load_hammer
 from affordance.tools import MODELS
-from benchmarks.trust.bad_input import Case, answer, answer_for_arm, copy_models, names_the_place, spoil
+from benchmarks.trust.bad_input import (
+    FILES,
+    Answer,
+    Case,
+    answer,
+    answer_for_arm,
+    copy_models,
+    measure,
+    names_the_place,
+    spoil,
+)
 
 BROKEN = Path(__file__).parent / "broken"
 QUICKLY = settings(
@@ -81,6 +91,39 @@ def test_file_spoilt_anywhere_is_refused_by_file_and_key(models, case):
     found = answer(models, case)
     assert found.refused, (case, found)
     assert names_the_place(case, found), (case, found)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said", "named"),
+    [
+        (("mass",), "run.py: tools/com.yaml: tools[0].mass: is -1, must be more than 0", True),
+        (("mass",), "run.py: tools/com.yaml: tools[0].bodymass: is -1, must be more than 0", False),
+        (("mass",), "run.py: tools/com.yaml: tools[0].size: is -1, must be a mass", False),
+        (("mass",), "run.py: mass.yaml: tools: is -1, must be more than 0", False),
+        (("shape",), "run.py: tools/com.yaml: tools: ball.shape: is 3", True),
+        (("other", "mass"), "run.py: tools/com.yaml: mass: is missing", True),
+        ((), "run.py: tools/com.yaml: is not YAML", True),
+        ((), "run.py: com: is not YAML", False),
+    ],
+)
+def test_place_is_named_as_an_element_of_the_path(keys, said, named):
+    found = Answer(2, "", f"{said}\n", False)
+    assert names_the_place(Case("tools/com.yaml", b"", "", keys), found) is named
+
+
+def test_only_distinct_files_are_counted(monkeypatch):
+    tried = []
+
+    def refuse(models, case):
+        tried.append((case.file, case.content))
+        return Answer(2, "", f"{case.file}: {case.keys[0] if case.keys else ''}: is wrong\n", False)
+
+    monkeypatch.setattr("benchmarks.trust.bad_input.answer", refuse)
+    failures, numbers = measure(arms=0)
+    assert failures == []
+    assert numbers["bad_inputs_tried"] == numbers["bad_inputs_refused"] == len(tried) == len(set(tried))
+    assert len(tried) >= 650  # 500 are asked for
+    assert {file for file, _ in tried} == set(FILES)
 
 
 @QUICKLY

@@ -16,6 +16,7 @@ from affordance.cluster import use_cluster
 from affordance.exceptions import BadValueError
 from affordance.results import run_repeats
 from affordance.tools import MODELS
+from benchmarks.trust.cluster import kill_while_busy
 from benchmarks.trust.dask_cluster import DaskCluster
 
 REPEATS = 12
@@ -65,6 +66,31 @@ def test_cluster_gives_the_same_numbers_though_a_worker_is_killed(tmp_path, clus
     # What the victim had begun was begun anew by the other.
     assert sum(map(len, ran.values())) > REPEATS
     assert len(list((tmp_path / "there").glob("repeat_*.npz"))) == REPEATS
+
+
+def test_cluster_is_complete_once_it_is_there(tmp_path):
+    cluster = DaskCluster(tmp_path, num_workers=2)
+    try:
+        with cluster.connect() as client:
+            assert len(client.nthreads()) == 2
+        assert len({cluster.find_worker(worker) for worker in cluster.workers}) == 2
+    finally:
+        cluster.stop()
+
+
+@pytest.mark.parametrize(("is_busy", "has_begun"), [(True, True), (True, False), (False, True)])
+def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch, is_busy, has_begun):
+    cluster = DaskCluster(tmp_path, num_workers=1)
+    (victim,) = cluster.workers
+    monkeypatch.setattr("benchmarks.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
+    try:
+        with cluster.connect() as client:
+            task = client.submit(time.sleep, 60) if is_busy else None
+            assert kill_while_busy(cluster, victim, lambda: has_begun) is (is_busy and has_begun)
+            victim.wait(timeout=10)
+            del task
+    finally:
+        cluster.stop()
 
 
 def test_without_cluster_work_stays_in_local_processes():

@@ -12,6 +12,8 @@ from affordance.belief import DensityBelief
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, collect_experience, draw_order, gain_experience
 from affordance.experiments import com
+from affordance.experiments.preparation import switch_faults_on
+from affordance.faults import Faults
 from affordance.memory import MaterialMemory
 from affordance.tools import MODELS, list_densities
 
@@ -23,6 +25,11 @@ CONTRACT = {
     "deviation_m": (3,),
     "mass_error": (),
     "com_error_m": (),
+    "samples_rejected": (),
+    "trials_surprising": (),
+    "samples_rejected_test": (3,),
+    "trials_surprising_test": (3,),
+    "p_value_test": (3,),
 }
 
 
@@ -59,6 +66,28 @@ def test_masses_are_equal_and_centres_of_mass_mirror_each_other(config):
 def test_decoy_rises_and_the_honest_objects_stay(folder):
     numbers = json.loads((folder / "metrics.json").read_text())
     assert numbers["height_extreme_m"][2] > 2 * max(numbers["deviation_m"][:2])
+
+
+def test_decoy_is_the_surprise_of_the_test_pass(folder):
+    """Felt within what so rough a sense allows: far from probable, yet not grossly surprising."""
+    numbers = json.loads((folder / "metrics.json").read_text())
+    assert numbers["p_value_test"][2] < 1e-3 < 0.05 < min(numbers["p_value_test"][:2])
+    assert numbers["trials_surprising_test"][:2] == [0, 0]
+    assert numbers["samples_rejected_test"] == [0, 0, 0]
+
+
+def test_faults_are_counted_in_the_test_pass_and_named(config, tmp_path, caplog):
+    short = dataclasses.replace(config.experience, duration=0.3, num_trials=2)
+    faulty = switch_faults_on(dataclasses.replace(config, experience=short), Faults(drop_probability=1.0))
+    com.run(faulty, tmp_path / "com", repeats=1, jobs=1)
+    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text())
+    assert numbers["samples_rejected_test"] == [3, 3, 3]
+    assert numbers["samples_rejected"] == 6
+    assert "com: 9 samples were refused, and 0 of 2 trials with honest objects are grossly surprising" in caplog.text
+    summary = json.loads((tmp_path / "com" / "section.json").read_text())["summary"]
+    assert summary.endswith("Run with faults: drop_probability 1.0.")
+    kept = json.loads((tmp_path / "com" / "numbers_features.json").read_text())["shared"]
+    assert (kept["faults"]["drop_probability"], kept["seed"], kept["repeats"]) == (1.0, 0, 1)
 
 
 def test_section_says_met_or_not_of_every_claim(folder):
@@ -188,6 +217,8 @@ def test_numbers_are_those_of_made_up_arrays(config):
         "height_com": -3.0 * peaks[..., None] * course,
         "ticks_limited": np.array([[1, 10, 100], [2, 20, 200], [3, 30, 300]]),
         "ticks_failed": np.array([[0, 0, 1], [0, 1, 1], [0, 0, 0]]),
+        "rejected": np.array([[0, 1, 2], [0, 2, 0], [0, 0, 4]]),
+        "p_value": np.array([[0.9, 1e-9, 0.0], [0.5, 0.1, 1e-20], [0.2, 0.3, 1e-12]]),
     }
     # Before and after one trial, known to 1 kg/m^3.
     rho = np.array([[[1e3, 1e3], [700, 7000]], [[1e3, 1e3], [900, 8000]], [[1e3, 1e3], [1700, 7900]]])
@@ -208,6 +239,11 @@ def test_numbers_are_those_of_made_up_arrays(config):
     np.testing.assert_allclose(extreme - numbers["height_extreme_m_ci95"][:, 0], half, rtol=1e-6)
     assert numbers["ticks_limited"].tolist() == [6, 60, 600]
     assert numbers["ticks_failed"].tolist() == [0, 1, 2]
+    assert numbers["samples_rejected_test"].tolist() == [0, 3, 6]
+    assert numbers["trials_surprising_test"].tolist() == [0, 1, 3]
+    np.testing.assert_allclose(numbers["p_value_test"], [0.5, 0.1, 1e-20])
+    # Those of learning, of which nothing was counted here.
+    assert (numbers["samples_rejected"], numbers["trials_surprising"]) == (0, 0)
     assert numbers["density_median"] == pytest.approx({"beech": 900.0, "steel": 7900.0}, rel=1e-9)
 
 

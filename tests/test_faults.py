@@ -64,6 +64,19 @@ def test_stuck_sensor_reads_one_torque_and_bias_adds_standard_deviations():
     np.testing.assert_array_equal(np.delete(reported[0] - FELT, 4), 1.0)
 
 
+def test_sample_that_did_not_arrive_stays_missing_whatever_else_is_wrong():
+    felt = np.full(7, np.nan)
+    faults = Faults(stuck_joint="elbow", stuck_torque=-3.0, bias_sd=2.0, spike_probability=1.0, spike_height=9.0)
+    reported = faults.distort(felt, SD, 4, (0,))
+    assert np.isnan(reported).all()
+    assert reported is not felt
+
+
+def test_late_samples_of_a_stuck_sensor_are_missing_before_the_first_arrives(weight_config):
+    samples = run(weight_config, Faults(stuck_joint="elbow_flexion", delay_samples=2)).samples
+    assert (samples.missing, samples.not_finite) == (2, 0)
+
+
 def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight_config):
     trial = runner.get_diagram(weight_config.tools[0])
     arm = trial.arm

@@ -4,6 +4,7 @@ Two objects of wood and steel, one the other turned around, are held again and a
 then serves to hold each of them once more, and a decoy that looks like the first and is made like the second.
 """
 
+import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +22,14 @@ from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, ExperienceConfig, collect_experience
 from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
+from affordance.experiments.outputs import (
+    RUN_SHOWN,
+    describe_run,
+    label_heights,
+    label_motions,
+    name_faults,
+    stack_heights,
+)
 from affordance.experiments.preparation import (
     check_looks_differ,
     check_tools_are_honest,
@@ -37,8 +45,10 @@ from affordance.results import compute_key, run_repeats, write_json
 from affordance.settings import Settings, Sight
 from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
-from affordance.trial import TrialRecord, get_runner
+from affordance.trial import SURPRISE, TrialRecord, get_runner
 from affordance.visual_prior import predict_object
+
+_LOG = logging.getLogger(__name__)
 
 NAME = "com"
 # Masses that differ by less than this fraction are equal: what is left is rounding.
@@ -123,7 +133,7 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     """Runs an observer's test pass.
 
     Returns: Arrays over the three objects: ``times`` (N,), heights (3, N); ``parameters_predicted`` (3, 10), at the
-        most probable densities; ``ticks_limited`` and ``ticks_failed`` (3,).
+        most probable densities; ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``p_value`` (3,).
     """
     settings = config.experience.settings
     memory = experience.recall(repeat, experience.num_trials)
@@ -138,6 +148,8 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
         "parameters_predicted": np.array(parameters),
         "ticks_limited": np.array([record.counts.limited for record in records]),
         "ticks_failed": np.array([record.counts.failed for record in records]),
+        "rejected": np.array([record.samples.rejected for record in records]),
+        "p_value": np.array([record.p_value for record in records]),
     }
 
 
@@ -157,10 +169,19 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     arrays = run_repeats(kept, partial(run_repeat, config, experience), repeats=repeats, jobs=jobs, description=NAME)
     shown = run_test_pass(config, experience.recall(RUN_SHOWN, experience.num_trials), RUN_SHOWN)
     numbers = compute_metrics(config, experience, arrays)
+    honest = int(numbers["trials_surprising_test"][:-1].sum())
+    if honest or numbers["samples_rejected_test"].any():
+        _LOG.warning(
+            "%s: %d samples were refused, and %d of %d trials with honest objects are grossly surprising",
+            NAME,
+            numbers["samples_rejected_test"].sum(),
+            honest,
+            repeats * (len(config.tools) - 1),
+        )
     _write_trajectories(folder / "trajectories.nc", config, arrays, shown)
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    section = describe(config, numbers, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults)
     write_section(folder, show_sights(section, folder, config.tools, settings, config.experience.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
@@ -169,7 +190,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation II, seed {config.experience.seed}, after {experience.num_trials} trials"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title)
     described = describe_run(config, seed=config.experience.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings)
+    keep_mode(folder, numbers, settings, seed=config.experience.seed, repeats=repeats)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
@@ -210,6 +231,9 @@ def compute_metrics(config: ComConfig, experience: Experience, arrays: Mapping[s
         "ticks_limited": arrays["ticks_limited"].sum(axis=0),
         "ticks_failed": arrays["ticks_failed"].sum(axis=0),
         **experience.count_faults(),
+        "samples_rejected_test": arrays["rejected"].sum(axis=0),
+        "trials_surprising_test": (arrays["p_value"] < SURPRISE).sum(axis=0),
+        "p_value_test": np.median(arrays["p_value"], axis=0),
     }
 
 

@@ -41,7 +41,7 @@ from affordance.experiments.decisions import (
     study_sensitivity,
 )
 from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import describe_run, label_motions
+from affordance.experiments.outputs import describe_run, label_motions, name_faults
 from affordance.experiments.sights import show_sights
 from affordance.hammering_map import HammeringMap, find_crossovers, map_work
 from affordance.memory import MaterialMemory
@@ -256,12 +256,12 @@ def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     placement = studied.executed[numbers["correct_grip"]].strike.placement
     save_diagram(get_runner(settings).get_diagram(tool, placement).diagram, folder, "diagram")
     _draw(config, numbers, studied, sensitivity, folder, repeats)
-    section = describe(config, numbers, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults)
     tools = (config.novel.plain, config.novel.headed)
     write_section(folder, show_sights(section, folder, tools, settings, seed))
     _write_replay(config, studied, folder)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings)
+    keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
 

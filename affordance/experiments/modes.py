@@ -1,11 +1,13 @@
 """Both ways of seeing side by side: features as they are, and features from pictures.
 
-Every run of an experiment keeps its numbers by the way of seeing; where a folder holds both, the report compares
-them.
+Every run of an experiment keeps its numbers by the way of seeing; where a folder holds both, and they differ in
+nothing else, the report compares them.
 """
 
+import itertools
 import json
-from collections.abc import Mapping
+import logging
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,12 +15,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance import figures
-from affordance.report import Claim, Picture, Section, write_section
-from affordance.results import write_json
+from affordance.report import Claim, Picture, Section, remove_section, write_section
+from affordance.results import compute_key, set_aside, write_json
 from affordance.settings import Settings, Sight
 from affordance.sight_drawings import draw_modes
 
+_LOG = logging.getLogger(__name__)
+
 NAME = "modes"
+# Where the numbers of a mode say what they share with those of the other.
+_SHARED = "shared"
 
 
 class Curve(NamedTuple):
@@ -46,15 +52,32 @@ CURVES = (
 )
 
 
-def keep_mode(folder: Path, numbers: Mapping[str, Any], settings: Settings) -> None:
+class Kept(NamedTuple):
+    """What an experiment found with one way of seeing.
+
+    Attributes:
+        shared: What must be the same in both ways of seeing: faults, seed, repeats; models and program by their key.
+        values: Its curves, (K,) each.
+    """
+
+    shared: dict[str, Any]
+    values: dict[Curve, NDArray[np.float64]]
+
+
+def keep_mode(folder: Path, numbers: Mapping[str, Any], settings: Settings, *, seed: int, repeats: int) -> None:
     """Keeps the numbers of an experiment beside its metrics, by the way of seeing."""
-    write_json(folder / f"numbers_{settings.sight.value}.json", numbers)
+    models = compute_key("", settings.arm.parent)
+    shared = {"faults": settings.faults, "seed": seed, "repeats": repeats, "models": models}
+    write_json(folder / f"numbers_{settings.sight.value}.json", {**numbers, _SHARED: shared})
 
 
 def compare_modes(out: Path) -> None:
     """Writes the section that compares both ways of seeing, of those experiments that a folder holds in both."""
-    found = {curve: both for curve in CURVES if (both := _read_both(out / curve.experiment, curve.key)) is not None}
+    found: dict[Curve, dict[str, NDArray[np.float64]]] = {}
+    for name, curves in itertools.groupby(CURVES, lambda curve: curve.experiment):
+        found.update(_read_both(out / name, list(curves)))
     if not found:
+        remove_section(out / NAME)
         return
     folder = out / NAME
     panels = {
@@ -93,13 +116,33 @@ def _judge(curve: Curve, both: Mapping[str, NDArray[np.float64]]) -> Claim:
     )
 
 
-def _read_both(folder: Path, key: str) -> dict[str, NDArray[np.float64]] | None:
-    """A number in both ways of seeing; None if one is missing."""
-    both = {}
-    for sight in Sight:
-        try:
-            numbers = json.loads((folder / f"numbers_{sight.value}.json").read_text(encoding="utf-8"))
-        except FileNotFoundError:
-            return None
-        both[sight.value] = np.array(numbers[key], dtype=float)
-    return both
+def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, NDArray[np.float64]]]:
+    """Curves of an experiment in both ways of seeing; none if one is missing, or if they differ in more than that."""
+    kept = {sight.value: _read_mode(folder / f"numbers_{sight.value}.json", curves) for sight in Sight}
+    both = {mode: found for mode, found in kept.items() if found is not None}
+    if len(both) < len(Sight):
+        return {}
+    one, other = both.values()
+    apart = [name for name, value in one.shared.items() if other.shared[name] != value]
+    apart += [curve.key for curve in curves if one.values[curve].shape != other.values[curve].shape]
+    if apart:
+        _LOG.warning("%s: %s are not compared, as they differ in %s", folder, " and ".join(both), ", ".join(apart))
+        return {}
+    return {curve: {mode: found.values[curve] for mode, found in both.items()} for curve in curves}
+
+
+def _read_mode(path: Path, curves: Sequence[Curve]) -> Kept | None:
+    """Reads what was kept; None if nothing was. A file that is no such thing is set aside."""
+    try:
+        numbers = json.loads(path.read_text(encoding="utf-8"))
+        shared = {name: numbers[_SHARED][name] for name in ("faults", "seed", "repeats", "models")}
+        values = {curve: np.array(numbers[curve.key], dtype=float) for curve in curves}
+        for curve, value in values.items():
+            if value.ndim != 1 or not len(value) or not np.isfinite(value).all():
+                raise ValueError(f"{curve.key} is no list of numbers")
+    except FileNotFoundError:
+        return None
+    except (KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        set_aside(path, f"is not what an experiment found ({error})")
+        return None
+    return Kept(shared, values)

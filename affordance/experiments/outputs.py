@@ -1,11 +1,14 @@
-"""What the experiments write alike: heights, motions and provenance."""
+"""What the experiments write alike: heights, motions, faults and provenance."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.faults import Faults
+from affordance.report import Section
 from affordance.results import list_versions
 from affordance.trajectories import Labelled
 from affordance.trial import TrialRecord
@@ -55,6 +58,18 @@ def label_motions(records: Sequence[TrialRecord], shown: str) -> dict[str, Label
         )
     }
     return {"time": Labelled(("time",), records[0].times, "s", "time since the trial began"), **motions}
+
+
+def name_faults(section: Section, faults: Faults) -> Section:
+    """Says in the summary of a section which faults were switched on, if any were."""
+    active = [
+        f"{field.name} {getattr(faults, field.name)}"
+        for field in fields(Faults)
+        if getattr(faults, field.name) != field.default
+    ]
+    if not active:
+        return section
+    return section._replace(summary=f"{section.summary} Run with faults: {', '.join(active)}.")
 
 
 def describe_run(config: Any, *, seed: int, repeats: int, wall_s: float) -> dict[str, Any]:

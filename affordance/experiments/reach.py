@@ -38,7 +38,7 @@ from affordance.experiments.decisions import (
     study_sensitivity,
 )
 from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import describe_run, label_motions
+from affordance.experiments.outputs import describe_run, label_motions, name_faults
 from affordance.experiments.sights import show_sights
 from affordance.paths import load_path
 from affordance.replay import Scene, write_replay
@@ -148,7 +148,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     held = {grip.name: config.novel.plain.hold_by(grip) for grip in config.novel.plain.grips}
     save_diagram(get_runner(settings).get_diagram(held[numbers["correct_grip"]]).diagram, folder, "diagram")
     _draw(config, numbers, executed, sensitivity, folder, repeats)
-    section = describe(config, numbers, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults)
     write_section(folder, show_sights(section, folder, (config.novel.plain, config.novel.headed), settings, seed))
     scenes = [
         Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
@@ -158,7 +158,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation III: {config.novel.plain.name}"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title, p_WG=path)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings)
+    keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
 

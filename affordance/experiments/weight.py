@@ -21,7 +21,14 @@ from affordance.arm import ARM
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import RUN_SHOWN, describe_run, label_heights, label_motions, stack_heights
+from affordance.experiments.outputs import (
+    RUN_SHOWN,
+    describe_run,
+    label_heights,
+    label_motions,
+    name_faults,
+    stack_heights,
+)
 from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
 from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
@@ -154,7 +161,7 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
-    section = describe(config, numbers, repeats)
+    section = name_faults(describe(config, numbers, repeats), config.settings.faults)
     write_section(folder, show_sights(section, folder, config.tools, config.settings, config.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
@@ -162,7 +169,7 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
     described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, config.settings)
+    keep_mode(folder, numbers, config.settings, seed=config.seed, repeats=repeats)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 

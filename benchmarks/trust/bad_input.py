@@ -9,6 +9,7 @@ key, and write nothing. Where the arm itself is spoilt, Drake may end the proces
 import contextlib
 import copy
 import io
+import re
 import shutil
 import subprocess
 import sys
@@ -29,7 +30,8 @@ from affordance.faults import Faults
 from affordance.tools import MODELS
 from run_experiments import main
 
-NUM_CASES = 600
+# Of which some 700 differ; those that were tried already are not counted.
+NUM_CASES = 850
 PATIENCE = 120.0  # with a process of its own, [s]
 # The files that can be spoilt, and an experiment that reads them first of all.
 FILES = {
@@ -38,6 +40,7 @@ FILES = {
     "tools/com.yaml": "com",
     "tools/novel.yaml": "reach",
     "paths/reach.yaml": "reach",
+    "nail.yaml": "hammer",
     "faults.yaml": "weight",
 }
 # Files whose keys are names that are free to choose, and keys that may be left out.
@@ -134,8 +137,14 @@ def answer(models: Path, case: Case) -> Answer:
 
 
 def names_the_place(case: Case, found: Answer) -> bool:
-    """Whether a refusal names the file, and what in it."""
-    return Path(case.file).name in found.err and (not case.keys or any(key in found.err for key in case.keys))
+    """Whether a refusal names the file, and after it what in it: one of the keys as an element of the path."""
+    _, name, rest = found.err.partition(f"{Path(case.file).name}: ")
+    path, *more = rest.split(": ")
+    if path == "tools" and more:  # of a tool by its name, or of all of them
+        path += f": {more[0]}"
+    return bool(name) and (
+        not case.keys or any(re.search(rf"(?<!\w){re.escape(key)}(?!\w)", path) for key in case.keys)
+    )
 
 
 @st.composite
@@ -244,8 +253,14 @@ def answer_for_arm(models: Path, number: int) -> Answer:
 
 
 def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
-    """Tries bad input; returns a row for each that was not refused as it should be, and the counts."""
+    """Tries bad input; returns a row for each that was not refused as it should be, and the counts of distinct ones.
+
+    Args:
+        cases: How many files are generated; as many as differ are tried.
+        arms: How many arms are tried besides.
+    """
     tried, failures = 0, []
+    seen: set[tuple[str, bytes]] = set()
     with copy_models() as models:
 
         @hypothesis_settings(
@@ -259,6 +274,9 @@ def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list
         @given(spoil())
         def try_one(case: Case) -> None:
             nonlocal tried
+            if (case.file, case.content) in seen:
+                return
+            seen.add((case.file, case.content))
             tried += 1
             found = answer(models, case)
             if not (found.refused and names_the_place(case, found)):

@@ -31,6 +31,11 @@ from affordance.visual_prior import predict_object
 
 Array = NDArray[np.float64]
 
+# What calibrations are called, in metrics.json and above their histograms.
+WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
+AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
+EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
+
 NUM_DRAWS = 1000
 DURATION = 3.0  # of a hold, as in all experiments, [s]
 # One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].
@@ -94,7 +99,10 @@ def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> Calibratio
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
-    """Draws mean densities of the materials and the object's own, all positive, (M,) each, [kg/m^3]."""
+    """Draws mean densities of the materials and the object's own, all positive, (M,) each, [kg/m^3].
+
+    The draw of a number is the same for every noise model, so that these can be compared draw by draw.
+    """
     prior = config.settings.prior
     rng = np.random.default_rng([config.seed, number, _TRUTH])
     size = len(config.tool.components)
@@ -124,8 +132,8 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     """Draws a truth, and finds its place in the posterior.
 
     Returns: ``mean`` and ``own``, the truths; ``rank`` of the mean densities among NUM_SAMPLES samples;
-        ``sample_mean`` and ``sample_variance`` of these; ``centre`` and ``variance`` of the unrestricted normal
-        distribution, (M,) each; and ``p_value``.
+        ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, (M,) each; and
+        ``p_value``.
     """
     mean, own = draw_truth(config, number)
     belief, p_value = learn(config, own, number)
@@ -135,7 +143,6 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
         "own": own,
         "rank": (samples < mean).sum(axis=0),
         "sample_mean": samples.mean(axis=0),
-        "sample_variance": samples.var(axis=0, ddof=1),
         "centre": belief.centre,
         "variance": np.diag(belief.covariance),
         "p_value": np.array(p_value),
@@ -246,24 +253,24 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
     settings = DEFAULT_SETTINGS
     arrays: dict[str, dict[str, NDArray[Any]]] = {}
     configs = {
-        "Weber, held in Drake": build_config(settings.noise, moves=True),
-        "white, held in Drake": build_config(WHITE, moves=True),
-        "Weber, felt at rest": build_config(settings.noise, moves=False),
-        "constant errors, felt at rest": build_config(WeberNoise(0.0, WHITE.sd), moves=False),
+        WEBER: build_config(settings.noise, moves=True),
+        WHITE_NOISE: build_config(WHITE, moves=True),
+        AT_REST: build_config(settings.noise, moves=False),
+        CONSTANT: build_config(WeberNoise(0.0, WHITE.sd), moves=False),
     }
     for name, config in configs.items():
         arrays[name] = run_draws(config, folder, draws=draws, jobs=jobs, name=name)
     find: dict[str, Callable[[], Array]] = {name: functools.partial(find_positions, arrays[name]) for name in configs}
-    at_rest = configs["Weber, felt at rest"]
+    at_rest = configs[AT_REST]
     exact = functools.partial(find_exact_positions, at_rest, draws)
-    find["Weber, at rest, exact Bayes on a grid"] = exact
-    ignoring = functools.partial(find_unrestricted_positions, arrays["Weber, held in Drake"])
-    find["Weber, in Drake, positivity ignored"] = ignoring
+    find[EXACT] = exact
+    ignoring = functools.partial(find_unrestricted_positions, arrays[WEBER])
+    find[IGNORING] = ignoring
     calibrations = {name: assess(positions()) for name, positions in find.items()}
-    moved, still = (find_positions(arrays[name]) for name in ("Weber, held in Drake", "Weber, felt at rest"))
-    loops = list(configs)[:2]
+    moved, still = (find_positions(arrays[name]) for name in (WEBER, AT_REST))
+    loops = (WEBER, WHITE_NOISE)
     efficiency, against_error = {}, {}
-    for name in ("Weber, held in Drake", "Weber, felt at rest", "constant errors, felt at rest"):
+    for name in (WEBER, AT_REST, CONSTANT):
         bounds = compute_bounds(configs[name], arrays[name]["own"]).mean(axis=0)
         efficiency[name] = float((bounds / arrays[name]["variance"].mean(axis=0)).mean())
         error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
@@ -275,7 +282,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
             f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in loops]))
             for i, coverage in enumerate(COVERAGES)
         },
-        "efficiency_vs_cramer_rao": efficiency["Weber, held in Drake"],
+        "efficiency_vs_cramer_rao": efficiency[WEBER],
         "calibration": {
             name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()
         },

@@ -6,6 +6,9 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import Any
+
+from distributed import Client
 
 # How long processes may take to start on a busy machine, [s].
 _PATIENCE = 120.0
@@ -22,13 +25,16 @@ class DaskCluster:
     def __init__(
         self, folder: Path, *, num_workers: int = 2, num_threads: int = 1, imports: Path | None = None
     ) -> None:
-        """Starts it and waits for the scheduler.
+        """Starts it and waits for the scheduler and all workers.
 
         Args:
             folder: For what it writes.
             num_workers: How many workers.
             num_threads: Threads of each.
             imports: Folder from which modules can be imported too.
+
+        Raises:
+            TimeoutError: One of them is not there in time; what was started is ended.
         """
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "scheduler.json"
@@ -47,6 +53,23 @@ class DaskCluster:
                 raise TimeoutError(f"no Dask scheduler after {_PATIENCE:g} s")
             time.sleep(0.05)
         self.address = str(json.loads(self._file.read_text())["address"])
+        try:
+            with self.connect() as client:
+                if num_workers:
+                    client.wait_for_workers(num_workers, timeout=_PATIENCE)
+        except (TimeoutError, OSError) as error:
+            self.stop()
+            raise TimeoutError(f"no {num_workers} Dask workers after {_PATIENCE:g} s") from error
+
+    def connect(self) -> Any:
+        """A client of the scheduler, to be closed."""
+        return Client(self.address, timeout=_PATIENCE, set_as_default=False)
+
+    def find_worker(self, process: subprocess.Popen[bytes]) -> str:
+        """The address under which the scheduler knows a worker."""
+        with self.connect() as client:
+            pids: dict[str, int] = client.run(os.getpid)
+        return next(address for address, pid in pids.items() if pid == process.pid)
 
     def _start(self, role: str, *arguments: str) -> subprocess.Popen[bytes]:
         command = [sys.executable, "-m", f"distributed.cli.dask_{role}", *arguments]

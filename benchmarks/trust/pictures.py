@@ -39,7 +39,7 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
             ", ".join(f"{100 * share:.{digits}f}" for share in shares)
             for shares, digits in ((COVERAGES, 0), (found.coverage, 1))
         )
-        axes.set_title(f"{name}\np = {found.p_value:.2g}; {said} % cover {covered}", fontsize=_FONT_SIZE)
+        axes.set_title(f"{name}\ncorrected p = {found.p_value:.2g}; {said} % cover {covered}", fontsize=_FONT_SIZE)
         axes.spines[["top", "right"]].set_visible(False)
     for axes in all_axes[-1]:
         axes.set_xlabel("place of the truth in the posterior")
