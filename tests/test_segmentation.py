@@ -111,13 +111,11 @@ def test_whatever_the_width_there_is_a_part_or_an_error_with_a_name(length, widt
     ellipsoid = make_ellipsoid([length or width, width, width], [0.02, 0.01, STAND - width - 0.005])
     picture = add_noise(draw_picture([ellipsoid], [BEECH]))
     try:
-        segmentation = segment(picture, STAND, NOISY)
-    except SeeingError as error:
-        assert isinstance(error, TooSmallError | NothingSeenError)
-        assert error.colour is picture.colour
-        assert width < 0.012
-    else:
-        assert segmentation.num_parts > 0
+        seen = segment(picture, STAND, NOISY).num_parts
+    except (TooSmallError, NothingSeenError):
+        seen = None
+    assert seen != 0
+    assert seen is not None or width < 0.012
 
 
 def test_object_into_all_of_which_the_stand_is_mixed_is_too_small():

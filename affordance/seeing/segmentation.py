@@ -115,8 +115,8 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     num_parts = 0
     regions = _split_by_tint(seen, smooth)
     if not regions:
-        reason = f"no {MIN_PIXELS // 4} pixels of one tint lie together in what is nearer than the stand, beside its rim"
-        raise TooSmallError(f"{reason} of {_SMOOTHING} pixels", *picture)
+        reason = f"no {MIN_PIXELS // 4} pixels of one tint lie together in what is nearer than the stand"
+        raise TooSmallError(f"{reason}, beside its rim of {_SMOOTHING} pixels", *picture)
     for region in regions:
         for part in _split_at_waists(region):
             within[part] = num_parts
