@@ -44,7 +44,7 @@ def build_parser() -> argparse.ArgumentParser:
         "--vision",
         choices=[sight.value for sight in Sight],
         default=Sight.FEATURES.value,
-        help="features of objects as they are (default), or seen in a colour and depth picture of each",
+        help="features of objects as they are (default), or seen in a picture of each; vision always sees pictures",
     )
     parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"

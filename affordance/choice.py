@@ -17,12 +17,12 @@ from affordance.exceptions import AffordanceError
 from affordance.eye import look
 from affordance.inertia import build_transform_map
 from affordance.memory import MaterialMemory
-from affordance.object_belief import ObjectBelief
+from affordance.object_belief import Geometry
 from affordance.planned_motion import Costs
 from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import Grip, Placed, Tool
 from affordance.vision import VisionError
-from affordance.visual_prior import ComponentFeatures, predict_object
+from affordance.visual_prior import ComponentFeatures, measure_geometry
 
 Array = NDArray[np.float64]
 Chosen = NDArray[np.intp]
@@ -180,24 +180,34 @@ class Choice:
 
         Returns: Shape (options, num_samples, 10).
         """
-        memory = self._meet(memory)
+        memory, geometries = self._recognise(memory)
         joint = memory.belief.spread(self.settings.prior.deviation_sd, len(self._things))
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._things), -1)
         drawn = {}
-        for i, (thing, belief) in enumerate(self._predict(memory).items()):
-            errors = rng.standard_normal((num_samples, len(belief.geometry.Phi_errors)))
-            drawn[thing] = belief.geometry.compute_parameters(rho[:, i], errors)
+        for i, (thing, geometry) in enumerate(geometries.items()):
+            errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
+            drawn[thing] = geometry.compute_parameters(rho[:, i], errors)
         return self._grip(drawn)
+
+    def meet(self, memory: MaterialMemory) -> MaterialMemory:
+        """The memory with the looks of all things, which gives all their densities one order."""
+        return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
         """Inertial parameters of all options at given densities, shape (options, S, 10).
 
         Args:
-            memory: Gives the order of the materials; must have met all looks.
-            rho: Densities, shape (S, M), [kg/m^3].
+            memory: What things are recognised by.
+            rho: Densities in the order of ``meet(memory)``, shape (S, M), [kg/m^3]. Those of looks that are only met
+                here may be left out: they are what is expected, given the others.
         """
-        beliefs = self._predict(self._meet(memory))
-        return self._grip({thing: belief.compute_parameters(rho) for thing, belief in beliefs.items()})
+        met, geometries = self._recognise(memory)
+        given = rho.shape[1]
+        if given < met.belief.size:
+            centre, covariance = met.belief.centre, met.belief.covariance
+            gain = np.linalg.solve(covariance[:given, :given], covariance[:given, given:])
+            rho = np.hstack([rho, centre[given:] + (rho - centre[:given]) @ gain])
+        return self._grip({thing: rho @ geometry.Phi.T for thing, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
         """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
@@ -244,22 +254,25 @@ class Choice:
 
     def _find_obstacles(self, memory: MaterialMemory) -> list[str]:
         """Why each option is infeasible at the most probable densities; empty where it is not."""
-        densities = self._meet(memory).belief.spread(self.settings.prior.deviation_sd)
+        densities = self.meet(memory).belief.spread(self.settings.prior.deviation_sd)
         feasible = self.compute_costs(self.compute_parameters(memory, densities.compute_mode()[None])).feasible[:, 0]
         return [
             energies.obstacle or ("" if fits else "breaks a torque limit as believed")
             for energies, fits in zip(self.energies, feasible, strict=True)
         ]
 
-    def _meet(self, memory: MaterialMemory) -> MaterialMemory:
-        """The memory with the looks of all things, which gives all beliefs one order of materials."""
-        looks = [part.colour for features in self._things.values() for part in features]
-        return memory.meet(looks, self.settings.prior)
-
-    def _predict(self, memory: MaterialMemory) -> dict[str, ObjectBelief]:
-        """What is believed of each thing, in its own frame; the memory must have met all looks."""
-        prior = self.settings.prior
-        return {thing: predict_object(features, memory, prior) for thing, features in self._things.items()}
+    def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
+        """Recognises every part of every thing once; the geometries refer to the looks of the memory returned."""
+        indices: dict[str, list[int]] = {}
+        for thing, features in self._things.items():
+            indices[thing] = []
+            for part in features:
+                memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior)
+                indices[thing].append(index)
+        size = memory.belief.size
+        return memory, {
+            thing: measure_geometry(features, indices[thing], size) for thing, features in self._things.items()
+        }
 
     def _grip(self, parameters: Mapping[str, Array]) -> Array:
         """Inertial parameters of all options, (options, S, 10), from those of the things in their own frames."""

@@ -23,7 +23,7 @@ _TITLE_WIDTH = 55  # [characters]
 _MARKERS, _LINES = ("o", "s", "^"), ("-", "--", "-.", ":")
 
 
-class Sight(NamedTuple):
+class Look(NamedTuple):
     """A look at an object.
 
     Attributes:
@@ -39,7 +39,7 @@ class Sight(NamedTuple):
     note: str = ""
 
 
-def draw_sights(sights: Sequence[Sight], camera: Camera = DEFAULT_RIG.camera) -> Figure:
+def draw_sights(sights: Sequence[Look], camera: Camera = DEFAULT_RIG.camera) -> Figure:
     """Draws looks, one a row: picture, depth, parts, and fitted outlines over the picture."""
     figure = Figure(figsize=(12.0, 1.9 * len(sights) + 0.3))
     rows = figure.subplots(len(sights), 4, squeeze=False)
@@ -110,7 +110,7 @@ def _tidy(all_axes: Iterable[Axes]) -> None:
         axes.spines[["top", "right"]].set_visible(False)
 
 
-def _draw_sight(row: NDArray[np.object_], sight: Sight, camera: Camera) -> None:
+def _draw_sight(row: NDArray[np.object_], sight: Look, camera: Camera) -> None:
     window = _find_window(sight)
     colour, depth = sight.picture.colour[window], sight.picture.depth[window]
     shown: list[Axes] = list(row)
@@ -134,7 +134,7 @@ def _draw_sight(row: NDArray[np.object_], sight: Sight, camera: Camera) -> None:
     shown[0].set_title(textwrap.fill(title, _TITLE_WIDTH), fontsize=8, loc="left")
 
 
-def _find_window(sight: Sight) -> tuple[slice, slice]:
+def _find_window(sight: Look) -> tuple[slice, slice]:
     """Rows and columns around the object; the whole picture if it was not made out. At least 4 to 3."""
     height, width = sight.picture.depth.shape
     if sight.seen is None:

@@ -64,13 +64,14 @@ def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory
         memory, index = memory.recognise(part.colour, part.colour_sd, prior)
         indices.append(index)
     return ObjectBelief(
-        memory, memory.belief.spread(prior.deviation_sd), _measure_geometry(features, indices, memory.belief.size)
+        memory, memory.belief.spread(prior.deviation_sd), measure_geometry(features, indices, memory.belief.size)
     )
 
 
-def _measure_geometry(
+def measure_geometry(
     features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
 ) -> Geometry:
+    """Measures Phi, (10, num_materials), and its errors; material_indices says which column each component fills."""
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )

@@ -15,10 +15,12 @@ from affordance.memory import MaterialMemory
 from affordance.paths import TimedPath, load_path
 from affordance.planned_motion import Costs
 from affordance.rollout import measure_costs, roll_out
+from affordance.seeing.see import COLOUR_SD
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, find_free_end, load_materials, load_tools
 from affordance.vision import VisionError
+from affordance.visual_prior import predict_object
 
 STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 LOOKS = tuple(part.looks_like.colour for part in STICK.components)
@@ -388,3 +390,75 @@ def test_work_of_a_record_is_the_gain_of_energy_where_nothing_is_braked(choice):
     assert measure_costs(record, tick)[0] >= abs(tick * np.sum(record.tau[1:] * rates))
     assert measure_costs(signed, tick) == pytest.approx(measure_costs(record, tick))
     assert rollout.work == pytest.approx(tick * np.sum(np.abs(record.tau[1:] * rates)), rel=1e-3)
+
+
+def recolour(options, *colours):
+    """The options with parts of measured colours."""
+    features = tuple(
+        dataclasses.replace(part, colour=colour, colour_sd=COLOUR_SD)
+        for part, colour in zip(options[0].features, colours, strict=True)
+    )
+    return tuple(dataclasses.replace(option, features=features) for option in options)
+
+
+def shift(colour, steps):
+    return tuple(channel + steps / 255 for channel in colour)
+
+
+WOOD, STEEL = LOOKS
+
+
+@pytest.mark.parametrize(
+    ("memory", "colours"),
+    [
+        pytest.param(
+            MaterialMemory.know({WOOD: 700.0, shift(WOOD, 6): 1200.0}), (shift(WOOD, 3), STEEL), id="between"
+        ),
+        pytest.param(MaterialMemory(), (STEEL, shift(STEEL, 6)), id="novice"),
+        pytest.param(MaterialMemory.know({WOOD: 700.0, STEEL: 7850.0}), (WOOD, shift(STEEL, 6)), id="off"),
+    ],
+)
+def test_colours_that_may_be_of_several_materials_are_ranked(memory, colours):
+    options = recolour(list_options(STICK), *colours)
+    choice = Choice(options, REACH)
+    met = choice.meet(memory)
+    assert met.looks[: len(memory.looks)] == memory.looks
+    assert sum(entry.p_best for entry in choice.rank(memory, np.random.default_rng(0), 200).ranked) == pytest.approx(
+        1
+    )
+    belief = predict_object(options[0].features, memory, DEFAULT_SETTINGS.prior)
+    assert met.looks == belief.memory.looks
+    rho = belief.densities.compute_mode()[None]
+    np.testing.assert_allclose(
+        choice.compute_parameters(memory, rho)[:, 0, 0], belief.compute_parameters(rho)[0, 0], rtol=1e-12
+    )
+
+
+def test_density_of_an_ambiguous_look_is_expected_from_those_given():
+    """Of two woods 3/255 to either side it is the mean, whatever they weigh."""
+    options = recolour(list_options(STICK), shift(WOOD, 3), STEEL)
+    memory = believe(700.0, 7850.0, 50.0)
+    memory = MaterialMemory((WOOD, STEEL), memory.belief).meet([shift(WOOD, 6)], DEFAULT_SETTINGS.prior)
+    choice = Choice(options, REACH)
+    (mass,) = choice.compute_parameters(memory, np.array([[600.0, 7850.0, 1000.0]]))[0, :, 0]
+    volume = STICK.components[0].shape.volume
+    assert mass == pytest.approx(volume * (7850.0 + 800.0), rel=0.01)
+
+
+def test_steel_measured_beside_its_colour_is_steel():
+    """What was measured beside a known colour gets that one's density, no longer the broad prior."""
+    options = recolour(list_options(STICK), WOOD, shift(STEEL, 3))
+    choice = Choice(options, REACH)
+    memory = MaterialMemory.know({WOOD: 700.0, STEEL: 7850.0})
+    assert choice.meet(memory) is memory
+    assert choice.rank(memory, np.random.default_rng(0), 200).best.option.grip == "steel"
+
+
+def test_two_things_of_ambiguous_colours_share_one_order_of_materials():
+    memory = MaterialMemory.know({WOOD: 700.0, shift(WOOD, 6): 1200.0})
+    options = [
+        *recolour(list_options(STICK), shift(WOOD, 3), STEEL),
+        *recolour(list_options(HAMMER), shift(WOOD, 2), shift(STEEL, 6)),
+    ]
+    ranking = rank(options, REACH, memory, num_samples=100)
+    assert len(ranking.ranked) == 4

@@ -1,10 +1,20 @@
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 from synthetic_pictures import CAMERA, NOISY, PERFECT, STAND, draw_picture, make_ellipsoid
 
 from affordance.seeing import ellipsoid_fit
-from affordance.seeing.ellipsoid_fit import SeenEllipsoid, View, build_strain, deform, fit_ellipsoid, guess, sight
+from affordance.seeing.ellipsoid_fit import (
+    SeenEllipsoid,
+    UndeterminedError,
+    View,
+    build_strain,
+    deform,
+    fit_ellipsoid,
+    guess,
+    sight,
+)
 from affordance.seeing.see import collect_view
 from affordance.seeing.segmentation import segment
 
@@ -146,3 +156,32 @@ def test_readings_of_something_else_are_left_out():
     spoilt = fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, NOISY)
     np.testing.assert_allclose(spoilt.ellipsoid.centre, clean.ellipsoid.centre, atol=3e-4)
     assert spoilt.num_readings < clean.num_readings
+
+
+def test_readings_on_a_line_determine_no_ellipsoid():
+    pixels = np.column_stack([np.arange(300.0, 340.0), np.full(40, 240.0)])
+    view = View(pixels, np.full(40, 0.8), pixels)
+    with pytest.raises(UndeterminedError, match="40 readings of a part lie on a line, must cover an area"):
+        fit_ellipsoid(view, CAMERA, NOISY)
+
+
+def test_readings_that_contradict_each_other_determine_no_ellipsoid(rng):
+    view = collect_view_of(BALL)
+    torn = view._replace(depth=rng.uniform(0.3, 3.0, len(view.depth)), outline=view.outline[:9])
+    with pytest.raises(UndeterminedError, match="part"):
+        fit_ellipsoid(torn, CAMERA, PERFECT)
+
+
+def test_fit_that_does_not_end_is_none(monkeypatch):
+    monkeypatch.setattr(ellipsoid_fit, "least_squares", lambda *args, **kw: least_squares(*args, **kw, max_nfev=1))
+    with pytest.raises(UndeterminedError, match="no ellipsoid fits a part best: The maximum number"):
+        fit(EGG, NOISY, np.random.default_rng(0))
+
+
+def test_singular_matrix_is_no_fit(monkeypatch):
+    def fail(*args, **kw):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(ellipsoid_fit, "least_squares", fail)
+    with pytest.raises(UndeterminedError, match="determines no ellipsoid: Singular matrix"):
+        fit(EGG, NOISY, np.random.default_rng(0))

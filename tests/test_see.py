@@ -7,6 +7,8 @@ from affordance.belief import Prior
 from affordance.exceptions import HiddenPartError, NoFitError, SeeingError, TooSmallError
 from affordance.inertia import Ellipsoid, build_inertia_map
 from affordance.memory import MaterialMemory
+from affordance.seeing import see as see_module
+from affordance.seeing.ellipsoid_fit import UndeterminedError
 from affordance.seeing.rig import DEFAULT_RIG, render
 from affordance.seeing.see import draw_outline, see
 from affordance.seeing.sensor_noise import SensorNoise
@@ -111,6 +113,17 @@ def test_part_of_which_depth_is_missing_is_not_guessed():
     picture.depth[200:280, 280:360] = 0.0
     with pytest.raises(TooSmallError, match=r"a part gives 0 readings and \d+ points of its outline, must give"):
         see(picture, DEFAULT_RIG, NOISY)
+
+
+def test_fit_that_fails_is_said_with_the_picture(monkeypatch):
+    def fail(*_):
+        raise UndeterminedError("readings of a part lie on a line")
+
+    monkeypatch.setattr(see_module, "fit_ellipsoid", fail)
+    picture = draw_picture([make_ellipsoid([0.04] * 3, [0.0, 0.0, STAND - 0.04])], [BEECH])
+    with pytest.raises(NoFitError, match="lie on a line") as caught:
+        see(picture, DEFAULT_RIG, NOISY)
+    assert caught.value.depth is picture.depth
 
 
 def test_outline_drawn_is_where_rays_graze():

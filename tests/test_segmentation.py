@@ -104,6 +104,25 @@ def test_object_that_is_too_small_is_said_to_be():
     refuse(TooSmallError, r"covers \d+ pixels, must cover at least 110", picture)
 
 
+@pytest.mark.parametrize("length", [None, 0.02, 0.1])
+@pytest.mark.parametrize("width", [0.002, 0.004, 0.005, 0.007, 0.008, 0.0092, 0.0096, 0.01, 0.011, 0.0115, 0.012])
+def test_whatever_the_width_there_is_a_part_or_an_error_with_a_name(length, width):
+    """Balls and rods; none is lost without a word."""
+    ellipsoid = make_ellipsoid([length or width, width, width], [0.02, 0.01, STAND - width - 0.005])
+    picture = add_noise(draw_picture([ellipsoid], [BEECH]))
+    try:
+        seen = segment(picture, STAND, NOISY).num_parts
+    except (TooSmallError, NothingSeenError):
+        seen = None
+    assert seen != 0
+    assert seen is not None or width < 0.012
+
+
+def test_object_into_all_of_which_the_stand_is_mixed_is_too_small():
+    picture = add_noise(draw_picture([make_ellipsoid([0.0105] * 3, [0, 0, STAND - 0.02])], [BEECH]))
+    refuse(TooSmallError, "no 27 pixels of one tint lie together .* beside its rim of 3 pixels", picture)
+
+
 def test_perfect_picture_is_segmented_exactly():
     picture = draw_picture([LEFT, RIGHT], [BEECH, STEEL])
     segmentation = segment(picture, STAND, PERFECT)

@@ -8,9 +8,8 @@ import numpy as np
 from affordance import figures
 from affordance.eye import get_eye
 from affordance.report import Picture, Section
-from affordance.settings import Settings
-from affordance.settings import Sight as Source
-from affordance.sight_drawings import Sight, draw_sights
+from affordance.settings import Settings, Sight
+from affordance.sight_drawings import Look, draw_sights
 from affordance.tools import Tool
 
 # Stands behind the seed where pictures for the report are taken; observers have numbers of their own.
@@ -27,13 +26,13 @@ def show_sights(section: Section, folder: Path, tools: Sequence[Tool], settings:
         settings: Say where features come from.
         seed: Root of every random draw.
     """
-    if settings.sight is Source.FEATURES:
+    if settings.sight is Sight.FEATURES:
         return section
     eye = get_eye()
     sights = []
     for index, tool in enumerate(tools):
         picture = eye.take_picture(tool, np.random.default_rng([seed, _SHOWN, index]))
-        sights.append(Sight(tool.name, picture, eye.see(picture)))
+        sights.append(Look(tool.name, picture, eye.see(picture)))
     figures.save_figure(draw_sights(sights, eye.rig.camera), folder, "seen")
     caption = (
         "What the camera saw of each object before the hand took it: colour, depth (white where nothing was read), "

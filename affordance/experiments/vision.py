@@ -37,8 +37,7 @@ from affordance.seeing.frames import save_frame
 from affordance.seeing.rig import build_rig_diagram, render
 from affordance.seeing.see import Seen
 from affordance.settings import Settings, Sight
-from affordance.sight_drawings import Sight as Look
-from affordance.sight_drawings import draw_calibration, draw_sights
+from affordance.sight_drawings import Look, draw_calibration, draw_sights
 from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Tool, load_materials, load_tools
 from affordance.visual_prior import predict_object

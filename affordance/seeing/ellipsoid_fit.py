@@ -40,6 +40,14 @@ _SHIFT_SD = 0.05
 _INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
+# Least ratio of the squares of two axes of a first ellipsoid: a thousandth as thick as long.
+_LEAST_RATIO = 1e-6
+
+
+class UndeterminedError(Exception):
+    """What is seen determines no ellipsoid; whoever has the picture makes a NoFitError of it."""
+
+
 class SeenEllipsoid(NamedTuple):
     """An ellipsoid in the camera's frame.
 
@@ -142,16 +150,22 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
 
     Of a disc's points (x, y) the covariance is a quarter of the shape matrix's block; over it the near side is the
     plane through the rim, which is linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
+
+    Raises:
+        UndeterminedError: All readings lie on a line.
     """
     points = camera.compute_rays(view.pixels) * view.depth[:, None]
     mean = points.mean(axis=0)
     xy, z = points[:, :2] - mean[:2], points[:, 2] - mean[2]
     S = np.zeros((3, 3))
     S[:2, :2] = 4.0 * xy.T @ xy / len(xy)
+    least, most = np.linalg.eigvalsh(S[:2, :2])
+    if least <= _LEAST_RATIO * most:
+        raise UndeterminedError(f"{len(xy)} readings of a part lie on a line, must cover an area")
     slope = np.linalg.lstsq(xy, z)[0]
     depth = np.sqrt(18.0 * max((z - xy @ slope).var(), 1e-8))
     # The readings' own noise is in the variance; no thickness beyond three times the width is believed of it.
-    depth = min(depth, 3.0 * np.sqrt(np.linalg.eigvalsh(S[:2, :2])[1]))
+    depth = min(depth, 3.0 * np.sqrt(most))
     S[2, :2] = S[:2, 2] = S[:2, :2] @ slope
     S[2, 2] = depth**2 + slope @ S[:2, :2] @ slope
     return SeenEllipsoid(mean + np.array([0.0, 0.0, 2.0 / 3.0 * depth]), S)
@@ -166,6 +180,25 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
         view: What is seen; at least as many readings as numbers are fitted.
         camera: The camera.
         noise: That of its depth.
+
+    Raises:
+        UndeterminedError: No ellipsoid was found.
+    """
+    try:
+        fit = _fit_in_rounds(view, camera, noise)
+    except np.linalg.LinAlgError as error:
+        raise UndeterminedError(f"what is seen of a part determines no ellipsoid: {error}") from error
+    if not (np.isfinite(fit.misfit) and np.isfinite(fit.covariance).all()):
+        raise UndeterminedError("what is seen of a part determines no ellipsoid: its covariance is not finite")
+    return fit
+
+
+def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
+    """Fits as fit_ellipsoid does.
+
+    Raises:
+        UndeterminedError: Readings lie on a line, contradict each other, or no least sum of squares was found.
+        LinAlgError: A matrix is singular.
     """
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
     ellipsoid = guess(view, camera)
@@ -182,6 +215,8 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
             xtol=1e-6,
             ftol=1e-6,
         )
+        if not found.success:
+            raise UndeterminedError(f"no ellipsoid fits a part best: {found.message}")
         ellipsoid = deform(ellipsoid, found.x[:NUM_NUMBERS])
         seen = sight(ellipsoid, rays, camera.focal_length)
         angle = np.arccos(np.clip(-seen.normals[:, 2] / np.linalg.norm(seen.normals, axis=1), 0.0, 1.0))
@@ -192,7 +227,8 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
         bias = _compute_bias(ellipsoid, view.pixels, seen.depth, noise.compute_lateral_sd(bounded), camera)
         used = (angle < _MAX_ANGLE) & (np.abs(view.depth - bias - seen.depth) < _MAX_DEVIATION * sd)
         if used.sum() < NUM_NUMBERS:
-            break
+            reason = f"{used.sum()} of {len(used)} readings of a part agree with one ellipsoid"
+            raise UndeterminedError(f"{reason}, must be at least {NUM_NUMBERS}")
     J, residuals = np.asarray(found.jac), found.fun[:-_NUM_PRIORS]
     misfit = float(residuals @ residuals) / max(1, len(residuals) - NUM_NUMBERS)
     covariance = np.linalg.inv(J.T @ J)[:NUM_NUMBERS, :NUM_NUMBERS] * max(1.0, misfit)

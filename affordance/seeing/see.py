@@ -8,7 +8,16 @@ from numpy.typing import NDArray
 
 from affordance.exceptions import HiddenPartError, NoFitError, TooSmallError
 from affordance.inertia import Ellipsoid
-from affordance.seeing.ellipsoid_fit import NUM_NUMBERS, Fit, SeenEllipsoid, View, build_strain, fit_ellipsoid, sight
+from affordance.seeing.ellipsoid_fit import (
+    NUM_NUMBERS,
+    Fit,
+    SeenEllipsoid,
+    UndeterminedError,
+    View,
+    build_strain,
+    fit_ellipsoid,
+    sight,
+)
 from affordance.seeing.picture import Array, Camera, Mask, Picture
 from affordance.seeing.regularity import express_fit, straighten
 from affordance.seeing.rig import Rig, compute_shading
@@ -64,7 +73,10 @@ def see(picture: Picture, rig: Rig, noise: SensorNoise) -> Seen:
         if len(view.depth) < NUM_NUMBERS or len(view.outline) < NUM_NUMBERS:
             reason = f"a part gives {len(view.depth)} readings and {len(view.outline)} points of its outline"
             raise TooSmallError(f"{reason}, must give at least {NUM_NUMBERS} of each", *picture)
-        fit = fit_ellipsoid(view, rig.camera, noise)
+        try:
+            fit = fit_ellipsoid(view, rig.camera, noise)
+        except UndeterminedError as error:
+            raise NoFitError(str(error), *picture) from error
         _check_fit(fit, segmentation, number, picture, rig.camera)
         fits.append(fit)
         colours.append(measure_colour(picture, segmentation.labels == number, fit.ellipsoid, rig.camera))

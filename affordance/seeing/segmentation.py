@@ -113,7 +113,11 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     median = cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), _MEDIAN_SIDE)
     smooth = cv2.blur((median / 255.0).astype(np.float32), (_MEAN_SIDE, _MEAN_SIDE))
     num_parts = 0
-    for region in _split_by_tint(seen, smooth):
+    regions = _split_by_tint(seen, smooth)
+    if not regions:
+        reason = f"no {MIN_PIXELS // 4} pixels of one tint lie together in what is nearer than the stand"
+        raise TooSmallError(f"{reason}, beside its rim of {_SMOOTHING} pixels", *picture)
+    for region in regions:
         for part in _split_at_waists(region):
             within[part] = num_parts
             num_parts += 1
@@ -159,7 +163,10 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Regions of one tint each: tints are found one after the other, the most frequent first, in good light first."""
+    """Regions of one tint each: tints are found one after the other, the most frequent first, in good light first.
+
+    There is none if what is seen is so small or slim that the stand's colour is mixed into all of it.
+    """
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
     core = core if core.any() else mask
@@ -176,6 +183,8 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
             break
         modes.append(points[near & pool].mean(axis=0))
         left &= ~near
+    if not modes:
+        return []
     nearest = np.argmin([np.linalg.norm(points - mode, axis=1) for mode in modes], axis=0)
     seeds = np.zeros(mask.shape, dtype=np.int32)
     seeds[core] = nearest + 1
@@ -187,7 +196,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
         )
         count, pieces, statistics, _ = cv2.connectedComponentsWithStats(one, connectivity=4)
         regions += [pieces == k for k in range(1, count) if statistics[k, cv2.CC_STAT_AREA] >= MIN_PIXELS // 4]
-    return _grow(regions, mask)
+    return _grow(regions, mask) if regions else []
 
 
 def _find_mode(points: Array) -> Array:
