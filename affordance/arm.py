@@ -78,6 +78,13 @@ class Arm:
         """Names of the joints, in the order of q."""
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
+    def keep_clear(self, margin: float) -> JointLimits:
+        """The limits, those of angle nearer by a margin, [rad]; the home posture always keeps them."""
+        return self.limits._replace(
+            q_lower=np.minimum(self.home, self.limits.q_lower + margin),
+            q_upper=np.maximum(self.home, self.limits.q_upper - margin),
+        )
+
     def set_payload(self, plant_context: Context, pi: Array) -> None:
         """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
         self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))

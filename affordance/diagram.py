@@ -91,7 +91,14 @@ def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | No
     visual_prior = add("visual_prior", VisualPrior(settings.prior))
     task = add("task", TaskSystem())
     controller = add(
-        "mpc_controller", MpcController(model, settings=settings.mpc, tick=settings.tick, point=settings.point)
+        "mpc_controller",
+        MpcController(
+            model,
+            settings=settings.mpc,
+            tick=settings.tick,
+            point=settings.point,
+            angle_margin=settings.angle_margin,
+        ),
     )
     stuck = settings.faults.find_stuck(arm.joint_names)
     proprioception = add(

@@ -70,7 +70,8 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
         AffordanceError: The controller finds no plan.
     """
     endless = np.full_like(model.arm.limits.tau_max, np.inf)
-    mpc = MinimumAccelerationMpc(model.arm.limits._replace(tau_max=endless), settings.mpc)
+    limits = model.arm.keep_clear(settings.angle_margin)._replace(tau_max=endless)
+    mpc = MinimumAccelerationMpc(limits, settings.mpc)
     tick, horizon = settings.tick, settings.mpc.horizon
     num_ticks = round(duration / tick)
     q, v = model.arm.home, np.zeros(model.arm.num_joints)

@@ -5,6 +5,7 @@ what it is. A study of sensitivity replaces them one at a time.
 """
 
 import enum
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -36,6 +37,7 @@ class Settings:
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
         sight: Whether features are measured or seen in pictures; vision_error is for those that are measured.
         mpc: Horizon, steps and weights of the controller.
+        angle_margin: What the controller keeps clear of the joints' limits of angle, [rad].
         tick: Time between two plans of the controller, [s].
         point: Which density stands for the belief in control.
         uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
@@ -66,6 +68,9 @@ class Settings:
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
     # docs/decisions/0005-controller.md
     mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)
+    # A limit is kept only as well as the believed inertia is right: without a margin it is overstepped by up to 2.3
+    # mrad. docs/decisions/0009-limits-as-met.md
+    angle_margin: float = math.radians(0.25)
     # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x tick x 16.
     tick: float = 0.005
     point: Point = Point.MODE

@@ -155,10 +155,7 @@ def plan_swing(
         AffordanceError: No swing within the limits of angle and rate does it.
     """
     home, D = model.arm.home, duration
-    limits = model.arm.limits._replace(
-        q_lower=np.minimum(home, model.arm.limits.q_lower + _MARGIN),
-        q_upper=np.maximum(home, model.arm.limits.q_upper - _MARGIN),
-    )
+    limits = model.arm.keep_clear(_MARGIN)
     n = len(home)
     condition = StrikeCondition(model, target, speed)
     program = MathematicalProgram()

@@ -44,9 +44,10 @@ class MpcController(SampledSystem):
         tau: Torques, (num_joints,), [N m].
     """
 
-    def __init__(self, arm: Arm, *, settings: MpcSettings, tick: float, point: Point) -> None:
+    def __init__(self, arm: Arm, *, settings: MpcSettings, tick: float, point: Point, angle_margin: float) -> None:
         super().__init__()
         self._model = ArmModel(arm)
+        self._limits = arm.keep_clear(angle_margin)
         self._settings = settings
         self._tick = tick
         # By their horizons in ticks; made when they are first asked for.
@@ -119,7 +120,7 @@ class MpcController(SampledSystem):
         ticks = round(horizon / self._tick)
         if ticks not in self._mpcs:
             settings = self._settings._replace(horizon=ticks * self._tick)
-            self._mpcs[ticks] = MinimumAccelerationMpc(self._model.arm.limits, settings)
+            self._mpcs[ticks] = MinimumAccelerationMpc(self._limits, settings)
         return self._mpcs[ticks]
 
     def _go_on(self, context: Context, discrete_state: DiscreteValues) -> None:
