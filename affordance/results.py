@@ -112,19 +112,21 @@ def list_versions() -> dict[str, str]:
     return {"python": platform.python_version(), **versions}
 
 
-def compute_key(config: Any, model_folder: Path) -> str:
+def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
     """Computes what a repeat depends on besides its number: configuration, models and this program.
 
     Args:
         config: A dataclass.
         model_folder: The folder of the arm's model files.
+        programs: Folders of further sources that it depends on.
 
     Returns: A short hexadecimal key.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
     models = [path for path in model_folder.rglob("*") if path.is_file()]  # meshes too
-    for folder, paths in ((_PACKAGE, _PACKAGE.rglob("*.py")), (model_folder, models)):
+    sources = [(program, list(program.rglob("*.py"))) for program in (_PACKAGE, *programs)]
+    for folder, paths in (*sources, (model_folder, models)):
         for path in sorted(paths):
             digest.update(str(path.relative_to(folder)).encode())
             digest.update(path.read_bytes())

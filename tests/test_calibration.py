@@ -4,10 +4,14 @@ import dataclasses
 
 import numpy as np
 import pytest
-from scipy.stats import binom
+from scipy.stats import binom, norm
 
+from affordance.estimator import infer
+from affordance.memory import MaterialMemory
 from affordance.noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision import VisionError, observe
+from affordance.visual_prior import predict_object
 from benchmarks.trust import calibration
 from benchmarks.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw
 
@@ -81,10 +85,43 @@ def test_bound_is_the_posteriors_variance_where_errors_do_not_depend_on_densitie
     np.testing.assert_allclose(calibration.compute_bounds(config, arrays["own"]), arrays["variance"], rtol=1e-9)
 
 
-def test_bound_and_grid_are_for_weber_noise_only():
+def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error():
+    config = build_config(WhiteNoise(2.0), moves=False)
+    settings, hold = config.settings, calibration.get_hold(config.settings.arm)
+    _, own = draw_truth(config, 0)
+    features = observe(config.tool, VisionError(), np.random.default_rng(0))
+    belief = predict_object(features, MaterialMemory(), settings.prior)
+    percept = hold.feel(belief, own, settings.noise, (0,))._replace(num_samples=30)  # three seconds at 10 Hz
+    posterior = infer(belief, percept, 7, settings.noise, settings.prior.deviation_sd).posterior.memory.belief
+    bound = calibration.compute_bounds(config, own[None])
+    np.testing.assert_allclose(bound, [np.diag(posterior.covariance)], rtol=1e-9)
+
+
+def test_bound_counts_what_the_size_of_errors_tells():
+    """The Fisher information as the variance of the score, by simulation, at the truth."""
+    config = build_config(DEFAULT_SETTINGS.noise, moves=False)
+    noise, prior, hold = config.settings.noise, config.settings.prior, calibration.get_hold(config.settings.arm)
+    own = np.array([600.0, 900.0])
+    features = observe(config.tool, VisionError(), np.random.default_rng(0))
+    H = hold.Y @ predict_object(features, MaterialMemory(), prior).geometry.Phi
+    tau = np.random.default_rng(1).normal(
+        hold.tau_arm + H @ own, noise.compute_sd(hold.tau_arm + H @ own), (200_000, 7)
+    )
+
+    def compute_log_likelihood(rho):
+        predicted = hold.tau_arm + H @ rho
+        return norm.logpdf(tau, predicted, noise.compute_sd(predicted)).sum(axis=1)
+
+    steps = 0.5 * np.eye(2)
+    scores = np.array([compute_log_likelihood(own + step) - compute_log_likelihood(own - step) for step in steps])
+    information = np.cov(scores)
+    of_materials = np.linalg.inv(np.linalg.inv(information) + prior.deviation_sd**2 * np.eye(2))
+    expected = np.diag(np.linalg.inv(of_materials + np.eye(2) / prior.sd**2))
+    np.testing.assert_allclose(calibration.compute_bounds(config, own[None])[0], expected, rtol=0.02)
+
+
+def test_grid_is_for_weber_noise_only():
     config = build_config(WhiteNoise(1.0), moves=False)
-    with pytest.raises(ValueError, match="must be a WeberNoise"):
-        calibration.compute_bounds(config, np.ones((1, 2)))
     with pytest.raises(ValueError, match="must be a WeberNoise"):
         calibration.find_exact_positions(config, 1)
 

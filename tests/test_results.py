@@ -128,6 +128,14 @@ def test_key_changes_with_configuration_and_models(weight_config, tmp_path):
     assert compute_key(weight_config, copy) != key
 
 
+def test_key_depends_on_further_sources(weight_config, tmp_path):
+    (tmp_path / "study.py").write_text("DURATION = 3.0")
+    key = compute_key(weight_config, MODELS, tmp_path)
+    assert key != compute_key(weight_config, MODELS)
+    (tmp_path / "study.py").write_text("DURATION = 2.0")
+    assert compute_key(weight_config, MODELS, tmp_path) != key
+
+
 def test_folder_for_results_is_made(tmp_path):
     assert prepare_folder(tmp_path / "a" / "b").is_dir()
     assert prepare_folder(tmp_path / "a" / "b").is_dir()

@@ -168,7 +168,9 @@ def test_equal_samples_say_no_more_than_one_with_one_percept_a_trial(estimator):
 @pytest.fixture
 def controller(arm):
     def build(point=Point.MODE):
-        system = MpcController(arm, settings=DEFAULT_SETTINGS.mpc, tick=DEFAULT_SETTINGS.tick, point=point, angle_margin=0.0)
+        system = MpcController(
+            arm, settings=DEFAULT_SETTINGS.mpc, tick=DEFAULT_SETTINGS.tick, point=point, angle_margin=0.0
+        )
         context = system.CreateDefaultContext()
         hold = Hold(arm.home)
         fix(system, context, belief=see(ONE_MATERIAL, PRIOR), goal=hold)

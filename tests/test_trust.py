@@ -5,7 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from benchmarks.trust import run, scaling, soak
+from benchmarks.trust import calibration, run, scaling, soak
+from benchmarks.trust.section import describe
 
 
 def test_soak_counts_its_trials_and_finds_no_growth():
@@ -38,13 +39,74 @@ def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
 @pytest.mark.parametrize("missing", [f"{study}.{key}" for study, keys in run.KEYS.items() for key in keys])
 def test_study_without_one_of_its_keys_is_set_aside(tmp_path, caplog, missing):
     study, key = missing.split(".")
-    found = dict.fromkeys(run.KEYS[study], 1.0)
+    found = dict.fromkeys((*run.KEYS[study], "program"), 1.0)
     (tmp_path / f"{study}.json").write_text(json.dumps(found))
     assert run.read_numbers(tmp_path, study) == found
     del found[key]
     (tmp_path / f"{study}.json").write_text(json.dumps(found))
     assert run.read_numbers(tmp_path, study) is None
     assert f"{study}.json is not what a study found (it has no {key}); set aside as {study}.broken" in caplog.text
+
+
+COST = {
+    "density_error": 0.1,
+    "p_correct": [0.5, 0.6, 1.0],
+    "samples_rejected": 0.0,
+    "trials_surprising": 0.0,
+    "overstep_rad": 0.0,
+    "rate_of_limit": 0.2,
+    "torque_of_limit": 0.5,
+    "beliefs_valid": True,
+}
+NUMBERS = {
+    "sbc_draws": 1000,
+    "sbc_p_value": 0.5,
+    **{"coverage50": 0.5, "coverage80": 0.8, "coverage90": 0.9},
+    "efficiency_vs_cramer_rao": 1.0,
+    "efficiency": dict.fromkeys(calibration.LOOPS, 1.0),
+    "calibration": {
+        name: {"p_value": 0.5, "coverage": [0.5, 0.8, 0.9]} for name in (calibration.EXACT, calibration.IGNORING)
+    },
+    "faults": {"none": COST, "bias": COST},
+    **{"bad_inputs_tried": 500, "bad_inputs_refused": 500, "kills": 20, "kills_identical": 20},
+    **{"cluster_identical": True, "soak_trials": 10_000, "soak_memory_growth_MB": 0.1, "soak_time_drift": 1.0},
+    "parallel_efficiency_2": 0.95,
+    "program": dict.fromkeys(run.STUDIES, "abc"),
+}
+
+
+def test_section_meets_its_claims_where_all_is_well():
+    section = describe(NUMBERS)
+    assert all(claim.met for claim in section.claims)
+    assert not section.differences
+
+
+@pytest.mark.parametrize(
+    ("change", "unmet"),
+    [
+        ({"sbc_p_value": 1e-3}, "as unsure as they should be"),
+        ({"efficiency_vs_cramer_rao": 0.9}, "Nothing felt is wasted"),
+        ({"faults": {"none": COST, "bias": {**COST, "overstep_rad": 1e-4}}}, "With the fault bias"),
+        ({"faults": {"none": COST, "bias": {**COST, "rate_of_limit": 1.1}}}, "With the fault bias"),
+        ({"faults": {"none": COST, "bias": {**COST, "torque_of_limit": 1.1}}}, "With the fault bias"),
+        ({"faults": {"none": COST, "bias": {**COST, "beliefs_valid": False}}}, "With the fault bias"),
+        ({"bad_inputs_refused": 499}, "Bad input"),
+        ({"kills_identical": 19}, "A run that was killed"),
+        ({"cluster_identical": False}, "A cluster"),
+        ({"soak_memory_growth_MB": 11.0}, "Neither memory"),
+        ({"soak_time_drift": 1.2}, "Neither memory"),
+        ({"parallel_efficiency_2": 0.8}, "Two processes"),
+    ],
+)
+def test_section_does_not_meet_the_claim_that_fell_short(change, unmet):
+    not_met = [claim.text for claim in describe({**NUMBERS, **change}).claims if not claim.met]
+    assert len(not_met) == 1
+    assert unmet in not_met[0]
+
+
+def test_section_says_if_studies_are_of_different_programs():
+    section = describe({**NUMBERS, "program": {**NUMBERS["program"], "soak": "def"}})
+    assert "not of one state of the program: calibration of abc" in section.differences[0]
 
 
 def test_every_study_has_keys():

@@ -40,7 +40,8 @@ HEADER = [
     "samples refused, %",
     "trials flagged, %",
     "beyond a joint's range, mrad",
-    "of the torque limit, %",
+    "of a rate limit, %",
+    "of a torque limit, %",
     "beliefs valid",
 ]
 _CHOOSE = 10**6 + 13
@@ -50,8 +51,8 @@ def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any
     """Runs an observer's trials, as ``gain_experience`` does, and notes what a fault may spoil.
 
     Returns: ``precision`` (K + 1, M, M) and ``shift`` (K + 1, M); and over K trials, (K,) each, samples ``rejected``
-        and ``accepted``, ``surprising``, ``overstep`` beyond the range of a joint, [rad], and ``load``, the largest
-        part of a torque limit.
+        and ``accepted``, ``surprising``, ``overstep`` beyond the range of a joint, [rad], and ``rate`` and ``load``,
+        the largest parts of a limit of rate and of torque.
     """
     runner = get_runner(config.settings)
     memory = MaterialMemory().meet(config.looks, config.settings.prior)
@@ -63,10 +64,11 @@ def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any
         memory = record.memory
         memories.append(memory)
         beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max()
-        load = (np.abs(record.tau) / limits.tau_max).max()
-        rows.append((record.samples.rejected, record.samples.accepted, record.surprising, max(0.0, beyond), load))
+        rate, load = (np.abs(record.v) / limits.v_max).max(), (np.abs(record.tau) / limits.tau_max).max()
+        counts = (record.samples.rejected, record.samples.accepted, record.surprising)
+        rows.append((*counts, max(0.0, beyond), rate, load))
     columns = np.array(rows, dtype=float).T
-    names = ("rejected", "accepted", "surprising", "overstep", "load")
+    names = ("rejected", "accepted", "surprising", "overstep", "rate", "load")
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "shift": np.stack([memory.belief.shift for memory in memories]),
@@ -91,6 +93,7 @@ def compute_cost(
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
             right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES
             percentiles = belief.compute_percentiles([0.05, 0.5, 0.95])
+            valid &= bool(np.linalg.eigvalsh(belief.precision)[0] > 0.0)
             valid &= bool(np.isfinite(percentiles).all() and (percentiles > 0.0).all())
         medians[repeat] = percentiles[1]
     return {
@@ -99,6 +102,7 @@ def compute_cost(
         "samples_rejected": float(arrays["rejected"].sum() / (arrays["rejected"] + arrays["accepted"]).sum()),
         "trials_surprising": float(arrays["surprising"].mean()),
         "overstep_rad": float(arrays["overstep"].max()),
+        "rate_of_limit": float(arrays["rate"].max()),
         "torque_of_limit": float(arrays["load"].max()),
         "beliefs_valid": valid,
     }
@@ -115,7 +119,7 @@ def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple
     costs: dict[str, dict[str, Any]] = {}
 
     def run(name: str, experience: ExperienceConfig) -> None:
-        kept = folder / "repeats" / compute_key(experience, MODELS)
+        kept = folder / "repeats" / compute_key(experience, MODELS, Path(__file__).parent)
         arrays = run_repeats(kept, partial(hold_objects, experience), repeats=observers, jobs=jobs, description=name)
         costs[name] = compute_cost(config, choice, correct, arrays)
 
@@ -139,6 +143,7 @@ def _describe(name: str, cost: Mapping[str, Any]) -> list[str]:
         f"{100 * cost['samples_rejected']:.1f}",
         f"{100 * cost['trials_surprising']:.1f}",
         f"{1e3 * cost['overstep_rad']:.2f}",
+        f"{100 * cost['rate_of_limit']:.0f}",
         f"{100 * cost['torque_of_limit']:.0f}",
         "yes" if cost["beliefs_valid"] else "no",
     ]

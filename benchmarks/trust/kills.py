@@ -1,5 +1,6 @@
 """Runs killed at random moments and taken up again: are their files those of a run that was left alone?"""
 
+import itertools
 import json
 import os
 import signal
@@ -16,10 +17,15 @@ import numpy as np
 NUM_KILLS = 20
 # A run is killed twice, then left to end; a kill that comes too late for it counts for nothing.
 _KILLS_PER_RUN = 2
-_ARGUMENTS = ("weight", "--repeats", "3", "--jobs", "1")
+# What is run, by turns.
+RUNS = (
+    ("weight", "--repeats", "3", "--jobs", "1"),
+    ("com", "--repeats", "2", "--jobs", "2"),
+    ("weight", "--repeats", "4", "--jobs", "2"),
+)
 
 
-def start(out: Path, arguments: Sequence[str] = _ARGUMENTS) -> subprocess.Popen[bytes]:
+def start(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
     """Starts an experiment in a process group of its own."""
     command = [sys.executable, "run_experiments.py", *arguments, "--out", str(out)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
@@ -60,27 +66,37 @@ def _are_same(one: Path, other: Path) -> bool:
 
 
 def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], dict[str, Any]]:
-    """Kills runs; returns a row for each that ended otherwise than the one left alone, and the counts."""
+    """Kills runs; returns a row for each that ended otherwise than the one left alone, and the numbers.
+
+    Numbers are the counts, and ``kill_moments``: by experiment and options, when its kills came, in parts of the time
+    that the run left alone took.
+    """
     rng = np.random.default_rng(seed)
-    done, identical, failures = 0, 0, []
+    identical, failures = 0, []
+    moments: dict[str, list[float]] = {" ".join(arguments): [] for arguments in RUNS}
     with tempfile.TemporaryDirectory() as folder:
-        whole = Path(folder) / "whole"
-        begun = time.monotonic()
-        start(whole).wait()
-        duration = time.monotonic() - begun
-        run = 0
-        while done < kills:
-            out, killed = Path(folder) / f"run_{run}", 0
+        whole, durations = {}, {}
+        for number, arguments in enumerate(RUNS):
+            whole[arguments] = Path(folder) / f"whole_{number}"
+            begun = time.monotonic()
+            start(whole[arguments], arguments).wait()
+            durations[arguments] = time.monotonic() - begun
+        for run, arguments in enumerate(itertools.cycle(RUNS)):
+            done = sum(map(len, moments.values()))
+            if done >= kills:
+                break
+            out, killed = Path(folder) / f"run_{run}", []
             for _ in range(min(_KILLS_PER_RUN, kills - done)):
-                process = start(out)
-                time.sleep(duration * rng.random())
-                killed += kill(process)
-            status = start(out).wait()
-            differences = list_differences(whole, out)
-            done += killed
-            run += 1
+                process, moment = start(out, arguments), rng.random()
+                time.sleep(durations[arguments] * moment)
+                if kill(process):
+                    killed.append(moment)
+            status = start(out, arguments).wait()
+            differences = list_differences(whole[arguments], out)
+            moments[" ".join(arguments)] += killed
             if status == 0 and not differences:
-                identical += killed
+                identical += len(killed)
             else:
-                failures.append([f"run {run}", str(status), ", ".join(differences)])
-    return failures, {"kills": done, "kills_identical": identical}
+                failures.append([f"run {run} ({' '.join(arguments)})", str(status), ", ".join(differences)])
+    done = sum(map(len, moments.values()))
+    return failures, {"kills": done, "kills_identical": identical, "kill_moments": moments}

@@ -1,6 +1,7 @@
 """Pictures of what ``make trust`` finds."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -46,6 +47,34 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
     for row in all_axes:
         row[0].set_ylabel("draws")
     all_axes.flat[0].legend(frameon=False, fontsize=_FONT_SIZE, title=f"grey: {100 * _BAND:.0f} % of uniform ones")
+    return figure
+
+
+def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
+    """Draws what each fault does to what is believed and to what is chosen.
+
+    Args:
+        costs: By fault, ``density_error`` and ``p_correct`` at every moment of learning.
+    """
+    names = list(costs)
+    figure = Figure(figsize=(10.0, 0.8 + 0.32 * len(names)))
+    left, right = figure.subplots(1, 2, sharey=True)
+    rows = np.arange(len(names))
+    left.plot([100.0 * cost["density_error"] for cost in costs.values()], rows, "o", color=OBJECT_COLOURS[0])
+    left.set_xlabel("error of believed densities after six trials (%)")
+    left.set_xlim(left=0.0)
+    for moment, marker, label in ((1, "s", "after one trial"), (-1, "o", "after six trials")):
+        shares = [100.0 * cost["p_correct"][moment] for cost in costs.values()]
+        right.plot(shares, rows, marker, color=OBJECT_COLOURS[1 if moment == 1 else 2], label=label)
+    right.set_xlabel("right choices of a grip (%)")
+    right.set_xlim(40.0, 103.0)
+    right.legend(frameon=False, fontsize=_FONT_SIZE, loc="upper left")
+    left.set_yticks(rows, names)
+    left.invert_yaxis()
+    for axes in (left, right):
+        axes.grid(axis="y", color="#dddddd", linewidth=0.8)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
     return figure
 
 
