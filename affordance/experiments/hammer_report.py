@@ -16,6 +16,7 @@ from affordance.experiments.decisions import (
     find_grip_of_densest,
 )
 from affordance.experiments.hammer_blows import FORCE_TOLERANCE, HammerConfig, Study, hold
+from affordance.hammer_drawings import draw_blow, draw_map, draw_photographs
 from affordance.photographs import Pose, take_close_ups, take_pictures
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section
@@ -208,7 +209,7 @@ def draw_figures(
     figures.save_figure(draw_proportions(config.novel, numbers, title), folder, "figure10")
     grips = [f"hold by {grip}" for grip in studied.executed]
     densest = max(config.novel.plain.components, key=lambda part: part.material.density).material
-    figure = figures.draw_map(
+    figure = draw_map(
         forces=studied.map.forces,
         values=studied.densities,
         work=dict(zip(grips, studied.map.work, strict=True)),
@@ -244,9 +245,9 @@ def _draw_blows(config: HammerConfig, studied: Study, folder: Path) -> None:
         f"held by {grip}": [*pictures[2 * i : 2 * i + 2], close_ups[i]] for i, grip in enumerate(studied.executed)
     }
     titles = ["start", "strike", "the nail at the strike"]
-    figures.save_figure(figures.draw_photographs(rows, titles=titles), folder, "figure9")
+    figures.save_figure(draw_photographs(rows, titles=titles), folder, "figure9")
     records = {f"held by {grip}": blow.nail for grip, blow in studied.executed.items()}
-    figures.save_figure(figures.draw_blow(records, force_demanded=config.task.force), folder, "blow")
+    figures.save_figure(draw_blow(records, force_demanded=config.task.force), folder, "blow")
 
 
 def write_slow_replay(config: HammerConfig, studied: Study, folder: Path) -> None:
