@@ -20,6 +20,7 @@ from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
 from affordance.exceptions import AffordanceError
 from affordance.experience import ExperienceConfig, gain_experience
 from affordance.experiments import hammer, reach
+from affordance.experiments.hammer_blows import FORCE_TOLERANCE, get_energies
 from affordance.memory import MaterialMemory
 from affordance.planned_motion import NUM_NODES, MotionEnergies
 from affordance.rollout import roll_out
@@ -52,14 +53,14 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     for_reach += [f"{100 * measure_quadrature(choice, config):.3f} %"]
 
     blow = hammer.load_config()
-    energies = list(hammer.get_energies(blow, tool := blow.novel.plain).values())
+    energies = list(get_energies(blow, tool := blow.novel.plain).values())
 
     def strike(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
         try:
             done = deal_blow(tool.hold_by(tool.grips[grip]), energies[grip], densities, settings)
         except AffordanceError:
             return np.inf, False
-        return done.work, abs(done.force / blow.task.force - 1.0) <= hammer.FORCE_TOLERANCE
+        return done.work, abs(done.force / blow.task.force - 1.0) <= FORCE_TOLERANCE
 
     start = time.perf_counter()
     choice = Choice(list_options(tool), blow.task, settings)

@@ -11,6 +11,8 @@ from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
+from affordance.experiments.hammer_blows import build_choices
+from affordance.experiments.hammer_report import describe
 from affordance.tools import MODELS
 
 CONTRACT = {
@@ -32,7 +34,7 @@ def config():
 
 @pytest.fixture(scope="module")
 def choices(config):
-    return hammer.build_choices(config)
+    return build_choices(config)
 
 
 @pytest.fixture(scope="module")
@@ -106,12 +108,12 @@ def test_claims_are_not_met_by_numbers_that_contradict_them(config, numbers):
         "p_correct": np.linspace(0.9, 0.3, 7),
         "p_correct_ci95": np.column_stack([np.linspace(0.8, 0.2, 7), np.linspace(0.95, 0.4, 7)]),
     }
-    section = hammer.describe(config, {**numbers, **contradicting}, 3)
+    section = describe(config, {**numbers, **contradicting}, 3)
     assert not any(claim.met for claim in section.claims)
 
 
 def test_without_a_crossover_nothing_is_predicted(config, numbers):
-    section = hammer.describe(config, {**numbers, "force_crossover_N": None}, 3)
+    section = describe(config, {**numbers, "force_crossover_N": None}, 3)
     assert not any("prediction" in difference for difference in section.differences)
 
 
