@@ -67,8 +67,8 @@ def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
         shares = [100.0 * cost["p_correct"][moment] for cost in costs.values()]
         right.plot(shares, rows, marker, color=OBJECT_COLOURS[1 if moment == 1 else 2], label=label)
     right.set_xlabel("right choices of a grip (%)")
-    right.set_xlim(40.0, 103.0)
-    right.legend(frameon=False, fontsize=_FONT_SIZE, loc="upper left")
+    right.set_xlim(0.0, 103.0)
+    right.legend(frameon=False, fontsize=_FONT_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     left.set_yticks(rows, names)
     left.invert_yaxis()
     for axes in (left, right):
