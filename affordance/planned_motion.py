@@ -128,17 +128,22 @@ class MotionEnergies:
         self._tau_arm = tau_arm.reshape(-1, 1)
         self._Y = Y.reshape(-1, NUM_PARAMETERS)
         self._rates = np.abs(v).reshape(-1)
-        self._tau_max = np.tile(model.arm.limits.tau_max, num_nodes)[:, None]
+        self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, num_nodes)[:, None]
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, shape (S, 10)."""
-        work, effort = np.empty(len(pi)), np.empty(len(pi))
-        feasible = np.empty(len(pi), dtype=bool)
+        work, effort, load = self.compute_load(pi)
+        return Costs(work, effort, (load <= 1.0) & (not self.obstacle))
+
+    def compute_load(self, pi: Array) -> tuple[Array, Array, Array]:
+        """Computes work and effort, and the largest part of a torque limit, (S,) each; argument as of ``compute``."""
+        work, effort, load = np.empty((3, len(pi)))
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
             tau = self._tau_arm + self._Y @ pi[chunk].T
             effort[chunk] = self._weight * np.einsum("ks,ks->s", tau, tau)
             np.abs(tau, out=tau)
             work[chunk] = self._weight * (self._rates @ tau)
-            feasible[chunk] = not self.obstacle and (tau <= self._tau_max).all(axis=0)
-        return Costs(work, effort, feasible)
+            tau *= self._per_tau_max
+            load[chunk] = tau.max(axis=0)
+        return work, effort, load

@@ -103,6 +103,27 @@ def test_tool_too_heavy_for_a_joint_is_infeasible(energies):
     np.testing.assert_array_equal(costs.feasible, [True, False])
 
 
+@pytest.mark.parametrize("density", [6500.0, 7850.0, 9000.0])
+def test_blow_becomes_infeasible_where_the_swing_itself_breaks_a_torque_limit(hammer, own_model, density):
+    """Wherever that lies between the swings of the table."""
+    wood, steel = (part.looks_like.colour for part in HELD["wood"].components)
+    held = HELD["wood"].make_of({wood: 720.0, steel: density})
+    strong = dataclasses.replace(hammer, force=2.2 * hammer.force)
+    energies = strong.build_energies(own_model, held.components, DEFAULT_SETTINGS)
+    forces = np.linspace(hammer.force, strong.force, 500)
+    feasible = np.array([energies.compute(held.parameters[None], force).feasible[0] for force in forces])
+    edge = int(np.argmin(feasible))
+    assert feasible[:edge].all()
+    assert not feasible[edge:].any()
+    swing = energies.plan(own_model, held.parameters, DEFAULT_SETTINGS, forces[edge]).swing
+    own_model.set_payload(held.parameters)
+    loads = []
+    for q, v, vdot in zip(*swing.evaluate(np.linspace(0.0, swing.duration, 400)), strict=True):
+        own_model.set_state(np.concatenate([q, v]))
+        loads.append(np.abs(own_model.compute_inverse_dynamics(vdot)) / own_model.arm.limits.tau_max)
+    assert np.max(loads) == pytest.approx(1.0, abs=0.02)
+
+
 def test_blow_beyond_the_table_is_refused(energies, own_model):
     with pytest.raises(AffordanceError, match=r"needs a tip speed of [\d.]+ m/s, the joints' limits allow"):
         energies["steel"].plan(own_model, PI["steel"], DEFAULT_SETTINGS, force=3000.0)

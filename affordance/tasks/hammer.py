@@ -155,12 +155,8 @@ class BlowEnergies:
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
         """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
 
-        def compute_costs(node: int, chunk: Array) -> tuple[Array, ...]:
-            work, effort, feasible = self._motions[node].compute(chunk)
-            return work, effort, np.where(feasible, 0.0, 1.0)
-
-        work, effort, breaks_limit = self._interpolate(speed, pi, compute_costs)
-        return Costs(work, effort, (breaks_limit == 0.0) & (speed <= self.speeds[-1]))
+        work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self._motions[node].compute_load(chunk))
+        return Costs(work, effort, (load <= 1.0) & (speed <= self.speeds[-1]))
 
     def plan(
         self, model: ArmModel, pi: Array, settings: Settings, force: float | None = None, nail: Nail | None = None
