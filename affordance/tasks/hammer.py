@@ -154,7 +154,6 @@ class BlowEnergies:
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
         """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
-
         work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self._motions[node].compute_load(chunk))
         return Costs(work, effort, (load <= 1.0) & (speed <= self.speeds[-1]))
 
