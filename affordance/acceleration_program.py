@@ -11,14 +11,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.solvers import ClarabelSolver, MathematicalProgram, SolverOptions
+from pydrake.solvers import ClarabelSolver, DaqpSolver, MathematicalProgram, SolverOptions
 
 from affordance.arm import JointLimits
 
 Array = NDArray[np.float64]
 
-# Four orders tighter than Clarabel's own 1e-8, so that plans agree with the closed form to 1e-8 (tests/test_mpc.py).
-_SOLVER_TOLERANCE = 1e-12
+# Four orders tighter than the solvers' own 1e-6 and 1e-8, so that plans agree with the closed form to 1e-8
+# (tests/test_mpc.py).
+_PLAN_TOLERANCE, _RESCUE_TOLERANCE = 1e-10, 1e-12
 # How far a plan may overstep a limit before the limit enters: rounding, in rad and rad/s.
 LIMIT_TOLERANCE = 1e-9
 
@@ -104,10 +105,11 @@ class AccelerationProgram:
         )
         self._rescue_torque = self._rescue.AddLinearConstraint(*torque, vdot[:n])
 
-        self._solver = ClarabelSolver()
+        self._plan_solver, self._rescue_solver = DaqpSolver(), ClarabelSolver()
         self._options = SolverOptions()
+        self._options.SetOption(DaqpSolver.id(), "primal_tol", _PLAN_TOLERANCE)
         for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
-            self._options.SetOption(ClarabelSolver.id(), name, _SOLVER_TOLERANCE)
+            self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
     def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, free: Array) -> Array | None:
         """Solves for the accelerations.
@@ -148,7 +150,7 @@ class AccelerationProgram:
                 return vdot
             entered |= broken
             self._motion.evaluator().set_bounds(np.where(entered, lower, -np.inf), np.where(entered, upper, np.inf))
-            result = self._solver.Solve(self._plan, None, self._options)
+            result = self._plan_solver.Solve(self._plan, None, self._options)
             if not result.is_success():
                 return None
             vdot = result.GetSolution(self._vdot)
@@ -157,7 +159,7 @@ class AccelerationProgram:
         """By how little angles and rates overstep at best, (2 N n,), and a rounding more; None if that fails."""
         self._rescue_upper.evaluator().UpdateUpperBound(upper)
         self._rescue_lower.evaluator().UpdateLowerBound(lower)
-        result = self._solver.Solve(self._rescue, None, self._options)
+        result = self._rescue_solver.Solve(self._rescue, None, self._options)
         if not result.is_success():
             return None
         overstep = np.maximum(0.0, result.GetSolution(self._overstep)) + LIMIT_TOLERANCE

@@ -19,6 +19,7 @@ HOW = {
     "loop_realtime_factor": "simulated seconds of the closed loop per second of wall time on one core",
     "mpc_tick_vs_algebra": "time of a tick, no limit active, over that of the closed form factorised at every tick",
     "mpc_tick_vs_kept_algebra": "the same over the closed form with its inverse kept, one matrix product",
+    "mpc_tick_vs_drake_solver": "the same over the plan alone by Drake's equality-constrained solver, program kept",
     "mpc_limits_vs_osqp": "time of a tick with limits active over that of OSQP at 1e-6 on a kept program",
     "regressor_vs_pinocchio": "time for 300 samples over that of Pinocchio's C++ regressor in a loop",
     "decisions_vs_rollouts": "choices of a grip per second by inner simulation over those by simulating both grips",
