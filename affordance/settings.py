@@ -47,9 +47,9 @@ class Settings:
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
         max_step_size: Its largest step, [s].
-        contact_scheme: The integrator while a tool may touch a nail.
+        contact_scheme: The integrator while a tool may touch a nail, and from a second touch on.
         contact_accuracy: Its target accuracy.
-        contact_max_step_size: Its largest step, [s].
+        contact_max_step_size: Its largest step while the peak is looked for, [s].
         faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
         learns_from_surprises: Whether a grossly surprising trial teaches what Bayes' rule says (the paper), or
             nothing; it is flagged either way.
@@ -99,6 +99,11 @@ class Settings:
     def contact_simulator(self) -> SimulatorConfig:
         """The same while a tool may touch a nail."""
         return _configure(self.contact_scheme, self.contact_accuracy, self.contact_max_step_size)
+
+    @property
+    def second_touch_simulator(self) -> SimulatorConfig:
+        """The same once a tool touches a nail again on its way back: the peak, which needs short steps, is over."""
+        return _configure(self.contact_scheme, self.contact_accuracy, self.max_step_size)
 
 
 def _configure(integration_scheme: str, accuracy: float, max_step_size: float) -> SimulatorConfig:

@@ -6,8 +6,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
-from pydrake.systems.framework import Context
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
+from pydrake.systems.framework import Context, EventStatus
 
 from affordance.diagram import TrialDiagram, build_trial_diagram
 from affordance.eye import look
@@ -135,14 +136,14 @@ class TrialRunner:
         simulator = self.prepare(trial, tool, strike, memory, seed)
         touch, leave = strike.contact
         duration = strike.compute_duration(self.settings.mpc.horizon)
-        for config, end in (
-            (self.settings.simulator, touch),
-            (self.settings.contact_simulator, leave),
-            (self.settings.simulator, duration + _ROUNDING),
-        ):
-            config.start_time = simulator.get_context().get_time()  # or the clock would be set back
-            ApplySimulatorConfig(config, simulator)
-            simulator.AdvanceTo(end)
+        _advance(simulator, self.settings.simulator, touch)
+        _advance(simulator, self.settings.contact_simulator, leave)
+        # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
+        simulator.set_monitor(functools.partial(_stop_at_touch, trial.arm.plant))
+        end = duration + _ROUNDING
+        if not _advance(simulator, self.settings.simulator, end):
+            simulator.clear_monitor()
+            _advance(simulator, self.settings.second_touch_simulator, end)
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
         return _read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
@@ -172,6 +173,21 @@ class TrialRunner:
 def get_runner(settings: Settings) -> TrialRunner:
     """Returns this process's runner for the settings."""
     return TrialRunner(settings)
+
+
+def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
+    """Changes the integrator and goes on until a time; returns whether no monitor ended it before."""
+    config.start_time = simulator.get_context().get_time()  # or the clock would be set back
+    ApplySimulatorConfig(config, simulator)
+    return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)
+
+
+def _stop_at_touch(plant: MultibodyPlant, context: Context) -> EventStatus:
+    """A monitor that ends a simulation where anything touches."""
+    results: Any = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
+    if results.num_point_pair_contacts():
+        return EventStatus.ReachedTermination(plant, "touch")
+    return EventStatus.DidNothing()
 
 
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:

@@ -231,6 +231,18 @@ def test_energy_at_the_strike_is_enough_for_the_nail(blow, hammer):
     assert done.work > done.kinetic_energy
 
 
+def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(energies):
+    """The wood weighs what one of the densities of benchmarks/decision.py does; a stall takes tens of thousands."""
+    wood, steel = (component.looks_like.colour for component in HELD["wood"].components)
+    blow = deal_blow(HELD["steel"], energies["steel"], {wood: 252.0, steel: 3727.0}, DEFAULT_SETTINGS)
+    _, leave = blow.strike.contact
+    times, contact = blow.nail.times, blow.nail.contact
+    assert np.abs(contact[times <= leave][-1]) < 1.0  # it has left the nail
+    assert np.abs(contact[times > leave]).max() > 100.0
+    assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
+    assert len(times) < 4000
+
+
 def test_horizon_of_the_controller_does_not_decide_the_blow(energies):
     """The peak is that of the swing: half the steps or half as many again change it by a percent."""
     forces = []
