@@ -22,6 +22,7 @@ from affordance.experiments.preparation import check_tools_are_honest, check_too
 from affordance.memory import MaterialMemory
 from affordance.metrics import Estimate
 from affordance.noise import WeberNoise
+from affordance.seed_streams import Stream
 from affordance.settings import Settings, Sight
 from affordance.static_hold import StaticHold
 from affordance.tools import Colour, Tool, list_densities, load_materials, load_tools
@@ -39,8 +40,6 @@ MAX_STUDIED = 200
 NUM_BAYES_SAMPLES = 2_000
 # Lengths of an object in two grips that differ by less are equal, [m].
 _SAME_LENGTH = 1e-9
-# Stand for choices and for the sensitivity study in seeds, beside the trials, which count from 0.
-_PAPER, _BAYES, _PRIOR, _STATIC = 10**6 + 1, 10**6 + 2, 10**6 + 3, 10**6 + 4
 
 
 @dataclass(frozen=True)
@@ -136,7 +135,7 @@ def plan_choices(novel: NovelObjects, task: Demand, settings: Settings, seed: in
 
 def choose_before_experience(choice: Choice, looks: tuple[Colour, ...], seed: int) -> Chosen:
     """Chooses by the paper's rule for many densities drawn from the prior, (NUM_PRIOR_CHOICES,)."""
-    rng = np.random.default_rng([seed, _PRIOR])
+    rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().meet(looks, choice.settings.prior)
     return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES)), rng)
 
@@ -145,9 +144,9 @@ def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: 
     """Chooses by the paper's rule, one density drawn a choice, before the first and after each trial, (K + 1,)."""
     parameters = []
     for trial in range(experience.num_trials + 1):
-        rng = np.random.default_rng([seed, repeat, trial, _PAPER])
+        rng = np.random.default_rng([seed, repeat, trial, Stream.PAPER])
         parameters.append(choice.draw_parameters(experience.recall(repeat, trial), rng, 1))
-    rng = np.random.default_rng([seed, repeat, _PAPER])
+    rng = np.random.default_rng([seed, repeat, Stream.PAPER])
     return pick_cheapest(choice.compute_costs(np.concatenate(parameters, axis=1)), rng)
 
 
@@ -160,7 +159,7 @@ def choose_by_expectation(
     """
     chosen, flips = [], []
     for trial in range(experience.num_trials + 1):
-        rng = np.random.default_rng([seed, repeat, trial, _BAYES])
+        rng = np.random.default_rng([seed, repeat, trial, Stream.BAYES])
         ranking = choice.rank(experience.recall(repeat, trial), rng, NUM_BAYES_SAMPLES)
         usable = ranking.num_usable > 0
         chosen.append(choice.options.index(ranking.best.option) if usable else NO_OPTION)
@@ -352,7 +351,7 @@ def study_sensitivity(
         costs = choice.compute_costs(
             np.concatenate([choice.compute_parameters(memory, rho[None]) for memory, rho in observers], axis=1)
         )
-        chosen = pick_cheapest(costs, np.random.default_rng([experience.seed, _STATIC])).reshape(repeats, -1)
+        chosen = pick_cheapest(costs, np.random.default_rng([experience.seed, Stream.STATIC])).reshape(repeats, -1)
         panels.setdefault(assumption.panel, {})[assumption.label] = count_correct(chosen, correct) / repeats
     return panels
 
@@ -369,7 +368,7 @@ def _learn_under(
     true = np.array([densities[look] for look in experience.looks])
     moments = []
     for repeat in range(repeats):
-        seed = (experience.seed, repeat, _STATIC)
+        seed = (experience.seed, repeat, Stream.STATIC)
         rng = np.random.default_rng(seed)
         memory = unknown
         moments.append((memory, _choose_densities(memory, assumption, rng)))

@@ -47,6 +47,7 @@ from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
 from affordance.report import write_section
 from affordance.results import compute_key, run_repeats, write_json
+from affordance.seed_streams import Stream
 from affordance.settings import Sight
 from affordance.tasks.hammer import load_hammer
 from affordance.tools import MODELS
@@ -55,8 +56,6 @@ from affordance.trial import get_runner
 from affordance.visual_prior import ComponentFeatures
 
 NAME = "hammer"
-# Stands for the choices that are compared with the order of the densities, in seeds.
-_LIGHT_ENDS = 10**6 + 5
 
 
 def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> HammerConfig:
@@ -235,7 +234,7 @@ def _count_light_ends(config: HammerConfig) -> float:
     settings = config.experience.settings
     choice = Choice(list_options(config.novel.plain), config.task, settings)
     memory = MaterialMemory().meet(config.experience.looks, settings.prior)
-    rng = np.random.default_rng([config.experience.seed, _LIGHT_ENDS])
+    rng = np.random.default_rng([config.experience.seed, Stream.LIGHT_ENDS])
     rho = memory.belief.spread(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, rho)), rng)
     near, far = np.array([_order_looks(option.gripped, memory) for option in choice.options]).T
