@@ -257,7 +257,10 @@ def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, N
         name: Labelled(
             ("trial", "time_since_touch"),
             np.stack(
-                [np.interp(times, b.nail.times - b.time_of_touch, getattr(b.nail, name)) for b in executed.values()]
+                [
+                    np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name))
+                    for b in executed.values()
+                ]
             ),
             unit,
             meaning,

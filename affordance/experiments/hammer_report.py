@@ -232,7 +232,7 @@ def _draw_blows(config: HammerConfig, studied: Study, folder: Path) -> None:
     held, arm = hold(config.novel.plain), config.experience.settings.arm
     poses, close = [], []
     for grip, blow in studied.executed.items():
-        row = int(np.argmin(np.abs(blow.record.times - blow.time_of_touch)))
+        row = int(np.argmin(np.abs(blow.record.times - blow.nail.time_of_touch)))
         start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
         strike = start._replace(
             q=blow.record.q[row], travel=float(np.interp(blow.record.times[row], blow.nail.times, blow.nail.travel))
