@@ -1,5 +1,6 @@
 """Experiment ``hammer``: few observers."""
 
+import dataclasses
 import json
 import shutil
 
@@ -11,8 +12,11 @@ from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
-from affordance.experiments.hammer_blows import build_choices
+from affordance.experiments.hammer_blows import build_choices, execute, get_energies
 from affordance.experiments.hammer_report import describe
+from affordance.experiments.preparation import switch_faults_on
+from affordance.faults import Faults
+from affordance.settings import Sight
 from affordance.tools import MODELS
 
 CONTRACT = {
@@ -85,6 +89,28 @@ def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crosso
     assert below["force_demanded_N"] < numbers["force_crossover_N"] < above["force_demanded_N"]
     cheaper = [min(each["energy_true"], key=each["energy_true"].get) for each in (below, above)]
     assert cheaper == ["steel", "wood"]
+
+
+def test_what_is_true_depends_neither_on_sight_nor_on_faults(config):
+    experience = config.experience
+    settings = dataclasses.replace(experience.settings, sight=Sight.PIXELS)
+    other = dataclasses.replace(config, experience=dataclasses.replace(experience, settings=settings))
+    other = switch_faults_on(other, Faults(arm_mass_factor=1.05))
+    for tool in (config.novel.plain, config.novel.headed):
+        assert get_energies(other, tool) == get_energies(config, tool)  # the very same
+    executed, again = execute(config, config.novel.plain), execute(other, config.novel.plain)
+    for grip, blow in executed.items():
+        assert (again[grip].work, again[grip].force) == (blow.work, blow.force)
+
+
+def test_blows_are_those_of_the_tool_that_is_asked_for(config):
+    """Also of one that is equal to another but not it, or none of the novel objects."""
+    plain, headed = config.novel.plain, config.novel.headed
+    speeds = {
+        tool.name: {grip: energies.speeds.tolist() for grip, energies in get_energies(config, tool).items()}
+        for tool in (plain, headed, dataclasses.replace(plain), dataclasses.replace(plain, name="a third"))
+    }
+    assert speeds["a third"] == speeds[plain.name] != speeds[headed.name]
 
 
 def test_yielding_nail_is_driven_as_deep_by_the_same_energy(numbers):

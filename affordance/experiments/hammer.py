@@ -15,20 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.blow import Blow
-from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
+from affordance.choice import NO_OPTION, pick_cheapest
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
+from affordance.experiments import sensitivity
 from affordance.experiments.decisions import (
-    MAX_STUDIED,
     NUM_PRIOR_CHOICES,
     Choices,
-    check_one_grip_is_cheaper,
     compute_proportions,
     label_choices,
-    load_subjects,
+    plan_choice,
     run_repeat,
-    study_sensitivity,
 )
 from affordance.experiments.hammer_blows import (
     FORCE_TOLERANCE,
@@ -37,12 +35,18 @@ from affordance.experiments.hammer_blows import (
     build_choices,
     execute,
     get_energies,
-    hold,
     study,
 )
 from affordance.experiments.hammer_report import describe, draw_figures, write_slow_replay
 from affordance.experiments.modes import keep_mode
+from affordance.experiments.novel_objects import hold, load_subjects
 from affordance.experiments.outputs import describe_run, label_motions, name_faults
+from affordance.experiments.right_grip import (
+    WITHOUT_FAULTS,
+    check_one_grip_is_cheaper,
+    find_cheaper_grip,
+    remove_errors,
+)
 from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
 from affordance.report import write_section
@@ -69,13 +73,14 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     path = models / "nail.yaml"
     config = HammerConfig(experience, novel, load_hammer(path))
     # What cannot be planned or carried out is refused here, before anything is written.
-    choices = build_choices(config)
-    for choice in choices:
-        for option, energies in zip(choice.options, choice.energies, strict=True):
-            if energies.obstacle:
-                raise BadValueError(path, "blow", f"cannot be dealt: {option.name}: {energies.obstacle}")
+    for choice in build_choices(config):
+        for option, planned in zip(choice.options, choice.energies, strict=True):
+            if planned.obstacle:
+                raise BadValueError(path, "blow", f"cannot be dealt: {option.name}: {planned.obstacle}")
     for tool in (novel.plain, novel.headed):
         for grip, energies in get_energies(config, tool).items():
+            if energies.obstacle:
+                raise BadValueError(path, "blow", f"cannot be dealt: {tool.name} by {grip}: {energies.obstacle}")
             if not energies.compute(hold(tool)[grip].parameters[None]).feasible[0]:
                 problem = f"cannot be reached with the {tool.name} by {grip}: a joint lacks torque or speed"
                 raise BadValueError(path, "depth_demanded", problem)
@@ -86,11 +91,6 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(models, tool, [blow.work for blow in executed.values()])
     return config
-
-
-def find_cheaper_grip(executed: Mapping[str, Blow]) -> str:
-    """Names the grip of least work; both are known to give the force."""
-    return min(executed, key=lambda grip: executed[grip].work)
 
 
 def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
@@ -114,22 +114,21 @@ def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     numbers = compute_metrics(config, choices, arrays, studied)
     numbers.update(experience.count_faults())
     correct = list(studied.executed).index(numbers["correct_grip"])
-    sensitivity = study_sensitivity(
-        config.experience, choices.plain, correct, repeats=min(repeats, MAX_STUDIED), jobs=jobs
-    )
+    panels = sensitivity.study(config.experience, choices.plain, correct, repeats=repeats, jobs=jobs)
     _write_trajectories(folder / "trajectories.nc", config, arrays, studied)
     tool = hold(config.novel.plain)[numbers["correct_grip"]]
     placement = studied.executed[numbers["correct_grip"]].strike.placement
     save_diagram(get_runner(settings).get_diagram(tool, placement).diagram, folder, "diagram")
-    draw_figures(config, numbers, studied, sensitivity, folder, repeats)
-    section = name_faults(describe(config, numbers, repeats), settings.faults)
+    draw_figures(config, numbers, studied, folder, repeats)
+    sensitivity.save_drawing(panels, folder, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults, WITHOUT_FAULTS)
     tools = (config.novel.plain, config.novel.headed)
     write_section(folder, show_sights(section, folder, tools, settings, seed))
     write_slow_replay(config, studied, folder)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
     keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
-    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
+    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": panels, **described})
 
 
 def compute_metrics(
@@ -231,8 +230,8 @@ def _count_light_ends(config: HammerConfig) -> float:
 
     Of the object as it is, however observers see it: it is the task that is asked about.
     """
-    settings = config.experience.settings
-    choice = Choice(list_options(config.novel.plain), config.task, settings)
+    settings = remove_errors(config.experience.settings)
+    choice = plan_choice(config.novel.plain, config.task, settings, config.experience.seed)
     memory = MaterialMemory().meet(config.experience.looks, settings.prior)
     rng = np.random.default_rng([config.experience.seed, Stream.LIGHT_ENDS])
     rho = memory.belief.spread(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)

@@ -19,7 +19,8 @@ from affordance.choice import Choice, pick_cheapest
 from affordance.experience import ExperienceConfig, draw_order
 from affordance.experiments.decisions import count_correct
 from affordance.experiments.preparation import switch_faults_on
-from affordance.experiments.reach import ReachConfig, build_choices, execute, find_cheaper_grip, load_config
+from affordance.experiments.reach import ReachConfig, build_choices, execute, load_config
+from affordance.experiments.right_grip import find_cheaper_grip
 from affordance.faults import load_faults
 from affordance.memory import MaterialMemory
 from affordance.results import compute_key, run_repeats
