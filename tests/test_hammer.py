@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from results_contract import check_results
 
+from affordance.arm import ArmModel, load_arm
 from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
-from affordance.experiments.hammer_blows import build_choices, execute, get_energies
+from affordance.experiments.hammer_blows import build_choices, check_first_crossover, execute, get_energies
 from affordance.experiments.hammer_report import describe
+from affordance.experiments.novel_objects import hold
 from affordance.experiments.preparation import switch_faults_on
 from affordance.faults import Faults
+from affordance.hammering_map import find_crossovers
 from affordance.settings import Sight
 from affordance.tools import MODELS
 
@@ -89,6 +92,28 @@ def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crosso
     assert below["force_demanded_N"] < numbers["force_crossover_N"] < above["force_demanded_N"]
     cheaper = [min(each["energy_true"], key=each["energy_true"].get) for each in (below, above)]
     assert cheaper == ["steel", "wood"]
+
+
+def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(config, numbers):
+    """As it is where so little is demanded that the steel end is the cheaper one."""
+    (crossover,) = numbers["force_crossovers_N"]
+    lower = dataclasses.replace(config, task=dataclasses.replace(config.task, force=0.95 * crossover))
+    plain, model = lower.novel.plain, ArmModel(load_arm(lower.experience.settings.arm))
+    stronger = dataclasses.replace(lower.task, force=1.9 * crossover)
+    energies = {
+        grip: stronger.build_energies(model, tool.components, lower.experience.settings)
+        for grip, tool in hold(plain).items()
+    }
+    forces = np.linspace(0.97 * crossover, 1.9 * crossover, 20)
+    crossovers = find_crossovers(energies, {grip: tool.parameters for grip, tool in hold(plain).items()}, forces)
+    checked = check_first_crossover(lower, crossovers, up_to_most=energies, forces=forces)
+    (below, dealt_below), (above, dealt_above) = checked.items()
+    assert below < crossovers[0] < above
+    assert lower.task.force < above
+    assert [min(dealt, key=lambda grip: dealt[grip].work) for dealt in (dealt_below, dealt_above)] == [
+        "steel",
+        "wood",
+    ]
 
 
 def test_what_is_true_depends_neither_on_sight_nor_on_faults(config):

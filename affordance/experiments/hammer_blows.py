@@ -16,7 +16,7 @@ from affordance.experiments import right_grip
 from affordance.experiments.decisions import Choices, plan_choice, plan_choices
 from affordance.experiments.novel_objects import NovelObjects, hold
 from affordance.experiments.right_grip import remove_errors
-from affordance.hammering_map import HammeringMap, find_crossovers, map_work
+from affordance.hammering_map import HammeringMap, find_crossovers, map_work, pick_forces_beside
 from affordance.nail import Nail
 from affordance.optimal_swing import SwingComparison, compare_swings
 from affordance.settings import Settings
@@ -87,6 +87,34 @@ def _deal(
     return right_grip.execute(tool, config.experience.settings, strike)
 
 
+def check_first_crossover(
+    config: HammerConfig, crossovers: list[float], *, up_to_most: Mapping[str, BlowEnergies], forces: Array
+) -> dict[float, dict[str, Blow]]:
+    """Deals blows with each grip of the plain object on either side of the first of some crossovers.
+
+    Args:
+        config: What is run.
+        crossovers: Forces at which both grips cost the same, rising, at least one, [N].
+        up_to_most: Blows of up to the largest of the forces, by grip.
+        forces: Where they were looked for, rising, [N].
+
+    Returns: The blows by force and grip.
+    """
+    task, plain = config.task, config.novel.plain
+    true = [tool.parameters[None] for tool in hold(plain).values()]
+    beside = pick_forces_beside(
+        crossovers,
+        forces=forces,
+        feasible=map_work(list(up_to_most.values()), true, forces).feasible.all(axis=(0, 1)),
+        least=task.nail.stiffness * task.nail.depth_set,
+        demanded=task.force,
+    )
+    energies = get_energies(config, plain)
+    return {
+        force: _deal(config, plain, energies if force <= task.force else up_to_most, force=force) for force in beside
+    }
+
+
 class Study(NamedTuple):
     """What is computed beside the choices.
 
@@ -122,12 +150,9 @@ def study(config: HammerConfig) -> Study:
     stronger = dataclasses.replace(task, force=most)
     up_to_most = {grip: stronger.build_energies(model, tool.components, settings) for grip, tool in held.items()}
     crossovers = find_crossovers(up_to_most, {grip: tool.parameters for grip, tool in held.items()}, forces)
-    checked = {}
+    checked: dict[float, dict[str, Blow]] = {}
     if crossovers:
-        # Half way, in proportion, to the least force and to the demanded one.
-        for end in (least, task.force):
-            force = float(np.sqrt(crossovers[0] * end))
-            checked[force] = _deal(config, plain, energies, force=force)
+        checked = check_first_crossover(config, crossovers, up_to_most=up_to_most, forces=forces)
     # The mean of the skin friction over the demanded travel takes the same energy.
     mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
     swings = {
