@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.blow import Blow
-from affordance.choice import NO_OPTION, pick_cheapest
+from affordance.choice import NO_OPTION, Chosen, pick_cheapest
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
@@ -60,6 +60,8 @@ from affordance.trial import get_runner
 from affordance.visual_prior import ComponentFeatures
 
 NAME = "hammer"
+# What is kept of a nail: around the first touch, driving takes 5 ms, [s].
+_KEPT_FROM, _KEPT_TO, _KEPT_STEP = -0.002, 0.012, 2e-5
 
 
 def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> HammerConfig:
@@ -225,7 +227,7 @@ def _measure_crossover(studied: Study) -> dict[str, Any]:
     }
 
 
-def _count_light_ends(config: HammerConfig) -> float:
+def _count_light_ends(config: HammerConfig) -> float | None:
     """Share of choices, by densities from the prior, that put what is less dense into the hand.
 
     Of the object as it is, however observers see it: it is the task that is asked about.
@@ -237,9 +239,27 @@ def _count_light_ends(config: HammerConfig) -> float:
     rho = memory.belief.spread(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, rho)), rng)
     near, far = np.array([_order_looks(option.gripped, memory) for option in choice.options]).T
-    decided = chosen != NO_OPTION
-    each = np.arange(len(rho))[decided]
-    return float((rho[each, near[chosen[decided]]] < rho[each, far[chosen[decided]]]).mean())
+    return compute_share_of_light_ends(chosen, rho=rho, near=near, far=far)
+
+
+def compute_share_of_light_ends(
+    chosen: Chosen, *, rho: NDArray[np.float64], near: NDArray[np.intp], far: NDArray[np.intp]
+) -> float | None:
+    """Share of choices that put what is less dense into the hand.
+
+    Args:
+        chosen: Index of the option, or NO_OPTION, (S,).
+        rho: Densities that are chosen by, (S, M), [kg/m^3].
+        near: Which density is nearest to the hand, by option.
+        far: Which is farthest from it, by option.
+
+    Returns: The share of those where something was chosen; None if that is none.
+    """
+    decided = np.flatnonzero(chosen != NO_OPTION)
+    if not len(decided):
+        return None
+    option = chosen[decided]
+    return float((rho[decided, near[option]] < rho[decided, far[option]]).mean())
 
 
 def _order_looks(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> tuple[int, int]:
@@ -251,7 +271,7 @@ def _order_looks(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> 
 
 def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, NDArray[Any]], studied: Study) -> None:
     executed = studied.executed
-    times = np.arange(-0.002, 0.012, 2e-5)
+    times = np.arange(_KEPT_FROM, _KEPT_TO, _KEPT_STEP)
     blows = {
         name: Labelled(
             ("trial", "time_since_touch"),
@@ -282,7 +302,8 @@ def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, N
         "density": Labelled(("density",), studied.densities, "kg/m^3", "density of the denser part"),
     }
     records = [blow.record for blow in executed.values()]
-    joint_names = get_runner(config.experience.settings).get_diagram(next(iter(hold(config.novel.plain).values())))
+    held = next(iter(hold(config.novel.plain).values()))
+    joint_names = get_runner(config.experience.settings).get_diagram(held).arm.joint_names
     write_trajectories(
         path,
         {
@@ -292,5 +313,5 @@ def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, N
             **coordinates,
             **label_motions(records, "executed under the true densities"),
         },
-        {"trial": list(executed), "joint": joint_names.arm.joint_names},
+        {"trial": list(executed), "joint": joint_names},
     )

@@ -105,20 +105,31 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
             + f", of which the nail takes {numbers['tip_energy']:.2f} J (F^2 / 2k from the surface of the wood is "
             f"{numbers['tip_energy_from_surface']:.2f} J).",
             _describe_other_swings(numbers),
-            "On a nail that yields at a constant force the same blows drive it by "
+            "On a nail that yields at a constant force, which takes the same energy over the demanded travel, the "
+            "same blows drive it by "
             + list_by_grip({grip: 1e3 * each["travel_m"] for grip, each in numbers["yielding_nail"].items()}, "mm")
-            + ": the energy at the tip decides, and the same works are compared. Were a peak of the contact force "
+            + ", instead of "
+            + list_by_grip({grip: 1e3 * value for grip, value in numbers["travel_m"].items()}, "mm")
+            + ". Were a peak of the contact force "
             "demanded instead, which the speed of the tip and the stiffness of what touches decide whatever mass is "
             "behind it, both grips would need the same speed; at the slower one of the two swings they take "
             + list_by_grip(numbers["energy_at_equal_tip_speed"], "J")
             + ".",
-            "Figures 8 and 10 are of the same observers and nearly the same question: with equal cross-sections both "
-            f"choices turn on which part is believed denser. Here {100 * numbers['p_light_end_held']:.1f} of 100 "
-            "choices by densities from the prior hold what is less dense, in reaching what is denser.",
+            _describe_light_ends(numbers),
             describe_effort(numbers),
             describe_rules(numbers),
         ],
     )
+
+
+def _describe_light_ends(numbers: Mapping[str, Any]) -> str:
+    """What choices have in common that know nothing."""
+    share = numbers["p_light_end_held"]
+    if share is None:
+        found = "No density drawn from the prior lets the blow be dealt with any grip."
+    else:
+        found = f"Of 100 choices by densities from the prior {100 * share:.1f} hold what is less dense."
+    return f"Figures 8 and 10 are of the same observers. {found}"
 
 
 def _predict_crossover(config: HammerConfig, numbers: Mapping[str, Any]) -> list[str]:
@@ -127,25 +138,27 @@ def _predict_crossover(config: HammerConfig, numbers: Mapping[str, Any]) -> list
         return []
     nail, (low, high) = config.task.nail, numbers["force_crossover_checked"]
     tap, drive = (min(each["energy_true"], key=each["energy_true"].__getitem__) for each in (low, high))
-    travel = 1e3 * (numbers["force_crossover_N"] / nail.stiffness - nail.depth_set)
+    first, *others = numbers["force_crossovers_N"]
+    travel = 1e3 * (first / nail.stiffness - nail.depth_set)
     checks = "; ".join(
         f"at {each['force_demanded_N']:.0f} N "
         + list_by_grip(each["energy_true"], "J")
         + " for driving it by "
         + list_by_grip({grip: 1e3 * value for grip, value in each["travel_m"].items()}, "mm")
+        + ", "
+        + list_by_grip(each["energy_raising_true"], "J")
+        + " of it for raising the tool"
         for each in (low, high)
     )
     if tap == drive:
-        crossing = f"{numbers['force_crossover_N']:.0f} N"
-        return [f"The planned works cross at {crossing}, the simulated ones do not: {checks}."]
+        return [f"The planned works cross at {first:.0f} N, the simulated ones do not: {checks}."]
+    again = f", and again at {', '.join(f'{force:.0f}' for force in others)} N" if others else ""
     return [
         f"A prediction: whoever has felt both materials will hold the {drive} end of the "
-        f"{config.novel.plain.name} to drive this nail by half a centimetre with one blow, but the {tap} end to tap "
-        f"it without driving it. The cheaper grip changes at {numbers['force_crossover_N']:.0f} N, where the nail "
-        f"moves by {travel:.1f} mm: "
-        "whenever it really is driven, what counts is the mass behind the tip; in a tap arm and tool are merely "
-        "lowered, and a tool with its mass at the hand weighs less on the shoulder. Contact simulation finds this "
-        f"order on either side: {checks}."
+        f"{config.novel.plain.name} to drive this nail by {1e3 * high['travel_m'][drive]:.1f} mm with one blow, but "
+        f"the {tap} end to drive it by {1e3 * low['travel_m'][tap]:.1f} mm. The cheaper grip changes at {first:.0f} "
+        f"N, where the nail moves by {travel:.1f} mm{again}. Contact simulation finds this order on either side: "
+        f"{checks}."
     ]
 
 
@@ -158,15 +171,15 @@ def _describe_other_swings(numbers: Mapping[str, Any]) -> str:
         return list_by_grip(works, "J"), cheaper, 100.0 * (works[dearer] / works[cheaper] - 1.0)
 
     listed, cheaper, saved = compare("least_work")
-    with_most_effort, _, _ = compare("least_effort")
-    _, _, ours = compare("least_acceleration")
+    with_least_effort, _, _ = compare("least_effort")
+    _, cheaper_of_ours, ours = compare("least_acceleration")
     ended = all(each[kind]["converged"] for each in numbers["swings"].values() for kind in each)
     return (
-        "The advantage is one of swings of least angular acceleration, the paper's and ours, which know no dynamics. "
-        f"Swings to the same strike of least work, found with the true dynamics, take {listed}: holding {cheaper} "
-        f"is cheaper by {saved:.0f} % instead of {ours:.0f} %, no more than such searches differ by between "
-        f"starts{'' if ended else ', and not all of them converged'}. Swings of least integral of |tau|^2 take "
-        f"{with_most_effort} (docs/decisions/0017-dynamically-consistent-swing.md)."
+        "Swings of least angular acceleration, the paper's and ours, know no dynamics; with them holding "
+        f"{cheaper_of_ours} is cheaper by {ours:.0f} %. Swings to the same strike of least work, found with the true "
+        f"dynamics, take {listed}: holding {cheaper} is cheaper by {saved:.0f} %. Swings of least integral of "
+        f"|tau|^2 take {with_least_effort}. {'All' if ended else 'Not all'} of these searches converged; by how much "
+        "they differ between starts says docs/decisions/0017-dynamically-consistent-swing.md."
     )
 
 
