@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Mapping
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,9 +17,6 @@ from affordance.tools import Colour, Tool
 from affordance.trial import NailRecord, TrialRecord, get_runner
 
 Array = NDArray[np.float64]
-
-# A nail feels a force from here on, [N].
-_TOUCH = 1.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,11 +50,6 @@ class Blow:
     def travel(self) -> float:
         """How far the nail was driven, [m]."""
         return float(self.nail.travel[-1])
-
-    @cached_property
-    def time_of_touch(self) -> float:
-        """When the tool first touched the nail, [s]."""
-        return float(self.nail.times[np.argmax(self.nail.contact > _TOUCH)])
 
 
 def deal_blow(

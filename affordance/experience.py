@@ -17,14 +17,12 @@ from numpy.typing import NDArray
 from affordance.belief import DensityBelief
 from affordance.memory import MaterialMemory
 from affordance.results import compute_key, run_repeats
+from affordance.seed_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import Colour, Tool
 from affordance.trial import get_runner
 
 _LOG = logging.getLogger(__name__)
-
-# Stands behind seed and repeat where the order of the objects is drawn; trials count from 0.
-_ORDER = 10**6
 
 
 @dataclass(frozen=True)
@@ -107,7 +105,7 @@ class Experience:
 
 def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
     """Draws the order of the objects for an observer, block by block."""
-    rng = np.random.default_rng([config.seed, repeat, _ORDER])
+    rng = np.random.default_rng([config.seed, repeat, Stream.ORDER])
     num_blocks = config.num_trials // len(config.tools)
     return [int(index) for _ in range(num_blocks) for index in rng.permutation(len(config.tools))]
 

@@ -17,8 +17,8 @@ Array = NDArray[np.float64]
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
 # Told apart by these when there are more objects than colours.
-_MARKERS = ("o", "s", "^")
-_LINE_STYLES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^")
+LINE_STYLES = ("-", "--", "-.", ":")
 FONT_SIZE = 10
 _METRES_TO_CM = 100.0
 
@@ -142,13 +142,18 @@ def draw_heights_of_points(
     figure = Figure(figsize=(12.0, 3.8))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
     # As in the paper's figure 6: red, blue, and green for the decoy.
-    for k, colour in enumerate((OBJECT_COLOURS[2], OBJECT_COLOURS[0], OBJECT_COLOURS[1])):
+    of_decoy, *others = (OBJECT_COLOURS[i] for i in (1, 2, 0, 3, 4, 5))
+    for k in range(len(labels)):
+        colour = of_decoy if k == len(labels) - 1 else others[k % len(others)]
         one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
         every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=labels[k], linewidth=1.6)
         _shade(every, times, mean.low[k], mean.high[k], colour)
-    for (point, heights), line in zip(decoy.items(), _LINE_STYLES, strict=False):
-        points.plot(times, _METRES_TO_CM * heights.mean, line, color=OBJECT_COLOURS[1], label=point, linewidth=1.6)
-        _shade(points, times, heights.low, heights.high, OBJECT_COLOURS[1])
+    for k, (point, heights) in enumerate(decoy.items()):
+        # All in the decoy's colour, as long as there are lines to tell them apart by.
+        line = LINE_STYLES[k % len(LINE_STYLES)]
+        colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
+        points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=point, linewidth=1.6)
+        _shade(points, times, heights.low, heights.high, colour)
     _mark_times(times, one, every, points)
     one.set_ylabel("height above the start (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
@@ -173,9 +178,8 @@ def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
     for k, (label, curve) in enumerate(curves.items()):
         trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
         error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
-        axes.errorbar(
-            trials, curve.mean, error, fmt=f"{_MARKERS[k % 3]}-", color=_style(k)[0], capsize=3.0, label=label
-        )
+        style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
+        axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label)
     axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
     axes.set_ylim(0.0, 1.04)
     axes.set_xlabel("trials of experience with other objects")
@@ -198,7 +202,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
     for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):
         for k, (label, path) in enumerate(paths.items()):
             colour, _ = _style(k)
-            line = _LINE_STYLES[k]
+            line = LINE_STYLES[k % len(LINE_STYLES)]
             axes.plot(_METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label)
         asked = _METRES_TO_CM * reference
         axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
@@ -227,7 +231,7 @@ def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_
     for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
         for k, (label, proportions) in enumerate(curves.items()):
             colour = "#000000" if label.endswith(baseline) else OBJECT_COLOURS[k % 5]
-            line = "o-" if label.endswith(baseline) else f"o{_LINE_STYLES[1 + k % 3]}"
+            line = "o-" if label.endswith(baseline) else f"o{LINE_STYLES[1 + k % 3]}"
             axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=label)
         axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
         axes.set_ylim(0.0, 1.04)
@@ -254,4 +258,4 @@ def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> No
 
 def _style(k: int) -> tuple[str, str]:
     """Colour and line of the k-th object."""
-    return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], _LINE_STYLES[k // len(OBJECT_COLOURS) % len(_LINE_STYLES)]
+    return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], LINE_STYLES[k // len(OBJECT_COLOURS) % len(LINE_STYLES)]

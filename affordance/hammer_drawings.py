@@ -12,14 +12,14 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from affordance.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.trial import NailRecord
 
 Array = NDArray[np.float64]
 
 _MILLI = 1e3
-# A tool is on a nail from this force on, [N].
-_TOUCH = 1.0
+# Of the grips: the first two are those of the map.
+_GRIP_COLOURS = tuple(OBJECT_COLOURS[i] for i in (0, 2, 1, 3, 4, 5))
 # A nail is at rest when it has come so much of its way.
 _ALMOST = 0.999
 # What a colour bar of ratios is marked with, as far as it goes, and how far it goes at least.
@@ -63,9 +63,8 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
     last = 0.0
     for k, (grip, record) in enumerate(records.items()):
-        colour, line = OBJECT_COLOURS[(0, 2)[k]], ("-", "--")[k]
-        touch = record.times[np.argmax(record.contact > _TOUCH)]
-        times = _MILLI * (record.times - touch)
+        colour, line = _GRIP_COLOURS[k % len(_GRIP_COLOURS)], LINE_STYLES[k % len(LINE_STYLES)]
+        times = _MILLI * (record.times - record.time_of_touch)
         last = max(last, times[np.argmax(record.travel >= _ALMOST * record.travel[-1])])
         label = f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)"
         above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=label)
@@ -119,7 +118,7 @@ def draw_map(
         limit = max(limit, float(np.nanmax(np.abs(advantage))))
     figure = Figure(figsize=(8.0, 5.2), layout="constrained")  # which places the colour bar
     axes = figure.subplots()
-    colours = OBJECT_COLOURS[0], OBJECT_COLOURS[2]
+    colours = _GRIP_COLOURS[:2]
     scale = LinearSegmentedColormap.from_list("advantage", [colours[1], "#FFFFFF", colours[0]])
     seen = np.ma.masked_invalid(advantage)
     mesh = axes.pcolormesh(

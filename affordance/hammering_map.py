@@ -63,6 +63,32 @@ def find_crossovers(energies: Mapping[str, BlowEnergies], pi: Mapping[str, Array
     ]
 
 
+def pick_forces_beside(
+    crossovers: Sequence[float], *, forces: Array, feasible: NDArray[np.bool_], least: float, demanded: float
+) -> tuple[float, float]:
+    """Picks a force on either side of the first of some crossovers, to see whether the cheaper grip really changes.
+
+    Below it half way, in proportion, to the least force. Above it half way to the demanded one, if that is where it
+    lies and both grips can be used up to there; else to the last force up to which they can; and in any case before
+    the next crossover.
+
+    Args:
+        crossovers: Forces at which both grips cost the same, rising, at least one, [N].
+        forces: Where they were looked for, rising, (F,), [N].
+        feasible: Whether both grips can be used there, (F,).
+        least: Below all forces, [N].
+        demanded: A force at which both grips can be used, [N].
+
+    Returns: The force below and the one above, [N].
+    """
+    first = crossovers[0]
+    above = forces > first
+    blocked = float(forces[above & ~feasible].min(initial=np.inf))
+    last = float(forces[above & (forces < blocked)].max(initial=first))
+    end = min([demanded if first < demanded < blocked else last, *crossovers[1:2]])
+    return float(np.sqrt(first * least)), float(np.sqrt(first * end))
+
+
 def _compare(one: BlowEnergies, pi_one: Array, other: BlowEnergies, pi_other: Array) -> Callable[[float], float]:
     """Difference of the logarithms of both works as a function of force; not a number where one cannot be done."""
 

@@ -1,7 +1,7 @@
 """Pictures of seeing: what the camera saw and what was made of it, how well it is seen, and what that costs."""
 
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from affordance.figures import OBJECT_COLOURS
+from affordance.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
 from affordance.seeing.picture import Camera, Picture
 from affordance.seeing.rig import DEFAULT_RIG
 from affordance.seeing.see import Seen, draw_outline
@@ -20,7 +20,6 @@ Array = NDArray[np.float64]
 # How much of the picture is shown around the object, [pixels].
 _ROOM = 25
 _TITLE_WIDTH = 55  # [characters]
-_MARKERS, _LINES = ("o", "s", "^"), ("-", "--", "-.", ":")
 
 
 class Look(NamedTuple):
@@ -61,13 +60,14 @@ def draw_modes(panels: dict[str, dict[str, Array]]) -> Figure:
     for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):
         for k, (way, values) in enumerate(ways.items()):
             colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
-            axes.plot(range(len(values)), values, f"{_MARKERS[k]}{_LINES[k % len(_LINES)]}", color=colour, label=way)
+            style = f"{MARKERS[k % len(MARKERS)]}{LINE_STYLES[k % len(LINE_STYLES)]}"
+            axes.plot(range(len(values)), values, style, color=colour, label=way)
         axes.set_ylim(0.0, None)
         axes.set_xticks(range(len(values)))
         axes.set_xlabel("trial")
         axes.set_ylabel(label)
         axes.legend(frameon=False)
-    _tidy(all_axes)
+    tidy(*all_axes)
     return figure
 
 
@@ -84,9 +84,9 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
     for k, (label, values) in enumerate(errors.items()):
         colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
         left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
-        left.plot(100.0 * targets[label], 0.5, _MARKERS[k], color=colour)
+        left.plot(100.0 * targets[label], 0.5, MARKERS[k % len(MARKERS)], color=colour)
     left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
-    left.plot([], [], _MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
+    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
     left.set_xscale("log")
     left.set_xlim(0.01, 100.0)
     left.set_ylim(0.0, 1.4)
@@ -101,13 +101,8 @@ def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], cla
     right.set_xlabel("interval claimed to hold the truth with probability")
     right.set_ylabel("proportion of intervals that do")
     right.legend(frameon=False)
-    _tidy((left, right))
+    tidy(left, right)
     return figure
-
-
-def _tidy(all_axes: Iterable[Axes]) -> None:
-    for axes in all_axes:
-        axes.spines[["top", "right"]].set_visible(False)
 
 
 def _draw_sight(row: NDArray[np.object_], sight: Look, camera: Camera) -> None:

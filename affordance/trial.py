@@ -29,6 +29,9 @@ _LOG = logging.getLogger(__name__)
 # as physics asks of a discovery (one-sided).
 SURPRISE = 2.87e-7
 
+# A nail feels a tool from this force on, [N].
+_TOUCH = 1.0
+
 # Drake rounds the times of periodic events, some of them to beyond the end of a trial: 0.1 + 29 x 0.1 > 3, [s].
 _ROUNDING = 1e-9
 
@@ -86,6 +89,11 @@ class NailRecord(NamedTuple):
     rate: Array
     resistance: Array
     contact: Array
+
+    @property
+    def time_of_touch(self) -> float:
+        """When the tool first touched it, [s]."""
+        return float(self.times[np.argmax(self.contact > _TOUCH)])
 
 
 class TrialRunner:

@@ -1,7 +1,13 @@
 import numpy as np
 from matplotlib.image import imread
 
-from affordance.figures import draw_density_and_drop, draw_heights, save_figure
+from affordance.figures import (
+    draw_density_and_drop,
+    draw_heights,
+    draw_heights_of_points,
+    draw_paths,
+    save_figure,
+)
 from affordance.metrics import estimate_mean
 
 QUARTILES = np.array(
@@ -47,6 +53,35 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
     np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
     assert len({line.get_color() for line in drawn}) == 3
     np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
+
+
+def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
+    times, mean = np.linspace(0, 3, 31), estimate_mean(rng.normal(size=(6, 4, 31)) * 0.01)
+    names = [f"point {k}" for k in range(7)]
+    figure = draw_heights_of_points(
+        times=times,
+        shown=mean.mean,
+        mean=mean,
+        decoy={name: estimate_mean(rng.normal(size=(6, 31)) * 0.01) for name in names},
+        labels=["one", "two", "three", "decoy"],
+        shown_label="seed 0",
+        num_repeats=6,
+    )
+    _, every, points = figure.axes
+    assert [text.get_text() for text in every.get_legend().get_texts()] == ["one", "two", "three", "decoy"]
+    assert_told_apart(points, names)
+
+
+def test_any_number_of_paths_is_drawn_and_told_apart(rng):
+    paths = {f"held by {k}": rng.normal(size=(5, 3)) for k in range(9)}
+    for axes in draw_paths(rng.normal(size=(5, 3)), paths).axes:
+        assert_told_apart(axes, list(paths))
+
+
+def assert_told_apart(axes, labels):
+    drawn = [line for line in axes.get_lines() if line.get_label() in labels]
+    assert [line.get_label() for line in drawn] == labels
+    assert len({(line.get_color(), line.get_linestyle()) for line in drawn}) == len(labels)
 
 
 def test_figures_are_saved_as_pictures_and_the_same_twice(tmp_path):

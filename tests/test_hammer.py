@@ -1,5 +1,6 @@
 """Experiment ``hammer``: few observers."""
 
+import dataclasses
 import json
 import shutil
 
@@ -7,12 +8,20 @@ import numpy as np
 import pytest
 from results_contract import check_results
 
+from affordance.arm import ArmModel, load_arm
+from affordance.choice import NO_OPTION
 from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
-from affordance.experiments.hammer_blows import build_choices
+from affordance.experiments.hammer_blows import build_choices, check_first_crossover, execute, get_energies
 from affordance.experiments.hammer_report import describe
+from affordance.experiments.novel_objects import hold
+from affordance.experiments.preparation import switch_faults_on
+from affordance.faults import Faults
+from affordance.hammering_map import find_crossovers
+from affordance.results import write_json
+from affordance.settings import Sight
 from affordance.tools import MODELS
 
 CONTRACT = {
@@ -85,6 +94,99 @@ def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crosso
     assert below["force_demanded_N"] < numbers["force_crossover_N"] < above["force_demanded_N"]
     cheaper = [min(each["energy_true"], key=each["energy_true"].get) for each in (below, above)]
     assert cheaper == ["steel", "wood"]
+
+
+def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(config, numbers):
+    """As it is where so little is demanded that the steel end is the cheaper one."""
+    (crossover,) = numbers["force_crossovers_N"]
+    lower = dataclasses.replace(config, task=dataclasses.replace(config.task, force=0.95 * crossover))
+    plain, model = lower.novel.plain, ArmModel(load_arm(lower.experience.settings.arm))
+    stronger = dataclasses.replace(lower.task, force=1.9 * crossover)
+    energies = {
+        grip: stronger.build_energies(model, tool.components, lower.experience.settings)
+        for grip, tool in hold(plain).items()
+    }
+    forces = np.linspace(0.97 * crossover, 1.9 * crossover, 20)
+    crossovers = find_crossovers(energies, {grip: tool.parameters for grip, tool in hold(plain).items()}, forces)
+    checked = check_first_crossover(lower, crossovers, up_to_most=energies, forces=forces)
+    (below, dealt_below), (above, dealt_above) = checked.items()
+    assert below < crossovers[0] < above
+    assert lower.task.force < above
+    assert [min(dealt, key=lambda grip: dealt[grip].work) for dealt in (dealt_below, dealt_above)] == [
+        "steel",
+        "wood",
+    ]
+
+
+def test_what_is_true_depends_neither_on_sight_nor_on_faults(config):
+    experience = config.experience
+    settings = dataclasses.replace(experience.settings, sight=Sight.PIXELS)
+    other = dataclasses.replace(config, experience=dataclasses.replace(experience, settings=settings))
+    other = switch_faults_on(other, Faults(arm_mass_factor=1.05))
+    for tool in (config.novel.plain, config.novel.headed):
+        assert get_energies(other, tool) == get_energies(config, tool)  # the very same
+    executed, again = execute(config, config.novel.plain), execute(other, config.novel.plain)
+    for grip, blow in executed.items():
+        assert (again[grip].work, again[grip].force) == (blow.work, blow.force)
+
+
+def test_blows_are_those_of_the_tool_that_is_asked_for(config):
+    """Also of one that is equal to another but not it, or none of the novel objects."""
+    plain, headed = config.novel.plain, config.novel.headed
+    speeds = {
+        tool.name: {grip: energies.speeds.tolist() for grip, energies in get_energies(config, tool).items()}
+        for tool in (plain, headed, dataclasses.replace(plain), dataclasses.replace(plain, name="a third"))
+    }
+    assert speeds["a third"] == speeds[plain.name] != speeds[headed.name]
+
+
+def test_share_of_light_ends_is_of_what_was_chosen():
+    rho = np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
+    near, far = np.array([0, 1]), np.array([1, 0])
+    chosen = np.array([0, 1, 0, NO_OPTION])
+    assert hammer.compute_share_of_light_ends(chosen, rho=rho, near=near, far=far) == pytest.approx(1 / 3)
+
+
+def test_run_without_any_choice_ends_as_others_do(config, numbers, tmp_path):
+    nothing = np.full(4, NO_OPTION)
+    ends = {"near": np.array([0, 1]), "far": np.array([1, 0])}
+    share = hammer.compute_share_of_light_ends(nothing, rho=np.ones((4, 2)), **ends)
+    write_json(tmp_path / "metrics.json", {**numbers, "p_light_end_held": share})
+    assert json.loads((tmp_path / "metrics.json").read_text())["p_light_end_held"] is None
+    section = describe(config, {**numbers, "p_light_end_held": share}, 3)
+    assert any("No density drawn from the prior" in difference for difference in section.differences)
+
+
+def test_words_of_the_section_follow_its_numbers(config, numbers):
+    def write(**changes):
+        section = describe(config, {**numbers, **changes}, 3)
+        return " ".join([section.summary, *section.differences])
+
+    for right, interval, words in (
+        (0.3, (0.29, 0.31), "its shape alone speaks for the other grip"),
+        (0.7, (0.69, 0.71), "its shape alone speaks for the right grip"),
+        (0.5, (0.49, 0.51), "its shape alone does not say which"),
+    ):
+        assert words in write(p_correct_headed_tool=[right], p_correct_headed_tool_ci95=[interval])
+    low, high = numbers["force_crossover_checked"]
+    deep = {**high, "travel_m": {"wood": 0.0073, "steel": 0.0071}}
+    assert "to drive this nail by 7.3 mm with one blow" in write(force_crossover_checked=[low, deep])
+    assert "and again at 200, 300 N" in write(force_crossovers_N=[133.0, 200.0, 300.0])
+    assert "the simulated ones do not" in write(force_crossover_checked=[high, deep])
+    swings = {
+        grip: {
+            kind: {"energy": work[kind], "effort": 1.0, "converged": grip == "wood"}
+            for kind in ("least_acceleration", "least_work", "least_effort")
+        }
+        for grip, work in (
+            ("wood", {"least_acceleration": 10.0, "least_work": 3.0, "least_effort": 50.0}),
+            ("steel", {"least_acceleration": 15.0, "least_work": 2.0, "least_effort": 40.0}),
+        )
+    }
+    words = write(swings=swings)
+    assert "with them holding wood is cheaper by 50 %" in words
+    assert "3.00 J held by wood and 2.00 J held by steel: holding steel is cheaper by 50 %" in words
+    assert "Not all of these searches converged" in words
 
 
 def test_yielding_nail_is_driven_as_deep_by_the_same_energy(numbers):

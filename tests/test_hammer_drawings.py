@@ -58,6 +58,13 @@ def test_blows_are_drawn_from_the_first_touch_in_millimetres_and_milliseconds(re
     assert any(label.startswith("contact with the tool, held by wood (peak 1") for label in lines)
 
 
+def test_any_number_of_grips_is_drawn_and_told_apart(records):
+    (record, _) = records.values()
+    grips = [f"held by {k}" for k in range(7)]
+    _, travel = draw_blow(dict.fromkeys(grips, record), force_demanded=427.0).axes
+    assert len({(line.get_color(), line.get_linestyle()) for line in travel.get_lines()}) == len(grips)
+
+
 FORCES, DENSITIES = np.array([100.0, 200.0, 300.0, 400.0]), np.array([1000.0, 5000.0, 9000.0])
 # By wood is dearer at 100 N, and twice as cheap at 300 N.
 WORK = {

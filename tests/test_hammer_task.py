@@ -182,7 +182,7 @@ def test_executed_blow_gives_the_demanded_force(blow, hammer):
 def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, hammer):
     grip, done = blow
     nail = done.nail
-    after = nail.times > done.time_of_touch + 0.02
+    after = nail.times > nail.time_of_touch + 0.02
     assert np.ptp(nail.travel[after]) < 1e-5
     assert (np.diff(nail.travel) > -1e-6).all()
     # What the contact gives way by, and at every tick how deep any two bodies that can meet are in each other.
@@ -212,7 +212,7 @@ def test_arm_comes_to_rest_at_home_within_its_limits(blow, own_model):
     np.testing.assert_allclose(record.q[-1], own_model.arm.home, atol=2e-3)
     np.testing.assert_allclose(record.v[-1], 0.0, atol=2e-2)
     # Without flailing: on the way back no joint is as fast as at the blow.
-    back = record.times > done.time_of_touch + 0.1
+    back = record.times > done.nail.time_of_touch + 0.1
     assert np.abs(record.v[back]).max() < np.abs(record.v[~back]).max()
 
 

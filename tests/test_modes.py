@@ -121,3 +121,7 @@ def test_section_names_the_faults_that_are_switched_on():
     assert name_faults(section, NO_FAULTS) == section
     named = name_faults(section, Faults(stuck_joint="elbow", stuck_torque=-3.0, delay_samples=1))
     assert named.summary == ("What was done. Run with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1.")
+    assert named.title == "Title (with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1)"
+    assert name_faults(section, NO_FAULTS, "But.") == section
+    named = name_faults(section, Faults(bias_sd=3.0), "The rest is without.")
+    assert named.summary == "What was done. Run with faults: bias_sd 3.0. The rest is without."

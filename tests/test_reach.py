@@ -13,21 +13,22 @@ from affordance.belief import Point
 from affordance.choice import NO_OPTION, Ranking
 from affordance.exceptions import BadValueError
 from affordance.experience import Experience, collect_experience, draw_order
-from affordance.experiments import com, decisions, reach
+from affordance.experiments import com, decisions, reach, sensitivity
 from affordance.experiments.decisions import (
-    Assumption,
     choose_by_expectation,
     choose_by_sample,
     count_correct,
     estimate_correct,
-    list_assumptions,
-    study_sensitivity,
 )
+from affordance.experiments.right_grip import find_grip_of_densest
+from affordance.experiments.sensitivity import Assumption, list_assumptions
+from affordance.faults import Faults
 from affordance.memory import MaterialMemory
 from affordance.noise import WeberNoise
 from affordance.paths import TimedPath, load_path
 from affordance.planned_motion import Costs
 from affordance.rollout import Rollout
+from affordance.settings import Sight
 from affordance.systems.mpc_controller import TickCounts
 from affordance.tools import MODELS
 from affordance.trial import TrialRecord
@@ -75,6 +76,16 @@ def test_correct_grip_is_the_cheaper_one_of_the_simulated(numbers):
     assert energy[numbers["correct_grip"]] == min(energy.values())
     assert numbers["energy_ratio_true"] == pytest.approx(max(energy.values()) / min(energy.values()))
     assert max(numbers["path_error_m"].values()) < 0.02
+
+
+def test_what_is_true_depends_neither_on_sight_nor_on_faults(config):
+    settings = dataclasses.replace(
+        config.experience.settings, sight=Sight.PIXELS, faults=Faults(arm_mass_factor=1.05)
+    )
+    other = dataclasses.replace(config, experience=dataclasses.replace(config.experience, settings=settings))
+    executed, again = (reach.execute(each, config.novel.plain) for each in (config, other))
+    for grip, rollout in executed.items():
+        assert (again[grip].work, again[grip].error) == (rollout.work, rollout.error)
 
 
 def test_section_says_met_or_not_of_every_claim(folder):
@@ -209,12 +220,12 @@ def test_object_without_a_cheaper_grip_is_refused(tmp_path):
 
 def test_heavy_end_is_found_by_its_material_not_by_its_name(config):
     plain = config.novel.plain
-    assert decisions.find_grip_of_densest(plain, at_hand=True) == "steel"
-    assert decisions.find_grip_of_densest(plain, at_hand=False) == "wood"
+    assert find_grip_of_densest(plain, at_hand=True) == "steel"
+    assert find_grip_of_densest(plain, at_hand=False) == "wood"
     swapped = [
         dataclasses.replace(grip, name=name) for grip, name in zip(plain.grips, ("left", "right"), strict=True)
     ]
-    assert decisions.find_grip_of_densest(dataclasses.replace(plain, grips=tuple(swapped)), at_hand=True) == "right"
+    assert find_grip_of_densest(dataclasses.replace(plain, grips=tuple(swapped)), at_hand=True) == "right"
 
 
 # Densities of wood and steel of which the answer is known: the heavier end belongs into the hand; the hammer's handle
@@ -345,8 +356,8 @@ def test_sensitivity_is_that_of_each_assumption(config, monkeypatch):
         Assumption("prior", "4000", biased, Point.MODE),
         Assumption("point", "mean", numb, Point.MEAN),
     ]
-    monkeypatch.setattr(decisions, "list_assumptions", lambda used: assumptions if used == settings else [])
-    curves = study_sensitivity(experience, WeighedAgainst(6000.0), 1, repeats=8, jobs=1)
+    monkeypatch.setattr(sensitivity, "list_assumptions", lambda used: assumptions if used == settings else [])
+    curves = sensitivity.study(experience, WeighedAgainst(6000.0), 1, repeats=8, jobs=1)
     heavier_first = np.mean([draw_order(experience, repeat)[0] for repeat in range(8)])
     assert 0.0 < heavier_first < 1.0
     assert {panel: list(by_label) for panel, by_label in curves.items()} == {
@@ -363,9 +374,9 @@ def test_sensitivity_is_that_of_each_assumption(config, monkeypatch):
 def test_observers_of_the_study_become_as_certain_as_those_of_the_full_simulation(config, folder, monkeypatch):
     """Errors are as large as the torque felt says, which differs between two draws by sqrt(2) 7 %, at most twice."""
     settings = config.experience.settings
-    monkeypatch.setattr(decisions, "list_assumptions", lambda used: [Assumption("panel", "label", used)])
+    monkeypatch.setattr(sensitivity, "list_assumptions", lambda used: [Assumption("panel", "label", used)])
     listener = WeighedAgainst(0.0)
-    study_sensitivity(config.experience, listener, 1, repeats=3, jobs=1)
+    sensitivity.study(config.experience, listener, 1, repeats=3, jobs=1)
     studied = np.array([np.diag(memory.belief.covariance) for memory in listener.memories]).reshape(3, 7, 2)
     full = collect_experience(config.experience, folder.parent / "experience", repeats=3, jobs=1)
     simulated = np.diagonal(np.linalg.inv(full.precision), axis1=2, axis2=3)

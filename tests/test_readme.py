@@ -30,6 +30,7 @@ def test_example_of_an_observer_runs(capsys):
     lines = run_block(find_blocks("python")[1], capsys)
     assert len(lines) == 5
     assert lines[0].startswith("rod_10cm: sank ")
+    assert [line.endswith("; grossly surprising") for line in lines] == [False] * 4 + [True]
 
 
 def test_own_objects_make_an_experiment(tmp_path):

@@ -42,6 +42,7 @@ from affordance.memory import MaterialMemory
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
+from affordance.seed_streams import Stream
 from affordance.settings import Settings, Sight
 from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
@@ -55,8 +56,6 @@ NAME = "com"
 _SAME_MASS = 1e-9
 # Centres of mass closer than this are not different, [m].
 _APART = 1e-3
-# Stands for the test pass in the seeds of trials, which count from 0 while learning.
-_TEST = 10**5
 # Stands for looking at an object without holding it, beside the draws of a trial, which count from 0.
 _PREDICTED = 9
 
@@ -124,7 +123,7 @@ def run_test_pass(config: ComConfig, memory: MaterialMemory, repeat: int) -> lis
     """Holds each object once with what is believed; nothing is learned from it."""
     held, runner = config.experience, get_runner(config.experience.settings)
     return [
-        runner.run_hold(tool, memory, duration=held.duration, seed=(held.seed, repeat, _TEST, trial))
+        runner.run_hold(tool, memory, duration=held.duration, seed=(held.seed, repeat, Stream.TEST, trial))
         for trial, tool in enumerate(config.tools)
     ]
 
@@ -140,7 +139,7 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     records = run_test_pass(config, memory, repeat)
     parameters = []
     for trial, tool in enumerate(config.tools):
-        rng = np.random.default_rng([config.experience.seed, repeat, _TEST, trial, _PREDICTED])
+        rng = np.random.default_rng([config.experience.seed, repeat, Stream.TEST, trial, _PREDICTED])
         belief = predict_object(look(tool, settings, rng), memory, settings.prior)
         parameters.append(belief.compute_parameters(belief.densities.compute_mode()))
     return {

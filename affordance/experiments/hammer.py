@@ -15,20 +15,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.blow import Blow
-from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
+from affordance.choice import NO_OPTION, Chosen, pick_cheapest
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
+from affordance.experiments import sensitivity
 from affordance.experiments.decisions import (
-    MAX_STUDIED,
     NUM_PRIOR_CHOICES,
     Choices,
-    check_one_grip_is_cheaper,
     compute_proportions,
     label_choices,
-    load_subjects,
+    plan_choice,
     run_repeat,
-    study_sensitivity,
 )
 from affordance.experiments.hammer_blows import (
     FORCE_TOLERANCE,
@@ -37,16 +35,23 @@ from affordance.experiments.hammer_blows import (
     build_choices,
     execute,
     get_energies,
-    hold,
     study,
 )
 from affordance.experiments.hammer_report import describe, draw_figures, write_slow_replay
 from affordance.experiments.modes import keep_mode
+from affordance.experiments.novel_objects import hold, load_subjects
 from affordance.experiments.outputs import describe_run, label_motions, name_faults
+from affordance.experiments.right_grip import (
+    WITHOUT_FAULTS,
+    check_one_grip_is_cheaper,
+    find_cheaper_grip,
+    remove_errors,
+)
 from affordance.experiments.sights import show_sights
 from affordance.memory import MaterialMemory
 from affordance.report import write_section
 from affordance.results import compute_key, run_repeats, write_json
+from affordance.seed_streams import Stream
 from affordance.settings import Sight
 from affordance.tasks.hammer import load_hammer
 from affordance.tools import MODELS
@@ -55,8 +60,8 @@ from affordance.trial import get_runner
 from affordance.visual_prior import ComponentFeatures
 
 NAME = "hammer"
-# Stands for the choices that are compared with the order of the densities, in seeds.
-_LIGHT_ENDS = 10**6 + 5
+# What is kept of a nail: around the first touch, driving takes 5 ms, [s].
+_KEPT_FROM, _KEPT_TO, _KEPT_STEP = -0.002, 0.012, 2e-5
 
 
 def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> HammerConfig:
@@ -70,13 +75,14 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     path = models / "nail.yaml"
     config = HammerConfig(experience, novel, load_hammer(path))
     # What cannot be planned or carried out is refused here, before anything is written.
-    choices = build_choices(config)
-    for choice in choices:
-        for option, energies in zip(choice.options, choice.energies, strict=True):
-            if energies.obstacle:
-                raise BadValueError(path, "blow", f"cannot be dealt: {option.name}: {energies.obstacle}")
+    for choice in build_choices(config):
+        for option, planned in zip(choice.options, choice.energies, strict=True):
+            if planned.obstacle:
+                raise BadValueError(path, "blow", f"cannot be dealt: {option.name}: {planned.obstacle}")
     for tool in (novel.plain, novel.headed):
         for grip, energies in get_energies(config, tool).items():
+            if energies.obstacle:
+                raise BadValueError(path, "blow", f"cannot be dealt: {tool.name} by {grip}: {energies.obstacle}")
             if not energies.compute(hold(tool)[grip].parameters[None]).feasible[0]:
                 problem = f"cannot be reached with the {tool.name} by {grip}: a joint lacks torque or speed"
                 raise BadValueError(path, "depth_demanded", problem)
@@ -87,11 +93,6 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(models, tool, [blow.work for blow in executed.values()])
     return config
-
-
-def find_cheaper_grip(executed: Mapping[str, Blow]) -> str:
-    """Names the grip of least work; both are known to give the force."""
-    return min(executed, key=lambda grip: executed[grip].work)
 
 
 def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
@@ -115,22 +116,21 @@ def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     numbers = compute_metrics(config, choices, arrays, studied)
     numbers.update(experience.count_faults())
     correct = list(studied.executed).index(numbers["correct_grip"])
-    sensitivity = study_sensitivity(
-        config.experience, choices.plain, correct, repeats=min(repeats, MAX_STUDIED), jobs=jobs
-    )
+    panels = sensitivity.study(config.experience, choices.plain, correct, repeats=repeats, jobs=jobs)
     _write_trajectories(folder / "trajectories.nc", config, arrays, studied)
     tool = hold(config.novel.plain)[numbers["correct_grip"]]
     placement = studied.executed[numbers["correct_grip"]].strike.placement
     save_diagram(get_runner(settings).get_diagram(tool, placement).diagram, folder, "diagram")
-    draw_figures(config, numbers, studied, sensitivity, folder, repeats)
-    section = name_faults(describe(config, numbers, repeats), settings.faults)
+    draw_figures(config, numbers, studied, folder, repeats)
+    sensitivity.save_drawing(panels, folder, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults, WITHOUT_FAULTS)
     tools = (config.novel.plain, config.novel.headed)
     write_section(folder, show_sights(section, folder, tools, settings, seed))
     write_slow_replay(config, studied, folder)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
     keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
-    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
+    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": panels, **described})
 
 
 def compute_metrics(
@@ -227,21 +227,39 @@ def _measure_crossover(studied: Study) -> dict[str, Any]:
     }
 
 
-def _count_light_ends(config: HammerConfig) -> float:
+def _count_light_ends(config: HammerConfig) -> float | None:
     """Share of choices, by densities from the prior, that put what is less dense into the hand.
 
     Of the object as it is, however observers see it: it is the task that is asked about.
     """
-    settings = config.experience.settings
-    choice = Choice(list_options(config.novel.plain), config.task, settings)
+    settings = remove_errors(config.experience.settings)
+    choice = plan_choice(config.novel.plain, config.task, settings, config.experience.seed)
     memory = MaterialMemory().meet(config.experience.looks, settings.prior)
-    rng = np.random.default_rng([config.experience.seed, _LIGHT_ENDS])
+    rng = np.random.default_rng([config.experience.seed, Stream.LIGHT_ENDS])
     rho = memory.belief.spread(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
     chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, rho)), rng)
     near, far = np.array([_order_looks(option.gripped, memory) for option in choice.options]).T
-    decided = chosen != NO_OPTION
-    each = np.arange(len(rho))[decided]
-    return float((rho[each, near[chosen[decided]]] < rho[each, far[chosen[decided]]]).mean())
+    return compute_share_of_light_ends(chosen, rho=rho, near=near, far=far)
+
+
+def compute_share_of_light_ends(
+    chosen: Chosen, *, rho: NDArray[np.float64], near: NDArray[np.intp], far: NDArray[np.intp]
+) -> float | None:
+    """Share of choices that put what is less dense into the hand.
+
+    Args:
+        chosen: Index of the option, or NO_OPTION, (S,).
+        rho: Densities that are chosen by, (S, M), [kg/m^3].
+        near: Which density is nearest to the hand, by option.
+        far: Which is farthest from it, by option.
+
+    Returns: The share of those where something was chosen; None if that is none.
+    """
+    decided = np.flatnonzero(chosen != NO_OPTION)
+    if not len(decided):
+        return None
+    option = chosen[decided]
+    return float((rho[decided, near[option]] < rho[decided, far[option]]).mean())
 
 
 def _order_looks(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> tuple[int, int]:
@@ -253,12 +271,15 @@ def _order_looks(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> 
 
 def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, NDArray[Any]], studied: Study) -> None:
     executed = studied.executed
-    times = np.arange(-0.002, 0.012, 2e-5)
+    times = np.arange(_KEPT_FROM, _KEPT_TO, _KEPT_STEP)
     blows = {
         name: Labelled(
             ("trial", "time_since_touch"),
             np.stack(
-                [np.interp(times, b.nail.times - b.time_of_touch, getattr(b.nail, name)) for b in executed.values()]
+                [
+                    np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name))
+                    for b in executed.values()
+                ]
             ),
             unit,
             meaning,
@@ -281,7 +302,8 @@ def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, N
         "density": Labelled(("density",), studied.densities, "kg/m^3", "density of the denser part"),
     }
     records = [blow.record for blow in executed.values()]
-    joint_names = get_runner(config.experience.settings).get_diagram(next(iter(hold(config.novel.plain).values())))
+    held = next(iter(hold(config.novel.plain).values()))
+    joint_names = get_runner(config.experience.settings).get_diagram(held).arm.joint_names
     write_trajectories(
         path,
         {
@@ -291,5 +313,5 @@ def _write_trajectories(path: Path, config: HammerConfig, arrays: Mapping[str, N
             **coordinates,
             **label_motions(records, "executed under the true densities"),
         },
-        {"trial": list(executed), "joint": joint_names.arm.joint_names},
+        {"trial": list(executed), "joint": joint_names},
     )

@@ -12,12 +12,16 @@ from numpy.typing import NDArray
 from affordance.arm import ArmModel, load_arm
 from affordance.blow import Blow, deal_blow
 from affordance.experience import ExperienceConfig
-from affordance.experiments.decisions import Choices, NovelObjects, plan_choices
-from affordance.hammering_map import HammeringMap, find_crossovers, map_work
+from affordance.experiments import right_grip
+from affordance.experiments.decisions import Choices, plan_choice, plan_choices
+from affordance.experiments.novel_objects import NovelObjects, hold
+from affordance.experiments.right_grip import remove_errors
+from affordance.hammering_map import HammeringMap, find_crossovers, map_work, pick_forces_beside
 from affordance.nail import Nail
 from affordance.optimal_swing import SwingComparison, compare_swings
+from affordance.settings import Settings
 from affordance.tasks.hammer import BlowEnergies, Hammer
-from affordance.tools import Tool, list_densities
+from affordance.tools import Colour, Tool, list_densities
 
 Array = NDArray[np.float64]
 
@@ -46,16 +50,14 @@ class HammerConfig:
     task: Hammer
 
 
-@functools.lru_cache(maxsize=1)  # loading plans to refuse what cannot be dealt, running to choose
 def build_choices(config: HammerConfig) -> Choices:
-    """Plans the blows with each grip of each object."""
+    """Plans the blows with each grip of each object, as observers see it."""
     return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
 def get_energies(config: HammerConfig, tool: Tool) -> dict[str, BlowEnergies]:
-    """The blows that were planned for each grip of one of the novel objects."""
-    choices = build_choices(config)
-    choice = choices.plain if tool is config.novel.plain else choices.headed
+    """Plans the blows with each grip of a tool as it is, however observers see it."""
+    choice = plan_choice(tool, config.task, remove_errors(config.experience.settings), config.experience.seed)
     found = {}
     for option, energies in zip(choice.options, choice.energies, strict=True):
         assert isinstance(energies, BlowEnergies)  # what a Hammer builds
@@ -63,12 +65,54 @@ def get_energies(config: HammerConfig, tool: Tool) -> dict[str, BlowEnergies]:
     return found
 
 
-@functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run
+@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be dealt, reported when it is run
 def execute(config: HammerConfig, tool: Tool) -> dict[str, Blow]:
     """Simulates the blow under the true densities with each grip of a tool."""
-    densities, settings = list_densities([tool]), config.experience.settings
-    energies = get_energies(config, tool)
-    return {grip.name: deal_blow(tool.hold_by(grip), energies[grip.name], densities, settings) for grip in tool.grips}
+    return _deal(config, tool, get_energies(config, tool))
+
+
+def _deal(
+    config: HammerConfig,
+    tool: Tool,
+    energies: Mapping[str, BlowEnergies],
+    *,
+    force: float | None = None,
+    nail: Nail | None = None,
+) -> dict[str, Blow]:
+    """Deals the blows that were planned for each grip, or those of another force or on another nail."""
+
+    def strike(held: Tool, densities: Mapping[Colour, float], settings: Settings) -> Blow:
+        return deal_blow(held, energies[held.grip], densities, settings, force=force, nail=nail)
+
+    return right_grip.execute(tool, config.experience.settings, strike)
+
+
+def check_first_crossover(
+    config: HammerConfig, crossovers: list[float], *, up_to_most: Mapping[str, BlowEnergies], forces: Array
+) -> dict[float, dict[str, Blow]]:
+    """Deals blows with each grip of the plain object on either side of the first of some crossovers.
+
+    Args:
+        config: What is run.
+        crossovers: Forces at which both grips cost the same, rising, at least one, [N].
+        up_to_most: Blows of up to the largest of the forces, by grip.
+        forces: Where they were looked for, rising, [N].
+
+    Returns: The blows by force and grip.
+    """
+    task, plain = config.task, config.novel.plain
+    true = [tool.parameters[None] for tool in hold(plain).values()]
+    beside = pick_forces_beside(
+        crossovers,
+        forces=forces,
+        feasible=map_work(list(up_to_most.values()), true, forces).feasible.all(axis=(0, 1)),
+        least=task.nail.stiffness * task.nail.depth_set,
+        demanded=task.force,
+    )
+    energies = get_energies(config, plain)
+    return {
+        force: _deal(config, plain, energies if force <= task.force else up_to_most, force=force) for force in beside
+    }
 
 
 class Study(NamedTuple):
@@ -95,22 +139,10 @@ class Study(NamedTuple):
     densities: Array
 
 
-def hold(tool: Tool) -> dict[str, Tool]:
-    """The tool in each of its grips."""
-    return {grip.name: tool.hold_by(grip) for grip in tool.grips}
-
-
 def study(config: HammerConfig) -> Study:
     """Executes the blows, and those that show where the cheaper grip is the other one."""
     settings, task, plain = config.experience.settings, config.task, config.novel.plain
     energies, held, true = get_energies(config, plain), hold(plain), list_densities([plain])
-
-    def deal(force: float | None = None, nail: Nail | None = None) -> dict[str, Blow]:
-        return {
-            grip: deal_blow(tool, energies[grip], true, settings, force=force, nail=nail)
-            for grip, tool in held.items()
-        }
-
     executed = execute(config, plain)
     model = ArmModel(load_arm(settings.arm))
     least, most = task.nail.stiffness * task.nail.depth_set, _MAP_MAX_FORCE * task.force
@@ -118,12 +150,9 @@ def study(config: HammerConfig) -> Study:
     stronger = dataclasses.replace(task, force=most)
     up_to_most = {grip: stronger.build_energies(model, tool.components, settings) for grip, tool in held.items()}
     crossovers = find_crossovers(up_to_most, {grip: tool.parameters for grip, tool in held.items()}, forces)
-    checked = {}
+    checked: dict[float, dict[str, Blow]] = {}
     if crossovers:
-        # Half way, in proportion, to the least force and to the demanded one.
-        for end in (least, task.force):
-            force = float(np.sqrt(crossovers[0] * end))
-            checked[force] = deal(force)
+        checked = check_first_crossover(config, crossovers, up_to_most=up_to_most, forces=forces)
     # The mean of the skin friction over the demanded travel takes the same energy.
     mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
     swings = {
@@ -141,7 +170,7 @@ def study(config: HammerConfig) -> Study:
         execute(config, config.novel.headed),
         crossovers,
         checked,
-        deal(nail=dataclasses.replace(task.nail, yield_force=mean)),
+        _deal(config, plain, energies, nail=dataclasses.replace(task.nail, yield_force=mean)),
         swings,
         map_work(list(up_to_most.values()), parameters, forces),
         densities,

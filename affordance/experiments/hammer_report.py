@@ -8,14 +8,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance import figures
+from affordance.experiments import sensitivity
 from affordance.experiments.decisions import (
-    BASELINE,
-    MAX_STUDIED,
     NUM_PRIOR_CHOICES,
+    describe_effort,
+    describe_headed,
+    describe_rules,
     draw_proportions,
-    find_grip_of_densest,
+    list_by_grip,
 )
-from affordance.experiments.hammer_blows import FORCE_TOLERANCE, HammerConfig, Study, hold
+from affordance.experiments.hammer_blows import FORCE_TOLERANCE, HammerConfig, Study
+from affordance.experiments.novel_objects import hold
+from affordance.experiments.right_grip import find_grip_of_densest
 from affordance.hammer_drawings import draw_blow, draw_map, draw_photographs
 from affordance.photographs import Pose, take_close_ups, take_pictures
 from affordance.replay import Scene, write_replay
@@ -30,27 +34,22 @@ _SLOWER, _SLOW_BEFORE, _SLOW_AFTER = 80.0, 0.01, 0.03
 def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> Section:
     """Puts the numbers beside what the paper says."""
     p, interval = np.asarray(numbers["p_correct"]), np.asarray(numbers["p_correct_ci95"])
-    bayes, headed = np.asarray(numbers["p_correct_bayes"]), np.asarray(numbers["p_correct_headed_tool"])
-    energy, force, task = numbers["energy_true"], numbers["force_measured_N"], config.task
-    effort = numbers["effort_true"]
-    flips = ", ".join(f"{100 * value:.0f}" for value in numbers["effort_flips"])
+    force, task = numbers["force_measured_N"], config.task
     plain, headed_name = config.novel.plain.name, config.novel.headed.name
     claims = [
         Claim(
             "IV-D",
             "For this task the optimal choice is to grasp the wooden side of the object.",
             bool(numbers["correct_grip"] == find_grip_of_densest(config.novel.plain, at_hand=False)),
-            "simulated with the true densities and contact, "
-            + " and ".join(f"{work:.2f} J held by {grip}" for grip, work in energy.items())
-            + f" (ratio {numbers['energy_ratio_true']:.3f}) from rest to the strike",
+            f"simulated with the true densities and contact, {list_by_grip(numbers['energy_true'], 'J')}"
+            f" (ratio {numbers['energy_ratio_true']:.3f}) from rest to the strike",
         ),
         Claim(
             "IV-D",
             "Efficiently hit a nail with sufficient force.",
             bool(all(abs(value / task.force - 1.0) <= FORCE_TOLERANCE for value in force.values())),
             f"{task.force:.0f} N demanded of the nail's resistance; measured in the contact simulation "
-            + " and ".join(f"{value:.0f} N held by {grip}" for grip, value in force.items())
-            + "; the nail went in by "
+            f"{list_by_grip(force, 'N', 0)}; the nail went in by "
             + " and ".join(f"{1000.0 * value:.1f} mm" for value in numbers["travel_m"].values()),
         ),
         Claim(
@@ -78,9 +77,8 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
         summary=(
             f"{repeats} simulated observers hold the objects of simulation II and after every trial choose which end "
             f"of the {plain} to hold, to drive a nail with the least work up to a resistance of {task.force:.0f} N. "
-            f"They never hold the {plain}. Beside it they choose about the {headed_name}: before any experience "
-            f"{100 * headed[0]:.0f} of 100 choices of its grip are correct, as its shape alone speaks for the other "
-            "grip. The blows of figure 9 are simulated with contact between tool and nail."
+            f"They never hold the {plain}. Beside it they choose about the {headed_name}: "
+            f"{describe_headed(numbers)}. The blows of figure 9 are simulated with contact between tool and nail."
         ),
         pictures=[
             Picture(
@@ -93,11 +91,7 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
                 "Which grip of the plain object is the cheaper one, over demanded force and density. The "
                 "edges of what is possible are as coarse as the speeds at which swings are planned.",
             ),
-            Picture(
-                "sensitivity.png",
-                "How correct choices depend on what is assumed, one thing at a time: noise, prior, and the density "
-                "that stands for the belief. Observers here feel objects at rest; black is what all simulations use.",
-            ),
+            sensitivity.PICTURE,
         ],
         claims=claims,
         differences=[
@@ -105,36 +99,37 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
             "The paper gives neither nail nor force; ours are in models/nail.yaml and were fixed before any "
             "observer's choice was computed (docs/decisions/0013-nail.md, 0014). Work counts from rest in the home "
             "posture to the strike, "
-            + _list_by_grip(numbers["energy_raising_true"], "J")
+            + list_by_grip(numbers["energy_raising_true"], "J")
             + " of it for raising the tool; at the strike arm and tool move with "
-            + _list_by_grip(numbers["kinetic_energy_true"], "J")
+            + list_by_grip(numbers["kinetic_energy_true"], "J")
             + f", of which the nail takes {numbers['tip_energy']:.2f} J (F^2 / 2k from the surface of the wood is "
             f"{numbers['tip_energy_from_surface']:.2f} J).",
             _describe_other_swings(numbers),
-            "On a nail that yields at a constant force the same blows drive it by "
-            + _list_by_grip({grip: 1e3 * each["travel_m"] for grip, each in numbers["yielding_nail"].items()}, "mm")
-            + ": the energy at the tip decides, and the same works are compared. Were a peak of the contact force "
+            "On a nail that yields at a constant force, which takes the same energy over the demanded travel, the "
+            "same blows drive it by "
+            + list_by_grip({grip: 1e3 * each["travel_m"] for grip, each in numbers["yielding_nail"].items()}, "mm")
+            + ", instead of "
+            + list_by_grip({grip: 1e3 * value for grip, value in numbers["travel_m"].items()}, "mm")
+            + ". Were a peak of the contact force "
             "demanded instead, which the speed of the tip and the stiffness of what touches decide whatever mass is "
             "behind it, both grips would need the same speed; at the slower one of the two swings they take "
-            + _list_by_grip(numbers["energy_at_equal_tip_speed"], "J")
+            + list_by_grip(numbers["energy_at_equal_tip_speed"], "J")
             + ".",
-            "Figures 8 and 10 are of the same observers and nearly the same question: with equal cross-sections both "
-            f"choices turn on which part is believed denser. Here {100 * numbers['p_light_end_held']:.1f} of 100 "
-            "choices by densities from the prior hold what is less dense, in reaching what is denser.",
-            "The integral of |tau|^2, another measure of effort, "
-            + ("agrees" if min(effort, key=effort.__getitem__) == numbers["correct_grip"] else "does not agree")
-            + " with the work on the correct grip: "
-            + _list_by_grip(effort, "N^2 m^2 s")
-            + "; over the whole swing it is mostly what holds arm and tool up. Before the first and after each trial "
-            f"its expectation would have led to another choice in {flips} of 100 cases, that is to the other grip.",
-            f"By the rule of least expected work {bayes[0]:.2f} of the choices are correct before, and after each "
-            "trial " + ", ".join(f"{value:.2f}" for value in bayes[1:]) + "; the paper's rule draws one density.",
+            _describe_light_ends(numbers),
+            describe_effort(numbers),
+            describe_rules(numbers),
         ],
     )
 
 
-def _list_by_grip(values: Mapping[str, float], unit: str) -> str:
-    return " and ".join(f"{value:.2f} {unit} held by {grip}" for grip, value in values.items())
+def _describe_light_ends(numbers: Mapping[str, Any]) -> str:
+    """What choices have in common that know nothing."""
+    share = numbers["p_light_end_held"]
+    if share is None:
+        found = "No density drawn from the prior lets the blow be dealt with any grip."
+    else:
+        found = f"Of 100 choices by densities from the prior {100 * share:.1f} hold what is less dense."
+    return f"Figures 8 and 10 are of the same observers. {found}"
 
 
 def _predict_crossover(config: HammerConfig, numbers: Mapping[str, Any]) -> list[str]:
@@ -143,25 +138,27 @@ def _predict_crossover(config: HammerConfig, numbers: Mapping[str, Any]) -> list
         return []
     nail, (low, high) = config.task.nail, numbers["force_crossover_checked"]
     tap, drive = (min(each["energy_true"], key=each["energy_true"].__getitem__) for each in (low, high))
-    travel = 1e3 * (numbers["force_crossover_N"] / nail.stiffness - nail.depth_set)
+    first, *others = numbers["force_crossovers_N"]
+    travel = 1e3 * (first / nail.stiffness - nail.depth_set)
     checks = "; ".join(
         f"at {each['force_demanded_N']:.0f} N "
-        + _list_by_grip(each["energy_true"], "J")
+        + list_by_grip(each["energy_true"], "J")
         + " for driving it by "
-        + _list_by_grip({grip: 1e3 * value for grip, value in each["travel_m"].items()}, "mm")
+        + list_by_grip({grip: 1e3 * value for grip, value in each["travel_m"].items()}, "mm")
+        + ", "
+        + list_by_grip(each["energy_raising_true"], "J")
+        + " of it for raising the tool"
         for each in (low, high)
     )
     if tap == drive:
-        crossing = f"{numbers['force_crossover_N']:.0f} N"
-        return [f"The planned works cross at {crossing}, the simulated ones do not: {checks}."]
+        return [f"The planned works cross at {first:.0f} N, the simulated ones do not: {checks}."]
+    again = f", and again at {', '.join(f'{force:.0f}' for force in others)} N" if others else ""
     return [
         f"A prediction: whoever has felt both materials will hold the {drive} end of the "
-        f"{config.novel.plain.name} to drive this nail by half a centimetre with one blow, but the {tap} end to tap "
-        f"it without driving it. The cheaper grip changes at {numbers['force_crossover_N']:.0f} N, where the nail "
-        f"moves by {travel:.1f} mm: "
-        "whenever it really is driven, what counts is the mass behind the tip; in a tap arm and tool are merely "
-        "lowered, and a tool with its mass at the hand weighs less on the shoulder. Contact simulation finds this "
-        f"order on either side: {checks}."
+        f"{config.novel.plain.name} to drive this nail by {1e3 * high['travel_m'][drive]:.1f} mm with one blow, but "
+        f"the {tap} end to drive it by {1e3 * low['travel_m'][tap]:.1f} mm. The cheaper grip changes at {first:.0f} "
+        f"N, where the nail moves by {travel:.1f} mm{again}. Contact simulation finds this order on either side: "
+        f"{checks}."
     ]
 
 
@@ -171,18 +168,18 @@ def _describe_other_swings(numbers: Mapping[str, Any]) -> str:
     def compare(kind: str) -> tuple[str, str, float]:
         works = {grip: each[kind]["energy"] for grip, each in numbers["swings"].items()}
         cheaper, dearer = sorted(works, key=works.__getitem__)
-        return _list_by_grip(works, "J"), cheaper, 100.0 * (works[dearer] / works[cheaper] - 1.0)
+        return list_by_grip(works, "J"), cheaper, 100.0 * (works[dearer] / works[cheaper] - 1.0)
 
     listed, cheaper, saved = compare("least_work")
-    with_most_effort, _, _ = compare("least_effort")
-    _, _, ours = compare("least_acceleration")
+    with_least_effort, _, _ = compare("least_effort")
+    _, cheaper_of_ours, ours = compare("least_acceleration")
     ended = all(each[kind]["converged"] for each in numbers["swings"].values() for kind in each)
     return (
-        "The advantage is one of swings of least angular acceleration, the paper's and ours, which know no dynamics. "
-        f"Swings to the same strike of least work, found with the true dynamics, take {listed}: holding {cheaper} "
-        f"is cheaper by {saved:.0f} % instead of {ours:.0f} %, no more than such searches differ by between "
-        f"starts{'' if ended else ', and not all of them converged'}. Swings of least integral of |tau|^2 take "
-        f"{with_most_effort} (docs/decisions/0017-dynamically-consistent-swing.md)."
+        "Swings of least angular acceleration, the paper's and ours, know no dynamics; with them holding "
+        f"{cheaper_of_ours} is cheaper by {ours:.0f} %. Swings to the same strike of least work, found with the true "
+        f"dynamics, take {listed}: holding {cheaper} is cheaper by {saved:.0f} %. Swings of least integral of "
+        f"|tau|^2 take {with_least_effort}. {'All' if ended else 'Not all'} of these searches converged; by how much "
+        "they differ between starts says docs/decisions/0017-dynamically-consistent-swing.md."
     )
 
 
@@ -190,7 +187,6 @@ def draw_figures(
     config: HammerConfig,
     numbers: Mapping[str, Any],
     studied: Study,
-    sensitivity: dict[str, dict[str, Array]],
     folder: Path,
     repeats: int,
 ) -> None:
@@ -200,7 +196,6 @@ def draw_figures(
         config: What was run.
         numbers: Those of the results contract.
         studied: What was computed beside the choices.
-        sensitivity: Proportions of correct choices under other assumptions; see ``study_sensitivity``.
         folder: Receives the figures.
         repeats: Number of observers.
     """
@@ -220,11 +215,6 @@ def draw_figures(
         title=f"Work of driving the nail with the {config.novel.plain.name}",
     )
     figures.save_figure(figure, folder, "map")
-    figures.save_figure(
-        figures.draw_sensitivity(sensitivity, baseline=BASELINE, num_repeats=min(repeats, MAX_STUDIED)),
-        folder,
-        "sensitivity",
-    )
 
 
 def _draw_blows(config: HammerConfig, studied: Study, folder: Path) -> None:
@@ -232,7 +222,7 @@ def _draw_blows(config: HammerConfig, studied: Study, folder: Path) -> None:
     held, arm = hold(config.novel.plain), config.experience.settings.arm
     poses, close = [], []
     for grip, blow in studied.executed.items():
-        row = int(np.argmin(np.abs(blow.record.times - blow.time_of_touch)))
+        row = int(np.argmin(np.abs(blow.record.times - blow.nail.time_of_touch)))
         start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
         strike = start._replace(
             q=blow.record.q[row], travel=float(np.interp(blow.record.times[row], blow.nail.times, blow.nail.travel))

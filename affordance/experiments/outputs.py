@@ -60,8 +60,14 @@ def label_motions(records: Sequence[TrialRecord], shown: str) -> dict[str, Label
     return {"time": Labelled(("time",), records[0].times, "s", "time since the trial began"), **motions}
 
 
-def name_faults(section: Section, faults: Faults) -> Section:
-    """Says in the summary of a section which faults were switched on, if any were."""
+def name_faults(section: Section, faults: Faults, remark: str = "") -> Section:
+    """Says in title and summary of a section which faults were switched on, if any were.
+
+    Args:
+        section: What the experiment reports.
+        faults: Those of its settings.
+        remark: What they do not concern, a sentence.
+    """
     active = [
         f"{field.name} {getattr(faults, field.name)}"
         for field in fields(Faults)
@@ -69,7 +75,9 @@ def name_faults(section: Section, faults: Faults) -> Section:
     ]
     if not active:
         return section
-    return section._replace(summary=f"{section.summary} Run with faults: {', '.join(active)}.")
+    named = ", ".join(active)
+    summary = " ".join(filter(None, (section.summary, f"Run with faults: {named}.", remark)))
+    return section._replace(title=f"{section.title} (with faults: {named})", summary=summary)
 
 
 def describe_run(config: Any, *, seed: int, repeats: int, wall_s: float) -> dict[str, Any]:

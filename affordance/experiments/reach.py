@@ -21,33 +21,33 @@ from affordance.diagram_picture import save_diagram
 from affordance.drawings import Drawing, draw_objects
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experience import ExperienceConfig, collect_experience
+from affordance.experiments import right_grip, sensitivity
 from affordance.experiments.decisions import (
-    BASELINE,
-    MAX_STUDIED,
     NUM_PRIOR_CHOICES,
     Choices,
-    NovelObjects,
-    check_one_grip_is_cheaper,
     compute_proportions,
+    describe_effort,
+    describe_headed,
+    describe_rules,
     draw_proportions,
-    find_grip_of_densest,
     label_choices,
-    load_subjects,
+    list_by_grip,
     plan_choices,
     run_repeat,
-    study_sensitivity,
 )
 from affordance.experiments.modes import keep_mode
+from affordance.experiments.novel_objects import NovelObjects, hold, load_subjects
 from affordance.experiments.outputs import describe_run, label_motions, name_faults
+from affordance.experiments.right_grip import check_one_grip_is_cheaper, find_cheaper_grip, find_grip_of_densest
 from affordance.experiments.sights import show_sights
 from affordance.paths import load_path
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section, write_section
 from affordance.results import compute_key, run_repeats, write_json
 from affordance.rollout import Rollout, roll_out
-from affordance.settings import Sight
+from affordance.settings import Settings, Sight
 from affordance.tasks.reach import Reach
-from affordance.tools import MODELS, Tool, list_densities
+from affordance.tools import MODELS, Colour, Tool
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import get_runner
 
@@ -97,7 +97,6 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     return config
 
 
-@functools.lru_cache(maxsize=1)  # loading plans to refuse what cannot be followed, running to choose
 def build_choices(config: ReachConfig) -> Choices:
     """Plans the task with each grip of each object.
 
@@ -107,16 +106,14 @@ def build_choices(config: ReachConfig) -> Choices:
     return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
-@functools.lru_cache(maxsize=2)  # likewise: simulated when it is loaded, reported when it is run
+@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be followed, reported when it is run
 def execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
     """Simulates the task under the true densities with each grip of a tool."""
-    densities, settings = list_densities([tool]), config.experience.settings
-    return {grip.name: roll_out(tool.hold_by(grip), config.task, densities, settings) for grip in tool.grips}
 
+    def follow_path(held: Tool, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
+        return roll_out(held, config.task, densities, settings)
 
-def find_cheaper_grip(executed: Mapping[str, Rollout]) -> str:
-    """Names the grip of least work; both are known to keep to the path."""
-    return min(executed, key=lambda grip: executed[grip].work)
+    return right_grip.execute(tool, config.experience.settings, follow_path)
 
 
 def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
@@ -141,14 +138,13 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     numbers = compute_metrics(config, choices, arrays, executed, executed_headed)
     numbers.update(experience.count_faults())
     correct = list(executed).index(numbers["correct_grip"])
-    sensitivity = study_sensitivity(
-        config.experience, choices.plain, correct, repeats=min(repeats, MAX_STUDIED), jobs=jobs
-    )
+    studied = sensitivity.study(config.experience, choices.plain, correct, repeats=repeats, jobs=jobs)
     _write_trajectories(folder / "trajectories.nc", config, arrays, executed)
-    held = {grip.name: config.novel.plain.hold_by(grip) for grip in config.novel.plain.grips}
+    held = hold(config.novel.plain)
     save_diagram(get_runner(settings).get_diagram(held[numbers["correct_grip"]]).diagram, folder, "diagram")
-    _draw(config, numbers, executed, sensitivity, folder, repeats)
-    section = name_faults(describe(config, numbers, repeats), settings.faults)
+    _draw(config, numbers, executed, folder, repeats)
+    sensitivity.save_drawing(studied, folder, repeats)
+    section = name_faults(describe(config, numbers, repeats), settings.faults, right_grip.WITHOUT_FAULTS)
     write_section(folder, show_sights(section, folder, (config.novel.plain, config.novel.headed), settings, seed))
     scenes = [
         Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
@@ -160,7 +156,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
     keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
-    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": sensitivity, **described})
+    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": studied, **described})
 
 
 def compute_metrics(
@@ -199,8 +195,6 @@ def compute_metrics(
 def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> Section:
     """Puts the numbers beside what the paper says."""
     p, interval = np.asarray(numbers["p_correct"]), np.asarray(numbers["p_correct_ci95"])
-    bayes, headed = np.asarray(numbers["p_correct_bayes"]), np.asarray(numbers["p_correct_headed_tool"])
-    energy, effort, correct = numbers["energy_true"], numbers["effort_true"], numbers["correct_grip"]
     errors = 1000.0 * max(numbers["path_error_m"].values())
     plain, headed_name = config.novel.plain.name, config.novel.headed.name
     last = len(p) - 1
@@ -208,10 +202,9 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
         Claim(
             "IV-C",
             "The optimal solution is to grasp the object by the steel component.",
-            bool(correct == find_grip_of_densest(config.novel.plain, at_hand=True)),
-            "simulated with the true densities, "
-            + " and ".join(f"{work:.2f} J held by {grip}" for grip, work in energy.items())
-            + f" (ratio {numbers['energy_ratio_true']:.3f}); the free end keeps to the path within {errors:.0f} mm",
+            bool(numbers["correct_grip"] == find_grip_of_densest(config.novel.plain, at_hand=True)),
+            f"simulated with the true densities, {list_by_grip(numbers['energy_true'], 'J')} (ratio "
+            f"{numbers['energy_ratio_true']:.3f}); the free end keeps to the path within {errors:.0f} mm",
         ),
         Claim(
             "IV-D (of figure 10); expected here too",
@@ -232,18 +225,14 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
             f"{p[-1]:.3f} after {last} trials, 95 % interval {interval[-1, 0]:.3f} to {interval[-1, 1]:.3f}",
         ),
     ]
-    efforts = " and ".join(f"{value:.0f} held by {grip}" for grip, value in effort.items())
-    agrees = "agrees" if min(effort, key=effort.__getitem__) == correct else "does not agree"
-    flips = ", ".join(f"{100 * value:.0f}" for value in numbers["effort_flips"])
     return Section(
         order=3,
         title="Simulation III: choosing a grip for reaching",
         summary=(
             f"{repeats} simulated observers hold the objects of simulation II and after every trial choose which end "
             f"of the {plain} to hold, to move its free end along a path of {config.task.duration:g} s with the least "
-            f"work. They never hold the {plain}. Beside it they choose about the {headed_name}, of which shape alone "
-            f"says more: before any experience {100 * headed[0]:.0f} of 100 choices of its grip are correct. Both "
-            f"are of {' and '.join(numbers['density_true'])}."
+            f"work. They never hold the {plain}. Beside it they choose about the {headed_name}: "
+            f"{describe_headed(numbers)}. Both are of {' and '.join(numbers['density_true'])}."
         ),
         pictures=[
             Picture(
@@ -254,20 +243,13 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
                 "path.png",
                 "The path (dotted), and where the free end went with each grip, simulated under the true densities.",
             ),
-            Picture(
-                "sensitivity.png",
-                "How correct choices depend on what is assumed, one thing at a time: noise, prior, and the density "
-                "that stands for the belief. Observers here feel objects at rest; black is what all simulations use.",
-            ),
+            sensitivity.PICTURE,
         ],
         claims=claims,
         differences=[
             "The paper does not say what the path was, nor the sizes of the object; ours are in models/.",
-            f"By the rule of least expected work {bayes[0]:.2f} of the choices are correct before, and after each "
-            "trial " + ", ".join(f"{value:.2f}" for value in bayes[1:]) + "; the paper's rule draws one density.",
-            f"The integral of |tau|^2, another measure of effort, {agrees} with the work on the correct grip: "
-            f"{efforts} N^2 m^2 s. Before the first and after each trial its expectation would have led to another "
-            f"choice than that of the work in {flips} of 100 cases.",
+            describe_rules(numbers),
+            describe_effort(numbers),
         ],
     )
 
@@ -276,14 +258,13 @@ def _draw(
     config: ReachConfig,
     numbers: Mapping[str, Any],
     executed: Mapping[str, Rollout],
-    sensitivity: dict[str, dict[str, NDArray[np.float64]]],
     folder: Path,
     repeats: int,
 ) -> None:
     drawings = [
-        Drawing(tool.hold_by(grip), f"{tool.name}, held by {grip.name}")
+        Drawing(held, f"{tool.name}, held by {grip}")
         for tool in (config.novel.plain, config.novel.headed)
-        for grip in tool.grips
+        for grip, held in hold(tool).items()
     ]
     figures.save_figure(draw_objects(drawings, columns=2), folder, "figure7")
     title = f"Choosing a grip for reaching, {repeats} observers, 95 % intervals"
@@ -292,11 +273,6 @@ def _draw(
     paths = {f"held by {grip}": rollout.path for grip, rollout in executed.items()}
     reference = next(iter(executed.values())).reference
     figures.save_figure(figures.draw_paths(reference, paths), folder, "path")
-    figures.save_figure(
-        figures.draw_sensitivity(sensitivity, baseline=BASELINE, num_repeats=min(repeats, MAX_STUDIED)),
-        folder,
-        "sensitivity",
-    )
 
 
 def _write_trajectories(
@@ -312,8 +288,8 @@ def _write_trajectories(
         "p_WF_reference": Labelled(("time", "axis"), next(iter(executed.values())).reference, "m", "the path"),
     }
     records = [done.record for done in executed.values()]
-    grips = [config.novel.plain.hold_by(grip) for grip in config.novel.plain.grips]
-    joint_names = get_runner(config.experience.settings).get_diagram(grips[0]).arm.joint_names
+    held = next(iter(hold(config.novel.plain).values()))
+    joint_names = get_runner(config.experience.settings).get_diagram(held).arm.joint_names
     write_trajectories(
         path,
         {**label_choices(arrays), **ends, **label_motions(records, "executed under the true densities")},

@@ -8,12 +8,10 @@ import numpy as np
 from affordance import figures
 from affordance.eye import get_eye
 from affordance.report import Picture, Section
+from affordance.seed_streams import Stream
 from affordance.settings import Settings, Sight
 from affordance.sight_drawings import Look, draw_sights
 from affordance.tools import Tool
-
-# Stands behind the seed where pictures for the report are taken; observers have numbers of their own.
-_SHOWN = 10**6 + 5
 
 
 def show_sights(section: Section, folder: Path, tools: Sequence[Tool], settings: Settings, seed: int) -> Section:
@@ -31,7 +29,7 @@ def show_sights(section: Section, folder: Path, tools: Sequence[Tool], settings:
     eye = get_eye()
     sights = []
     for index, tool in enumerate(tools):
-        picture = eye.take_picture(tool, np.random.default_rng([seed, _SHOWN, index]))
+        picture = eye.take_picture(tool, np.random.default_rng([seed, Stream.SHOWN, index]))
         sights.append(Look(tool.name, picture, eye.see(picture)))
     figures.save_figure(draw_sights(sights, eye.rig.camera), folder, "seen")
     caption = (

@@ -22,6 +22,7 @@ from affordance.estimator import infer
 from affordance.memory import MaterialMemory
 from affordance.noise import NoiseModel, WeberNoise, WhiteNoise
 from affordance.results import compute_key, run_repeats
+from affordance.seed_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.static_hold import StaticHold
 from affordance.tools import MODELS, Tool, load_materials, load_tools
@@ -47,8 +48,6 @@ NUM_BINS = 20
 NUM_SAMPLES = 999
 # The grid of exact Bayes: up to where the prior leaves one in 10^6, in steps well below any posterior's width.
 _GRID = np.arange(25.0, 20_500.0, 50.0)
-# Stand beside seed and number where truth and ranks are drawn.
-_TRUTH, _RANK = 10**6 + 11, 10**6 + 12
 
 
 @dataclass(frozen=True)
@@ -105,7 +104,7 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
     The draw of a number is the same for every noise model, so that these can be compared draw by draw.
     """
     prior = config.settings.prior
-    rng = np.random.default_rng([config.seed, number, _TRUTH])
+    rng = np.random.default_rng([config.seed, number, Stream.CALIBRATION_TRUTH])
     size = len(config.tool.components)
     mean = truncnorm(-prior.mode / prior.sd, np.inf, loc=prior.mode, scale=prior.sd).rvs(size, random_state=rng)
     low = -mean / prior.deviation_sd
@@ -138,7 +137,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     """
     mean, own = draw_truth(config, number)
     belief, p_value = learn(config, own, number)
-    samples = belief.draw_samples(np.random.default_rng([config.seed, number, _RANK]), NUM_SAMPLES)
+    samples = belief.draw_samples(np.random.default_rng([config.seed, number, Stream.CALIBRATION_RANK]), NUM_SAMPLES)
     return {
         "mean": mean,
         "own": own,

@@ -19,10 +19,12 @@ from affordance.choice import Choice, pick_cheapest
 from affordance.experience import ExperienceConfig, draw_order
 from affordance.experiments.decisions import count_correct
 from affordance.experiments.preparation import switch_faults_on
-from affordance.experiments.reach import ReachConfig, build_choices, execute, find_cheaper_grip, load_config
+from affordance.experiments.reach import ReachConfig, build_choices, execute, load_config
+from affordance.experiments.right_grip import find_cheaper_grip
 from affordance.faults import load_faults
 from affordance.memory import MaterialMemory
 from affordance.results import compute_key, run_repeats
+from affordance.seed_streams import Stream
 from affordance.tools import MODELS, list_densities
 from affordance.trial import get_runner
 from affordance.yaml_records import read_record
@@ -44,7 +46,6 @@ HEADER = [
     "of a torque limit, %",
     "beliefs valid",
 ]
-_CHOOSE = 10**6 + 13
 
 
 def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
@@ -88,7 +89,7 @@ def compute_cost(
     for repeat in range(num_observers):
         for moment in range(num_moments):
             belief = DensityBelief(arrays["precision"][repeat, moment], arrays["shift"][repeat, moment])
-            rng = np.random.default_rng([repeat, moment, _CHOOSE])
+            rng = np.random.default_rng([repeat, moment, Stream.FAULT_CHOICES])
             parameters = choice.draw_parameters(MaterialMemory(looks, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
             right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES
