@@ -90,6 +90,9 @@ def main() -> int:
     except AffordanceError as error:
         print(f"run_experiments.py: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("run_experiments.py: interrupted; the same command goes on where it was", file=sys.stderr)
+        return 130
     except OSError as error:  # a full disk, a folder that was taken away
         print(f"run_experiments.py: {error.filename}: {error.strerror}", file=sys.stderr)
         return 2

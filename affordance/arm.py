@@ -240,8 +240,15 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
         tau_max,
     )
     home = plant.GetPositions(plant.CreateDefaultContext())[:num_joints]
-    if not ((limits.q_lower <= home) & (home <= limits.q_upper)).all():
-        raise ModelFileError(directives, f"has the posture {home.tolist()}, must keep within its joints' limits")
+    for index, joint_of in enumerate(plant.GetJointActuatorIndices()):
+        name = plant.get_joint_actuator(joint_of).joint().name()
+        low, high = limits.q_lower[index], limits.q_upper[index]
+        if not low <= home[index] <= high:
+            problem = f"has {name} at {home[index]:g} rad in the home posture, must be from {low:g} to {high:g}"
+            raise ModelFileError(directives, problem)
+        if not limits.v_max[index] > 0.0:
+            problem = f"has {name} with a limit of rate of {limits.v_max[index]:g} rad/s, must be more than 0"
+            raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
     return Arm(directives, plant, hand, body, home, limits, joint)

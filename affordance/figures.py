@@ -6,6 +6,7 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from affordance.metrics import Estimate
@@ -20,6 +21,10 @@ DECOY_COLOUR = "#CC79A7"
 MARKERS = ("o", "s", "^")
 LINE_STYLES = ("-", "--", "-.", ":")
 FONT_SIZE = 10
+# With more objects there is no room for words or units at every one.
+_MOST_WIDE_TICKS = 6
+# Of a legend below a figure, beside the length of its lines, in letters.
+_LEGEND_WIDTH, _LEGEND_LINE = 130, 10
 _METRES_TO_CM = 100.0
 
 
@@ -27,8 +32,15 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
     """Writes a figure as NAME.png and NAME.svg, each whole, the same bytes for the same figure."""
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
     figure.set_layout_engine("constrained")
+    for text in figure.findobj(Text):  # Tick labels are written when they are drawn: those of powers remain formulae.
+        text.set_parse_math("$" not in text.get_text())
     write_whole(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
     write_whole(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
+
+
+def _count_columns(labels: list[str]) -> int:
+    """How many names fit beside each other below a figure of 12 inches, 6 at most."""
+    return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + max(len(label) for label in labels))))
 
 
 def tidy(*all_axes: Axes) -> None:
@@ -58,8 +70,9 @@ def draw_density_and_drop(
     left.plot(trials, quartiles[:, 2], "--", color=OBJECT_COLOURS[0], label="25th and 75th percentile")
     left.plot(trials, quartiles[:, 0], "--", color=OBJECT_COLOURS[0])
     left.plot(trials, mode, "x", color=OBJECT_COLOURS[2], markersize=8.0, label="most probable (used in control)")
-    left.set_xticks(trials, ["before", *(f"after {k}" for k in trials[1:])])
-    left.set_xlabel("trial")
+    crowded = len(masses) > _MOST_WIDE_TICKS
+    left.set_xticks(trials, [*trials] if crowded else ["before", *(f"after {k}" for k in trials[1:])])
+    left.set_xlabel("trials so far" if crowded else "trial")
     left.set_ylabel("density (kg/m³)")
     left.set_ylim(0.0, 1.2 * max(density_true, quartiles.max()))
     left.legend(frameon=False, loc="lower right")
@@ -75,8 +88,10 @@ def draw_density_and_drop(
         right.annotate(
             f"{value:.2f}", (position, top), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=9
         )
-    right.set_xticks(positions, [f"{k}\n{mass:.2f} kg" for k, mass in zip(positions, masses, strict=True)])
-    right.set_xlabel("trial, and mass of its object")
+    unit, unit_of_axis = ("", " (kg)") if crowded else (" kg", "")
+    right.set_xticks(positions, [f"{k}\n{mass:.2f}{unit}" for k, mass in zip(positions, masses, strict=True)])
+    right.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
+    right.tick_params(axis="x", labelsize=7 if crowded else None)
     right.set_ylabel("drop (cm)")
     right.set_ylim(0.0, 1.15 * (height + error[1]).max())
     right.set_title(f"Drop of the object, mean of {num_repeats} and 95 % interval", fontsize=FONT_SIZE)
@@ -113,7 +128,7 @@ def draw_heights(
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=FONT_SIZE)
     near.set_title("The same, enlarged around the goal", fontsize=FONT_SIZE)
-    figure.legend(frameon=False, loc="outside lower center", ncols=min(len(labels), 6))
+    figure.legend(frameon=False, loc="outside lower center", ncols=_count_columns(labels))
     tidy(one, every, near)
     return figure
 

@@ -33,13 +33,14 @@ def write_trajectories(path: Path, variables: Mapping[str, Labelled], labels: Ma
     Args:
         path: The file.
         variables: Arrays by name; those that share a dimension agree in its length.
-        labels: For some dimensions, the name of each entry; kept as text attributes of the file.
+        labels: For some dimensions, the name of each entry; kept as text attributes of the file,
+            in UTF-8.
     """
 
     def write(temporary: Path) -> None:
         with netcdf_file(temporary, "w") as file:
             for dimension, names in labels.items():
-                setattr(file, f"{dimension}_names", ", ".join(names))
+                setattr(file, f"{dimension}_names", ", ".join(names).encode())  # SciPy writes text as ASCII only
             for name, variable in variables.items():
                 for dimension, length in zip(variable.dimensions, variable.values.shape, strict=True):
                     if dimension not in file.dimensions:

@@ -156,3 +156,17 @@ def test_arm_with_a_joint_without_actuator_is_refused(tmp_path):
     path = write_copy(tmp_path, "<effort>9.5</effort>", "<effort>0</effort>")
     with pytest.raises(ModelFileError, match=r"has 7 positions, 7 velocities and 6 actuators; an arm needs"):
         load_arm(path)
+
+
+def test_posture_beyond_a_limit_is_refused_by_joint_and_bound(tmp_path):
+    path = write_copy(tmp_path, "<lower>-1.396263</lower>", "<lower>-1</lower>")
+    with pytest.raises(ModelFileError, match=r"has forearm_rotation at -1.22173 rad .* must be from -1 to 1.39626"):
+        load_arm(path)
+
+
+def test_joint_that_may_not_move_is_refused(tmp_path):
+    path = write_copy(tmp_path, "<velocity>26.4</velocity>", "<velocity>0</velocity>")
+    with pytest.raises(
+        ModelFileError, match=r"has elbow_flexion with a limit of rate of 0 rad/s, must be more than 0"
+    ):
+        load_arm(path)

@@ -132,3 +132,14 @@ def test_files_that_differ_are_named(tmp_path):
     np.savez(other / "repeat.npz", x=np.arange(3) + 1e-16)
     (one / "more.txt").touch()
     assert list_differences(one, other) == ["figure.png", "metrics.json", "more.txt", "repeat.npz"]
+
+
+def test_interruption_ends_in_one_line(tmp_path):
+    process = start("weight", "--repeats", 1000, "--jobs", 1, "--out", tmp_path)
+    while not list(tmp_path.rglob("*.npz")) and process.poll() is None:
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
+    assert "Traceback" not in err

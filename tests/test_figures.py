@@ -90,3 +90,29 @@ def test_figures_are_saved_as_pictures_and_the_same_twice(tmp_path):
     assert imread(tmp_path / "a.png").shape[1] >= 1500
     assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+
+
+def draw_objects_named(names):
+    heights = 0.01 * np.random.default_rng(0).normal(size=(6, len(names), 31))
+    return draw_heights(
+        times=np.linspace(0, 3, 31),
+        shown=heights[0],
+        mean=estimate_mean(heights),
+        labels=names,
+        shown_label="seed 0",
+        num_repeats=6,
+    )
+
+
+def test_names_are_never_read_as_formulae(tmp_path):
+    save_figure(draw_objects_named([r"$5 \foo$ rod", "rod", "decoy"]), tmp_path, "a")
+    assert r"$5 \foo$ rod" in (tmp_path / "a.svg").read_text()
+
+
+def test_twelve_objects_have_room_for_their_names(tmp_path):
+    names = [f"a rod of brass, number {k}" for k in range(12)]
+    figure = draw_objects_named(names)
+    save_figure(figure, tmp_path, "a")
+    legend = figure.legends[0].get_window_extent()
+    assert legend.x0 >= 0.0
+    assert legend.x1 <= figure.bbox.x1

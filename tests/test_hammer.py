@@ -219,6 +219,19 @@ def test_without_a_crossover_nothing_is_predicted(config, numbers):
     assert not any("prediction" in difference for difference in section.differences)
 
 
+def test_several_crossovers_are_listed(config, numbers):
+    section = describe(config, {**numbers, "force_crossovers_N": [129.0, 205.0]}, 3)
+    assert any("changes at 129 N" in text and "and again at 205 N" in text for text in section.differences)
+
+
+def test_order_that_other_swings_turn_around_is_said(config, numbers):
+    swings = {grip: {kind: dict(each) for kind, each in kinds.items()} for grip, kinds in numbers["swings"].items()}
+    swings["wood"]["least_work"]["energy"] = 1.31 * swings["steel"]["least_work"]["energy"]
+    section = describe(config, {**numbers, "swings": swings}, 3)
+    assert any("with them holding wood is cheaper" in text for text in section.differences)
+    assert any("holding steel is cheaper by 31 %" in text for text in section.differences)
+
+
 def test_experience_gained_for_reaching_serves_hammering(config, choices, tmp_path):
     """What was learned in one experiment is what is chosen by in the other: the memories are found, not made anew."""
     gained = collect_experience(reach.load_config().experience, tmp_path, repeats=2, jobs=1)
@@ -245,6 +258,11 @@ def test_experience_gained_for_reaching_serves_hammering(config, choices, tmp_pa
             "depth_demanded: 0.01722",
             "depth_demanded: 0.05",
             r"nail.yaml: depth_demanded: cannot be reached with the stick by wood: a joint lacks torque or speed",
+        ),
+        (
+            "direction: [0, 0, -1]",
+            "direction: [0, 0, 1]",
+            r"blow.offset: puts the head -0.1 m ahead .* at least 0.01 m",
         ),
         ("depth_demanded: 0.01722", "depth_demanded: 0.004", r"depth_demanded: is 0.004, must be from 0.005"),
     ],

@@ -24,6 +24,13 @@ def test_arrays_come_back_with_labels_and_units(tmp_path, rng):
         assert file.dimensions == {"time": 5, "trial": 2, "joint": 3}
 
 
+def test_names_of_any_script_come_back(tmp_path):
+    values = Labelled(("trial",), np.zeros(2), "m", "")
+    write_trajectories(tmp_path / "t.nc", {"a": values}, {"trial": ["Öl-Stab", "锤子"]})
+    with netcdf_file(tmp_path / "t.nc", mmap=False) as file:
+        assert file.trial_names.decode() == "Öl-Stab, 锤子"
+
+
 def test_axes_that_disagree_leave_no_file(tmp_path):
     with pytest.raises(ValueError):  # noqa: PT011 (NumPy words it)
         write_trajectories(

@@ -183,3 +183,11 @@ def test_wrong_number_of_uncommon_objects_is_refused(tmp_path):
     path.write_text(path.read_text().split("  - name: knobbed bar")[0])
     with pytest.raises(BadValueError, match=r"uncommon.yaml: tools: has 1 entries, must have 2"):
         vision.load_config(tmp_path / "models")
+
+
+def test_mashing_that_cannot_be_planned_is_refused_by_file_and_key(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "paths" / "mash.yaml"
+    path.write_text(path.read_text().replace("[0, 0, -0.12]", "[1.2, 0, -0.12]"))
+    with pytest.raises(BadValueError, match=r"mash.yaml: points: cannot be followed: "):
+        vision.load_config(tmp_path / "models")

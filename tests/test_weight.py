@@ -13,8 +13,10 @@ from scipy.io import netcdf_file
 
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.experiments import weight
+from affordance.experiments.preparation import check_tools_can_be_held
 from affordance.results import run_repeats
-from affordance.tools import MODELS
+from affordance.settings import Settings
+from affordance.tools import MODELS, load_materials, load_tools
 
 CONTRACT = {
     "density_true": (),
@@ -183,3 +185,11 @@ def test_decoy_alone_is_refused(tmp_path):
     path.write_text(f"{head}  - name:{decoy}")
     with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entries, must have at least 3"):
         weight.load_config(models)
+
+
+def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(tmp_path):
+    for name in ("arm.sdf", "arm.dmd.yaml", "package.xml"):
+        (tmp_path / name).write_text((MODELS / name).read_text().replace("<effort>68.6<", "<effort>1<"))
+    tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
+    with pytest.raises(ModelFileError, match=r"loads shoulder_elevation with .* empty hand, must be at most 1 N m"):
+        check_tools_can_be_held(tmp_path / "weight.yaml", tools, Settings(arm=tmp_path / "arm.dmd.yaml"))

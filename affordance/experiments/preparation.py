@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, ModelFileError
 from affordance.faults import Faults
 from affordance.memory import SAME_COLOUR, look_alike
 from affordance.settings import Settings
@@ -72,11 +72,15 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
 
     Raises:
         BadValueError: A tool is too heavy for a joint.
-        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
+        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
     """
     for tool in tools:
         arm = get_runner(settings).get_diagram(tool).arm
         hold = StaticHold(arm)
+        for name, torque, bound in zip(arm.joint_names, np.abs(hold.tau_arm), arm.limits.tau_max, strict=True):
+            if torque > bound:  # else its own weight, in the wrong units perhaps, would be put down to the tool
+                problem = f"loads {name} with {torque:.3g} N m in the home posture with an empty hand"
+                raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
         tau = np.abs(hold.tau_arm + hold.Y @ tool.parameters)
         worst = int(np.argmax(tau / arm.limits.tau_max))
         if tau[worst] > arm.limits.tau_max[worst]:

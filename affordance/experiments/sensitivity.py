@@ -101,7 +101,7 @@ def study(
     Returns: Panels of curves by label, (K + 1,) each.
     """
     repeats, assumptions = min(repeats, MAX_STUDIED), list_assumptions(experience.settings)
-    parallel = joblib.Parallel(n_jobs=jobs)
+    parallel = joblib.Parallel(n_jobs=min(jobs, len(assumptions)))  # joblib starts as many as it is told
     found = parallel(joblib.delayed(_learn_under)(experience, assumption, repeats) for assumption in assumptions)
     panels: dict[str, dict[str, Array]] = {}
     for assumption, observers in zip(assumptions, found, strict=True):

@@ -21,13 +21,14 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import norm
 
 from affordance import figures
-from affordance.arm import ARM
+from affordance.arm import ARM, ArmModel, load_arm
 from affordance.choice import Ranking, list_options, rank
 from affordance.diagram_picture import save_diagram
-from affordance.exceptions import BadValueError, SeeingError
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.outputs import describe_run
 from affordance.experiments.random_objects import MAX_PARTS, draw_object
 from affordance.eye import get_eye
+from affordance.kinematics import build_chain
 from affordance.memory import MaterialMemory
 from affordance.paths import load_path
 from affordance.report import Claim, Picture, Section, write_section
@@ -39,7 +40,7 @@ from affordance.seeing.see import Seen
 from affordance.settings import Settings, Sight
 from affordance.sight_drawings import Look, draw_calibration, draw_sights
 from affordance.tasks.reach import Reach
-from affordance.tools import MODELS, Tool, load_materials, load_tools
+from affordance.tools import MODELS, Grip, Tool, load_materials, load_tools
 from affordance.visual_prior import predict_object
 
 Array = NDArray[np.float64]
@@ -85,7 +86,8 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     """Reads the uncommon objects and the mashing from a folder of models; this experiment always sees pictures.
 
     Raises:
-        BadValueError: A file is wrong.
+        BadValueError: A file is wrong, or the path cannot be followed.
+        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     del sight
     materials = load_materials(models / "materials.yaml")
@@ -95,7 +97,19 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
         raise BadValueError(path, "tools", f"has {len(tools)} entries, must have 2: the objects to choose from")
     settings = Settings(arm=models / ARM.name)
     known = tuple((material.colour, material.density) for material in materials.values())
-    return VisionConfig(tools, known, Reach(load_path(models / "paths" / "mash.yaml")), seed, settings)
+    path = models / "paths" / "mash.yaml"
+    task = Reach(load_path(path))
+    # What cannot be planned is refused here, before anything is written.
+    model = ArmModel(load_arm(settings.arm))
+    build_chain(model.arm)  # or an arm that is not fit would be put down to the path
+    held = [tool.hold_by(grip) for tool in tools for grip in tool.grips or (Grip("", np.eye(4)),)]
+    try:
+        obstacles = [task.build_energies(model, tool.components, settings).obstacle for tool in held]
+    except AffordanceError as error:
+        raise BadValueError(path, "points", f"cannot be followed: {error}") from error
+    if all(obstacles):
+        raise BadValueError(path, "points", f"cannot be followed: the {held[0].name} {obstacles[0]}")
+    return VisionConfig(tools, known, task, seed, settings)
 
 
 class Comparison(NamedTuple):

@@ -27,7 +27,7 @@ _AtNode = Callable[[int, Array], tuple[Array, ...]]
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
 # are interpolated between them, which errs by less than 0.5 % (tests/test_hammer_task.py).
 _SPEED_STEP, _SPEED_GROWTH = 0.25, 0.06
-# Shorter vectors do not say a direction.
+# Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
 
 
@@ -78,6 +78,10 @@ def load_hammer(path: Path) -> Hammer:
     length = float(np.linalg.norm(direction))
     if length < _MIN_LENGTH:
         raise blow.error("direction", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
+    ahead = float(np.array([x, y, z]) @ direction) / length
+    if ahead < _MIN_LENGTH:  # the tool would have to pass through the nail
+        problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
+        raise blow.error("offset", f"{problem}, must be at least {_MIN_LENGTH:g} m")
     duration = blow.number("duration", low=0.2, high=10.0)
     blow.finish()
     record.finish()
