@@ -14,6 +14,7 @@ from affordance.vision import VisionError, observe
 from affordance.visual_prior import predict_object
 from benchmarks.trust import calibration
 from benchmarks.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw
+from benchmarks.trust.cramer_rao import compute_bound, feel_at_rest
 
 NUM_DRAWS = 400
 
@@ -79,31 +80,46 @@ def test_exact_bayes_agrees_with_the_estimator(at_rest):
     assert difference.max() < 0.3
 
 
+def feel(config):
+    """The stick at rest: what is felt, and its geometry."""
+    hold = calibration.get_hold(config.settings.arm)
+    features = observe(config.tool, VisionError(), np.random.default_rng(0))
+    belief = predict_object(features, MaterialMemory(), config.settings.prior)
+    return hold, belief
+
+
 def test_bound_is_the_posteriors_variance_where_errors_do_not_depend_on_densities():
-    config = build_config(WeberNoise(0.0, 0.5), moves=False)
-    arrays = run_draws(config, 3)
-    np.testing.assert_allclose(calibration.compute_bounds(config, arrays["own"]), arrays["variance"], rtol=1e-9)
+    arrays = run_draws(build_config(WeberNoise(0.0, 0.5), moves=False), 3)
+    np.testing.assert_allclose(arrays["bound"], arrays["variance"], rtol=1e-9)
 
 
 def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error():
     config = build_config(WhiteNoise(2.0), moves=False)
-    settings, hold = config.settings, calibration.get_hold(config.settings.arm)
+    noise, prior = config.settings.noise, config.settings.prior
+    hold, belief = feel(config)
     _, own = draw_truth(config, 0)
-    features = observe(config.tool, VisionError(), np.random.default_rng(0))
-    belief = predict_object(features, MaterialMemory(), settings.prior)
-    percept = hold.feel(belief, own, settings.noise, (0,))._replace(num_samples=30)  # three seconds at 10 Hz
-    posterior = infer(belief, percept, 7, settings.noise, settings.prior.deviation_sd).posterior.memory.belief
-    bound = calibration.compute_bounds(config, own[None])
-    np.testing.assert_allclose(bound, [np.diag(posterior.covariance)], rtol=1e-9)
+    percept = hold.feel(belief, own, noise, (0,))._replace(num_samples=30)
+    posterior = infer(belief, percept, 7, noise, prior.deviation_sd).posterior.memory.belief
+    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 30), belief.geometry.Phi, own, noise, prior)
+    np.testing.assert_allclose(bound, np.diag(posterior.covariance), rtol=1e-9)
+
+
+@pytest.mark.parametrize("noise", [WeberNoise(0.0, 0.5), calibration.WHITE])
+def test_bound_follows_the_arm_as_it_moved(noise, monkeypatch):
+    """Without the part from the size of errors the loop's variance is the bound, found from its log alone."""
+    monkeypatch.setattr(calibration, "DURATION", 1.0)
+    arrays = run_draws(build_config(noise, moves=True), 4)
+    np.testing.assert_allclose(arrays["bound"], arrays["variance"], rtol=1e-2)
+    still = run_draws(build_config(noise, moves=False), 4)
+    assert np.abs(arrays["bound"] / still["bound"] - 1.0).max() > 0.02
 
 
 def test_bound_counts_what_the_size_of_errors_tells():
     """The Fisher information as the variance of the score, by simulation, at the truth."""
     config = build_config(DEFAULT_SETTINGS.noise, moves=False)
-    noise, prior, hold = config.settings.noise, config.settings.prior, calibration.get_hold(config.settings.arm)
-    own = np.array([600.0, 900.0])
-    features = observe(config.tool, VisionError(), np.random.default_rng(0))
-    H = hold.Y @ predict_object(features, MaterialMemory(), prior).geometry.Phi
+    noise, prior = config.settings.noise, config.settings.prior
+    hold, belief = feel(config)
+    own, H = np.array([600.0, 900.0]), hold.Y @ belief.geometry.Phi
     tau = np.random.default_rng(1).normal(
         hold.tau_arm + H @ own, noise.compute_sd(hold.tau_arm + H @ own), (200_000, 7)
     )
@@ -114,10 +130,10 @@ def test_bound_counts_what_the_size_of_errors_tells():
 
     steps = 0.5 * np.eye(2)
     scores = np.array([compute_log_likelihood(own + step) - compute_log_likelihood(own - step) for step in steps])
-    information = np.cov(scores)
-    of_materials = np.linalg.inv(np.linalg.inv(information) + prior.deviation_sd**2 * np.eye(2))
+    of_materials = np.linalg.inv(np.linalg.inv(np.cov(scores)) + prior.deviation_sd**2 * np.eye(2))
     expected = np.diag(np.linalg.inv(of_materials + np.eye(2) / prior.sd**2))
-    np.testing.assert_allclose(calibration.compute_bounds(config, own[None])[0], expected, rtol=0.02)
+    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, 1), belief.geometry.Phi, own, noise, prior)
+    np.testing.assert_allclose(bound, expected, rtol=0.02)
 
 
 def test_grid_is_for_weber_noise_only():

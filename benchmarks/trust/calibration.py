@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chisquare, norm, truncnorm
 
-from affordance.arm import load_arm
+from affordance.arm import ArmModel, load_arm
 from affordance.belief import DensityBelief
 from affordance.estimator import infer
 from affordance.memory import MaterialMemory
@@ -29,6 +29,7 @@ from affordance.tools import MODELS, Tool, load_materials, load_tools
 from affordance.trial import get_runner
 from affordance.vision import VisionError, observe
 from affordance.visual_prior import predict_object
+from benchmarks.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 
 Array = NDArray[np.float64]
 
@@ -87,6 +88,12 @@ def get_hold(arm: Path) -> StaticHold:
     return StaticHold(load_arm(arm))
 
 
+@functools.cache
+def get_model(arm: Path) -> ArmModel:
+    """An internal model of the arm of a file."""
+    return ArmModel(load_arm(arm))
+
+
 def load_stick() -> Tool:
     """The plain novel object of Simulation III: two equal parts, so that its shape says nothing."""
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
@@ -112,31 +119,50 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
     return mean, own
 
 
-def learn(config: CalibrationConfig, own: Array, number: int) -> tuple[DensityBelief, float]:
-    """What an observer who knows nothing believes of the materials after one trial, and how surprised it was."""
+class Learned(NamedTuple):
+    """What a trial taught an observer who knew nothing.
+
+    Attributes:
+        belief: Of the materials.
+        p_value: How surprised it was.
+        bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,).
+    """
+
+    belief: DensityBelief
+    p_value: float
+    bound: Array
+
+
+def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
+    """Lets an observer who knows nothing hold an object of densities own, (M,), [kg/m^3]."""
+    settings = config.settings
+    noise, prior = settings.noise, settings.prior
     colours = [part.looks_like.colour for part in config.tool.components]
     tool = config.tool.make_of(dict(zip(colours, own, strict=True)))
-    memory = MaterialMemory().meet(colours, config.settings.prior)
+    memory = MaterialMemory().meet(colours, prior)
+    prediction = predict_object(observe(tool, VisionError(), np.random.default_rng(0)), memory, prior)
+    Phi = prediction.geometry.Phi
     if config.moves:
-        record = get_runner(config.settings).run_hold(tool, memory, duration=DURATION, seed=(config.seed, number))
-        return record.memory.belief, record.p_value
-    belief = predict_object(observe(tool, VisionError(), np.random.default_rng(0)), memory, config.settings.prior)
-    noise = config.settings.noise
-    hold = get_hold(config.settings.arm)
-    percept = hold.feel(belief, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
-    found = infer(belief, percept, len(hold.tau_arm), noise, config.settings.prior.deviation_sd)
-    return found.posterior.memory.belief, found.p_value
+        record = get_runner(settings).run_hold(tool, memory, duration=DURATION, seed=(config.seed, number))
+        felt = feel_along(record, get_model(settings.arm), settings)
+        bound = compute_bound(felt, Phi, own, noise, prior)
+        return Learned(record.memory.belief, record.p_value, bound)
+    hold = get_hold(settings.arm)
+    percept = hold.feel(prediction, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
+    found = infer(prediction, percept, len(hold.tau_arm), noise, prior.deviation_sd)
+    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, percept.num_samples), Phi, own, noise, prior)
+    return Learned(found.posterior.memory.belief, found.p_value, bound)
 
 
 def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     """Draws a truth, and finds its place in the posterior.
 
     Returns: ``mean`` and ``own``, the truths; ``rank`` of the mean densities among NUM_SAMPLES samples;
-        ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, (M,) each; and
-        ``p_value``.
+        ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, and the
+        ``bound`` on that variance, (M,) each; and ``p_value``.
     """
     mean, own = draw_truth(config, number)
-    belief, p_value = learn(config, own, number)
+    belief, p_value, bound = learn(config, own, number)
     samples = belief.draw_samples(np.random.default_rng([config.seed, number, Stream.CALIBRATION_RANK]), NUM_SAMPLES)
     return {
         "mean": mean,
@@ -145,6 +171,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
         "sample_mean": samples.mean(axis=0),
         "centre": belief.centre,
         "variance": np.diag(belief.covariance),
+        "bound": bound,
         "p_value": np.array(p_value),
     }
 
@@ -211,40 +238,6 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     return positions
 
 
-def compute_bounds(config: CalibrationConfig, own: Array) -> Array:
-    """Cramer-Rao bounds on the variances of the mean densities, prior included, for an arm at rest, (N, M).
-
-    The inverse of the prior's precision and the Fisher information at the truth. With Weber noise that has a part
-    from the mean of what is felt and one from the size of its errors, as this depends on the densities; with white
-    noise every sample of the hold adds the same.
-
-    Args:
-        config: What is calibrated.
-        own: True densities of the object, (N, M), [kg/m^3].
-    """
-    settings = config.settings
-    noise, prior = settings.noise, settings.prior
-    hold = get_hold(settings.arm)
-    colours = [part.looks_like.colour for part in config.tool.components]
-    features = observe(config.tool, VisionError(), np.random.default_rng(0))
-    belief = predict_object(features, MaterialMemory().meet(colours, prior), prior)
-    H = hold.Y @ belief.geometry.Phi  # (num_joints, M)
-    one = np.eye(H.shape[1])
-    bounds = []
-    for rho in own:
-        tau = hold.tau_arm + H @ rho
-        weights = 1.0 / noise.compute_sd(tau) ** 2
-        if isinstance(noise, WeberNoise):
-            growth = 2.0 * noise.weber_fraction**2 * weights * tau  # of the log variance with the torque
-            weights += 0.5 * growth**2
-        else:
-            weights *= round(DURATION / settings.sample_period)
-        information = H.T @ (weights[:, None] * H)
-        of_materials = np.linalg.solve(one + prior.deviation_sd**2 * information, information)
-        bounds.append(np.diag(np.linalg.inv(of_materials + one / prior.sd**2)))
-    return np.array(bounds)
-
-
 def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
     """Calibrates the loop with each noise model, and what its approximations cost.
 
@@ -270,7 +263,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
     moved, still = (find_positions(arrays[name]) for name in (WEBER, AT_REST))
     efficiency, against_error = {}, {}
     for name in configs:
-        bounds = compute_bounds(configs[name], arrays[name]["own"]).mean(axis=0)
+        bounds = arrays[name]["bound"].mean(axis=0)
         efficiency[name] = float((bounds / arrays[name]["variance"].mean(axis=0)).mean())
         error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
         against_error[name] = float((bounds / error).mean())

@@ -1,0 +1,82 @@
+"""The Cramer-Rao bound on what one trial can teach of the materials' densities, by the way the arm really moved.
+
+How the arm moves is read off the log of the trial, and the regressor computed from that, so that the bound shares
+nothing with the estimator but the noise model and the geometry.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arm import ArmModel
+from affordance.belief import Prior
+from affordance.inertia import NUM_PARAMETERS
+from affordance.kinematics import build_chain
+from affordance.noise import NoiseModel, WeberNoise
+from affordance.regressor import compute_payload_regressors
+from affordance.settings import Settings
+from affordance.trial import TrialRecord
+
+Array = NDArray[np.float64]
+
+
+class Felt(NamedTuple):
+    """What joints can have felt of an object's inertial parameters in a trial.
+
+    Attributes:
+        tau_arm: Mean over samples of the torques of the arm alone, (num_joints,), [N m].
+        Y: Mean of the payload regressor, (num_joints, 10).
+        YtY: Sum of Y^T Y over samples, (10, 10).
+    """
+
+    tau_arm: Array
+    Y: Array
+    YtY: Array
+
+
+def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
+    """What is felt where nothing moves."""
+    return Felt(tau_arm, Y, num_samples * Y.T @ Y)
+
+
+def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt:
+    """What is felt along a trial whose log is given; accelerations are differences of the logged rates."""
+    vdot = np.gradient(record.v, settings.log_period, axis=0, edge_order=2)
+    step = round(settings.sample_period / settings.log_period)
+    q, v, vdot = (column[step::step] for column in (record.q, record.v, vdot))
+    Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
+    model.set_payload(np.zeros(NUM_PARAMETERS))
+    tau_arm = []
+    for k in range(len(q)):
+        model.set_state(np.concatenate([q[k], v[k]]))
+        tau_arm.append(model.compute_inverse_dynamics(vdot[k]))
+    return Felt(np.mean(tau_arm, axis=0), Y.mean(axis=0), np.einsum("kij,kil->jl", Y, Y))
+
+
+def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
+    """Bounds on the variances of the mean densities of M materials, the prior included, (M,).
+
+    The inverse of the prior's precision and the Fisher information at the truth. With Weber noise the mean torque is
+    felt once, and its information has a part from the mean and one from the size of the errors, as this depends on
+    the densities; with white noise every sample adds its own.
+
+    Args:
+        felt: What is felt.
+        Phi: Geometry of the object, (10, M).
+        own: True densities of the object, (M,), [kg/m^3].
+        noise: How well joints feel.
+        prior: Of the materials; the object's own densities deviate from theirs.
+    """
+    H = felt.Y @ Phi  # (num_joints, M)
+    tau = felt.tau_arm + H @ own
+    weights = 1.0 / noise.compute_sd(tau) ** 2
+    if isinstance(noise, WeberNoise):
+        growth = 2.0 * noise.weber_fraction**2 * weights * tau  # of the log variance with the torque
+        information = H.T @ ((weights + 0.5 * growth**2)[:, None] * H)
+    else:
+        information = weights[0] * Phi.T @ felt.YtY @ Phi  # the same at every torque
+    one = np.eye(len(own))
+    of_materials = np.linalg.solve(one + prior.deviation_sd**2 * information, information)
+    bound: Array = np.diag(np.linalg.inv(of_materials + one / prior.sd**2)).copy()
+    return bound
