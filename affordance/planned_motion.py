@@ -147,3 +147,9 @@ class MotionEnergies:
             tau *= self._per_tau_max
             load[chunk] = tau.max(axis=0)
         return work, effort, load
+
+    def compute_joint_loads(self, pi: Array) -> Array:
+        """Computes the largest part of each joint's torque limit, (num_joints, S); argument as of ``compute``."""
+        parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
+        loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
+        return loads
