@@ -48,6 +48,25 @@ class ModelFileError(AffordanceError):
         return _on_one_line(f"{self.path}: {self.problem}")
 
 
+class NoPlanError(AffordanceError):
+    """A controller that finds no motion within the limits of angle and rate.
+
+    Attributes:
+        time: When, since the motion began, [s].
+        place: Where that is, in words; empty if it is not known.
+    """
+
+    def __init__(self, time: float, place: str = "") -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(time, place)
+        self.time = time
+        self.place = place
+
+    def __str__(self) -> str:
+        near = f", near {self.place}" if self.place else ""
+        return _on_one_line(f"no plan keeps the joints' limits of angle and rate at t = {self.time:.3f} s{near}")
+
+
 class SeeingError(AffordanceError):
     """A picture from which the features of an object cannot be had.
 

@@ -3,7 +3,7 @@ import pickle
 import numpy as np
 import pytest
 
-from affordance.exceptions import BadValueError, ModelFileError, SeeingError, TooSmallError
+from affordance.exceptions import BadValueError, ModelFileError, NoPlanError, SeeingError, TooSmallError
 
 
 @pytest.mark.parametrize(
@@ -14,6 +14,10 @@ from affordance.exceptions import BadValueError, ModelFileError, SeeingError, To
             "a.yaml: tools[0].name: is 3, must be a text",
         ),
         (BadValueError("--jobs", "", "is 0"), "--jobs: is 0"),
+        (
+            NoPlanError(0.2, "point 2 of 4"),
+            "no plan keeps the joints' limits of angle and rate at t = 0.200 s, near point 2 of 4",
+        ),
         (ModelFileError("arm.sdf", "line 1\n  line 2"), "arm.sdf: line 1 line 2"),
     ],
 )
