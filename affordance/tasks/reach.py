@@ -60,8 +60,8 @@ class Reach:
         following = self.begin(model, p_TF)
         try:
             motion = plan_motion(model, following, duration=self.duration, settings=settings)
-        except NoPlanError as error:
-            raise NoPlanError(error.time, self.path.name_nearest_point(error.time)) from error
+        except NoPlanError as found:
+            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.tick * k for k in range(len(motion.q))])
         error = float(np.linalg.norm(places - asked, axis=1).max())
