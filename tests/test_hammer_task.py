@@ -9,7 +9,7 @@ from affordance.acceleration_program import MpcSettings
 from affordance.arm import ArmModel, load_arm
 from affordance.blow import deal_blow
 from affordance.diagram import build_trial_diagram
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, StallError
 from affordance.hammering_map import find_crossovers, map_work
 from affordance.nail import CONTACT_STIFFNESS
 from affordance.planned_motion import MotionEnergies, PlannedMotion
@@ -268,6 +268,17 @@ def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(ener
     assert np.abs(contact[times > leave]).max() > 100.0
     assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
     assert len(times) < 4000
+
+
+@pytest.mark.parametrize(
+    ("max_steps", "touching"),
+    [(20, r"nothing touching"), (490, r"(tool on nail|nail on tool)")],
+)
+def test_blow_of_too_many_steps_is_refused_with_what_touches(energies, monkeypatch, max_steps, touching):
+    monkeypatch.setattr("affordance.trial._MAX_STEPS", max_steps)
+    message = rf"with the stick stalls at t = 0\.\d+ s with {touching}, must take at most {max_steps} steps$"
+    with pytest.raises(StallError, match=message):
+        deal_blow(HELD["wood"], energies["wood"], list_densities([PLAIN]), DEFAULT_SETTINGS)
 
 
 def test_horizon_of_the_controller_does_not_decide_the_blow(energies):
