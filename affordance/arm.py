@@ -20,7 +20,15 @@ from pydrake.multibody.plant import (
     CoulombFriction,
     MultibodyPlant,
 )
-from pydrake.multibody.tree import Frame, JacobianWrtVariable, Joint, MultibodyForces, RigidBody, SpatialInertia
+from pydrake.multibody.tree import (
+    Frame,
+    JacobianWrtVariable,
+    Joint,
+    MultibodyForces,
+    RevoluteJoint,
+    RigidBody,
+    SpatialInertia,
+)
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.exceptions import ModelFileError
@@ -255,14 +263,26 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Refuses arms whose joints and actuators do not pair off one to one."""
-    num_others = plant.num_velocities() - num_joints
-    if not num_joints == plant.num_positions() - num_others == plant.num_actuators() > 0:
+    """Refuses arms whose joints are not revolute, or do not pair off one to one with actuators."""
+    moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    # The nail's comes last.
+    joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]
+    for joint in joints:
+        if joint.child_body().is_floating_base_body():
+            problem = f"leaves {joint.child_body().name()} floating, must weld it to the world with add_weld"
+            raise ModelFileError(directives, problem)
+        if joint.type_name() != RevoluteJoint.kTypeName:
+            problem = f"has {joint.name()} of type {joint.type_name()}, must be {RevoluteJoint.kTypeName}"
+            raise ModelFileError(directives, problem)
+    driven = [plant.get_joint_actuator(index).joint().name() for index in plant.GetJointActuatorIndices()]
+    names = [joint.name() for joint in joints]
+    idle = [name for name in names if name not in driven]
+    if idle:
+        problem = f"has no actuator for {', '.join(idle)}; in a URDF Drake makes one of every <transmission>"
+        raise ModelFileError(directives, f"{problem}, in an SDF of every joint with an effort limit other than 0")
+    if not names or len(driven) > len(names):
         raise ModelFileError(
-            directives,
-            f"has {plant.num_positions() - num_others} positions, {num_joints} velocities and "
-            f"{plant.num_actuators()} actuators; "
-            "an arm needs joints of one degree of freedom, each with an actuator",
+            directives, f"has {len(names)} joints and {len(driven)} actuators, must have one for each"
         )
     if not np.allclose(plant.MakeActuationMatrix()[:num_joints], np.eye(num_joints)):
         raise ModelFileError(directives, "must list its actuators in the order of its joints")

@@ -48,6 +48,49 @@ class ModelFileError(AffordanceError):
         return _on_one_line(f"{self.path}: {self.problem}")
 
 
+class NoPlanError(AffordanceError):
+    """A controller that finds no motion within the limits of angle and rate.
+
+    Attributes:
+        time: When, since the motion began, [s].
+        place: Where that is, in words; empty if it is not known.
+    """
+
+    def __init__(self, time: float, place: str = "") -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(time, place)
+        self.time = time
+        self.place = place
+
+    def __str__(self) -> str:
+        near = f", near {self.place}" if self.place else ""
+        return _on_one_line(f"no plan keeps the joints' limits of angle and rate at t = {self.time:.3f} s{near}")
+
+
+class StallError(AffordanceError):
+    """A simulation whose integrator takes so many steps that it would not end.
+
+    Attributes:
+        tool: Name of the tool.
+        time: How far it came, [s].
+        num_steps: The most steps there may be.
+        touches: Names of the bodies that touch then, in pairs.
+    """
+
+    def __init__(self, tool: str, time: float, num_steps: int, touches: tuple[tuple[str, str], ...]) -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(tool, time, num_steps, touches)
+        self.tool = tool
+        self.time = time
+        self.num_steps = num_steps
+        self.touches = touches
+
+    def __str__(self) -> str:
+        touching = " and ".join(f"{one} on {other}" for one, other in self.touches) or "nothing touching"
+        problem = f"stalls at t = {self.time:.4f} s with {touching}, must take at most {self.num_steps} steps"
+        return _on_one_line(f"the simulated blow with the {self.tool} {problem}")
+
+
 class SeeingError(AffordanceError):
     """A picture from which the features of an object cannot be had.
 

@@ -38,6 +38,15 @@ class TimedPath:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
 
+    def name_nearest_point(self, time: float) -> str:
+        """Says in words which point is nearest in space to where the path is at a time, [s]."""
+        place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
+        nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
+        if nearest == 0:
+            return "the start"
+        where = ", ".join(f"{value:g}" for value in self.points[nearest - 1])
+        return f"point {nearest} of {len(self.points)} at [{where}]"
+
     def build_trajectory(self) -> Trajectory:
         """Builds position over time relative to the start, (3, 1), [m]; before and after it stands still.
 

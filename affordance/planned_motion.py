@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arm import ArmModel
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import NoPlanError
 from affordance.inertia import NUM_PARAMETERS
 from affordance.kinematics import build_chain
 from affordance.mpc import MinimumAccelerationMpc, MpcStatus
@@ -67,7 +67,7 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
         settings: Those of the controller; torque limits are left aside.
 
     Raises:
-        AffordanceError: The controller finds no plan.
+        NoPlanError: The controller finds no plan.
     """
     endless = np.full_like(model.arm.limits.tau_max, np.inf)
     limits = model.arm.keep_clear(settings.angle_margin)._replace(tau_max=endless)
@@ -81,7 +81,7 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
         model.set_state(x)
         solution = mpc.solve(x, task.compute_goal(model, x, k * tick, horizon), model)
         if solution.status is MpcStatus.FAILED:
-            raise AffordanceError(f"no motion could be planned: the controller found no plan at t = {k * tick:.3f} s")
+            raise NoPlanError(k * tick)
         vdot = solution.vdot[0]
         rows.append((q, v, vdot))
         q, v = q + tick * v + 0.5 * tick**2 * vdot, v + tick * vdot
@@ -147,3 +147,9 @@ class MotionEnergies:
             tau *= self._per_tau_max
             load[chunk] = tau.max(axis=0)
         return work, effort, load
+
+    def compute_joint_loads(self, pi: Array) -> Array:
+        """Computes the largest part of each joint's torque limit, (num_joints, S); argument as of ``compute``."""
+        parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
+        loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
+        return loads

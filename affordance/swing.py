@@ -180,10 +180,7 @@ def plan_swing(
     result = SnoptSolver().Solve(program)
     found = result.GetSolution(z)
     if not result.is_success() or not condition.is_met(found):
-        raise AffordanceError(
-            f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s "
-            f"({result.get_solution_result().name})"
-        )
+        raise AffordanceError(f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s")
     return Swing(home, found[:n], found[n:], D)
 
 

@@ -11,6 +11,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, EventStatus
 
 from affordance.diagram import TrialDiagram, build_trial_diagram
+from affordance.exceptions import StallError
 from affordance.eye import look
 from affordance.memory import MaterialMemory
 from affordance.nail import NailPlacement
@@ -31,6 +32,10 @@ SURPRISE = 2.87e-7
 
 # A nail feels a tool from this force on, [N].
 _TOUCH = 1.0
+
+# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
+# minute or two, the integrator has stalled.
+_MAX_STEPS = 200_000
 
 # Drake rounds the times of periodic events, some of them to beyond the end of a trial: 0.1 + 29 x 0.1 > 3, [s].
 _ROUNDING = 1e-9
@@ -139,18 +144,24 @@ class TrialRunner:
     def run_blow(
         self, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: tuple[int, ...]
     ) -> tuple[TrialRecord, NailRecord]:
-        """Strikes a nail and comes to rest again; arguments are those of ``run``."""
+        """Strikes a nail and comes to rest again; arguments are those of ``run``.
+
+        Raises:
+            StallError: The integrator takes too many steps.
+        """
         trial = self.get_diagram(tool, strike.placement)
         simulator = self.prepare(trial, tool, strike, memory, seed)
+        watch = _Watch(trial.arm.plant, tool.name)
+        simulator.set_monitor(watch)
         touch, leave = strike.contact
         duration = strike.compute_duration(self.settings.mpc.horizon)
         _advance(simulator, self.settings.simulator, touch)
         _advance(simulator, self.settings.contact_simulator, leave)
         # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
-        simulator.set_monitor(functools.partial(_stop_at_touch, trial.arm.plant))
+        watch.stops_at_touch = True
         end = duration + _ROUNDING
         if not _advance(simulator, self.settings.simulator, end):
-            simulator.clear_monitor()
+            watch.stops_at_touch = False
             _advance(simulator, self.settings.second_touch_simulator, end)
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
@@ -190,12 +201,37 @@ def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)
 
 
-def _stop_at_touch(plant: MultibodyPlant, context: Context) -> EventStatus:
-    """A monitor that ends a simulation where anything touches."""
-    results: Any = plant.get_contact_results_output_port().Eval(plant.GetMyContextFromRoot(context))
-    if results.num_point_pair_contacts():
-        return EventStatus.ReachedTermination(plant, "touch")
-    return EventStatus.DidNothing()
+class _Watch:
+    """A monitor of a blow: refuses one that stalls, and while it is asked to, stops where anything touches."""
+
+    def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
+        """Takes the plant that is simulated, and what to call the tool."""
+        self.stops_at_touch = False
+        self._plant = plant
+        self._tool_name = tool_name
+        self._num_steps = 0
+
+    def __call__(self, context: Context) -> EventStatus:
+        """Counts a step of the integrator.
+
+        Raises:
+            StallError: It is one too many.
+        """
+        self._num_steps += 1
+        if self._num_steps > _MAX_STEPS:
+            raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
+        if self.stops_at_touch and self._get_contacts(context).num_point_pair_contacts():
+            return EventStatus.ReachedTermination(self._plant, "touch")
+        return EventStatus.DidNothing()
+
+    def _get_contacts(self, context: Context) -> Any:
+        return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
+
+    def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """Names the bodies that touch, in pairs."""
+        contacts, get_body = self._get_contacts(context), self._plant.get_body
+        pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
+        return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
 
 
 def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:

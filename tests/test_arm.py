@@ -154,7 +154,33 @@ def test_arm_without_a_hand_frame_is_refused(tmp_path):
 
 def test_arm_with_a_joint_without_actuator_is_refused(tmp_path):
     path = write_copy(tmp_path, "<effort>9.5</effort>", "<effort>0</effort>")
-    with pytest.raises(ModelFileError, match=r"has 7 positions, 7 velocities and 6 actuators; an arm needs"):
+    message = (
+        r"arm.dmd.yaml: has no actuator for wrist_deviation; in a URDF .* <transmission>, in an SDF .* other than 0$"
+    )
+    with pytest.raises(ModelFileError, match=message):
+        load_arm(path)
+
+
+def test_arm_without_a_moving_joint_is_refused(tmp_path):
+    path = write_copy(tmp_path, 'type="revolute"', 'type="fixed"')
+    before, _, rest = path.read_text().partition("      default_joint_positions:")
+    path.write_text(before + rest[rest.index("  - add_weld:") :])
+    with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: has 0 joints and 0 actuators, must have one for each$"):
+        load_arm(path)
+
+
+def test_base_that_floats_is_refused_by_name(tmp_path):
+    path = write_copy(tmp_path, "", "")
+    path.write_text(path.read_text().partition("  - add_weld:")[0])
+    with pytest.raises(
+        ModelFileError, match=r"arm.dmd.yaml: leaves base floating, must weld it to the world with add_"
+    ):
+        load_arm(path)
+
+
+def test_joint_of_another_type_is_refused_by_name_and_type(tmp_path):
+    path = write_copy(tmp_path, 'name="elbow_flexion" type="revolute"', 'name="elbow_flexion" type="prismatic"')
+    with pytest.raises(ModelFileError, match=r"has elbow_flexion of type prismatic, must be revolute$"):
         load_arm(path)
 
 

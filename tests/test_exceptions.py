@@ -3,7 +3,7 @@ import pickle
 import numpy as np
 import pytest
 
-from affordance.exceptions import BadValueError, ModelFileError, SeeingError, TooSmallError
+from affordance.exceptions import BadValueError, ModelFileError, NoPlanError, SeeingError, StallError, TooSmallError
 
 
 @pytest.mark.parametrize(
@@ -14,6 +14,15 @@ from affordance.exceptions import BadValueError, ModelFileError, SeeingError, To
             "a.yaml: tools[0].name: is 3, must be a text",
         ),
         (BadValueError("--jobs", "", "is 0"), "--jobs: is 0"),
+        (
+            NoPlanError(0.2, "point 2 of 4"),
+            "no plan keeps the joints' limits of angle and rate at t = 0.200 s, near point 2 of 4",
+        ),
+        (
+            StallError("stick", 0.91234, 200_000, (("tool", "nail"),)),
+            "the simulated blow with the stick stalls at t = 0.9123 s with tool on nail, must take at most 200000 "
+            "steps",
+        ),
         (ModelFileError("arm.sdf", "line 1\n  line 2"), "arm.sdf: line 1 line 2"),
     ],
 )

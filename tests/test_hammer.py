@@ -22,6 +22,7 @@ from affordance.faults import Faults
 from affordance.hammering_map import find_crossovers
 from affordance.results import write_json
 from affordance.settings import Sight
+from affordance.tasks.hammer import BlowEnergies
 from affordance.tools import MODELS
 
 CONTRACT = {
@@ -257,7 +258,8 @@ def test_experience_gained_for_reaching_serves_hammering(config, choices, tmp_pa
         (
             "depth_demanded: 0.01722",
             "depth_demanded: 0.05",
-            r"nail.yaml: depth_demanded: cannot be reached with the stick by wood: a joint lacks torque or speed",
+            r"nail.yaml: depth_demanded: is 0.05 m and asks for 1240 N, for which with the stick by wood "
+            r"wrist_deviation must bear 1.91 times its torque limit; must be at most 0.0267 m",
         ),
         (
             "direction: [0, 0, -1]",
@@ -273,4 +275,14 @@ def test_blow_that_cannot_be_dealt_is_refused(tmp_path, old, new, message):
     assert old in path.read_text()
     path.write_text(path.read_text().replace(old, new))
     with pytest.raises(BadValueError, match=message):
+        hammer.load_config(tmp_path / "models")
+
+
+def test_arm_that_can_drive_no_nail_is_refused_without_a_bound(tmp_path, monkeypatch):
+    """An arm that is too weak even for the slowest swing, as the search for the greatest depth would find it."""
+    monkeypatch.setattr(BlowEnergies, "find_greatest_depth", lambda self, pi: self.hammer.nail.depth_set)
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "nail.yaml"
+    path.write_text(path.read_text().replace("depth_demanded: 0.01722", "depth_demanded: 0.05"))
+    with pytest.raises(BadValueError, match=r"1\.91 times its torque limit; no depth is within the joints' limits$"):
         hammer.load_config(tmp_path / "models")

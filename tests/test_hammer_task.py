@@ -9,7 +9,7 @@ from affordance.acceleration_program import MpcSettings
 from affordance.arm import ArmModel, load_arm
 from affordance.blow import deal_blow
 from affordance.diagram import build_trial_diagram
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, StallError
 from affordance.hammering_map import find_crossovers, map_work
 from affordance.nail import CONTACT_STIFFNESS
 from affordance.planned_motion import MotionEnergies, PlannedMotion
@@ -130,6 +130,33 @@ def test_blow_beyond_the_table_is_refused(energies, own_model):
     assert not energies["steel"].compute(PI["steel"][None], force=3000.0).feasible[0]
 
 
+def ask_for_depth(hammer, depth):
+    nail = dataclasses.replace(hammer.nail, depth_demanded=depth)
+    return dataclasses.replace(hammer, nail=nail, force=nail.force_demanded)
+
+
+def test_lack_names_speed_or_the_joint_that_lacks_torque(hammer, energies, own_model):
+    assert not energies["wood"].describe_lack(PI["wood"])
+    parts = HELD["wood"].components
+    strong = ask_for_depth(hammer, 0.05).build_energies(own_model, parts, DEFAULT_SETTINGS)
+    assert strong.describe_lack(PI["wood"]) == "wrist_deviation must bear 1.91 times its torque limit"
+    fast = ask_for_depth(hammer, 0.5).build_energies(own_model, parts, DEFAULT_SETTINGS)
+    (speed,) = fast.find_speed(PI["wood"][None])
+    message = f"the tip must strike with {speed:.3g} m/s, the joints' limits allow {fast.speeds[-1]:.3g} m/s"
+    assert fast.describe_lack(PI["wood"]) == message
+
+
+def test_greatest_depth_is_where_the_first_joint_meets_its_limit(hammer, energies, own_model):
+    assert energies["wood"].find_greatest_depth(PI["wood"]) == hammer.nail.depth_demanded
+    parts = HELD["wood"].components
+    strong = ask_for_depth(hammer, 0.05).build_energies(own_model, parts, DEFAULT_SETTINGS)
+    depth = strong.find_greatest_depth(PI["wood"])
+    for asked, feasible in ((depth - 1e-5, True), (depth + 1e-5, False)):
+        alone = ask_for_depth(hammer, asked).build_energies(own_model, parts, DEFAULT_SETTINGS)
+        assert bool(alone.compute(PI["wood"][None]).feasible[0]) is feasible
+        assert bool(alone.describe_lack(PI["wood"])) is not feasible
+
+
 def test_nail_out_of_reach_is_an_obstacle(hammer, own_model):
     far = dataclasses.replace(hammer, offset=(0.5, 0.0, -0.1))
     energies = far.build_energies(own_model, HELD["wood"].components, DEFAULT_SETTINGS)
@@ -241,6 +268,17 @@ def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(ener
     assert np.abs(contact[times > leave]).max() > 100.0
     assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
     assert len(times) < 4000
+
+
+@pytest.mark.parametrize(
+    ("max_steps", "touching"),
+    [(20, r"nothing touching"), (490, r"(tool on nail|nail on tool)")],
+)
+def test_blow_of_too_many_steps_is_refused_with_what_touches(energies, monkeypatch, max_steps, touching):
+    monkeypatch.setattr("affordance.trial._MAX_STEPS", max_steps)
+    message = rf"with the stick stalls at t = 0\.\d+ s with {touching}, must take at most {max_steps} steps$"
+    with pytest.raises(StallError, match=message):
+        deal_blow(HELD["wood"], energies["wood"], list_densities([PLAIN]), DEFAULT_SETTINGS)
 
 
 def test_horizon_of_the_controller_does_not_decide_the_blow(energies):

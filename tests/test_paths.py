@@ -15,6 +15,20 @@ points:
 """
 
 
+@pytest.mark.parametrize(
+    ("time", "name"),
+    [
+        (0.0, "the start"),
+        (0.5, "the start"),
+        (1.0, "point 1 of 2 at [0.1, 0, 0.2]"),
+        (2.0, "point 2 of 2 at [0.3, -0.1, 0.2]"),
+        (2.5, "point 2 of 2 at [0.3, -0.1, 0.2]"),
+    ],
+)
+def test_nearest_point_is_named_by_number_and_place(time, name):
+    assert TimedPath(POINTS, duration=2.0, tolerance=0.01).name_nearest_point(time) == name
+
+
 def test_path_runs_through_its_points_from_rest_to_rest():
     path = TimedPath(POINTS, duration=2.0, tolerance=0.01).build_trajectory()
     assert (path.start_time(), path.end_time()) == (0.0, 2.0)

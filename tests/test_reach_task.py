@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 from affordance.arm import ArmModel, load_arm
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import NoPlanError
 from affordance.inertia import Ellipsoid, build_inertia_map
 from affordance.mpc import MinimumAccelerationMpc, MpcSolution, MpcStatus
 from affordance.paths import load_path
 from affordance.planned_motion import MotionEnergies, plan_motion
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.tasks.reach import Reach
-from affordance.tools import MODELS
+from affordance.tools import MODELS, load_materials, load_tools
 
+STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 P_TF = np.array([0.3, 0.0, 0.0])
 HORIZON = DEFAULT_SETTINGS.mpc.horizon
 
@@ -161,5 +162,7 @@ def test_chunks_do_not_change_the_costs(model, motion):
 def test_controller_without_a_plan_is_said(reach, model, monkeypatch):
     failed = MpcSolution(np.full((12, 7), np.nan), np.full(7, np.nan), MpcStatus.FAILED)
     monkeypatch.setattr(MinimumAccelerationMpc, "solve", lambda *arguments: failed)
-    with pytest.raises(AffordanceError, match=r"no motion could be planned: .* at t = 0.000 s"):
+    with pytest.raises(NoPlanError, match=r"^no plan keeps the joints' limits of angle and rate at t = 0.000 s$"):
         plan_motion(model, reach.begin(model, P_TF), duration=0.1, settings=DEFAULT_SETTINGS)
+    with pytest.raises(NoPlanError, match=r"at t = 0.000 s, near the start$"):
+        reach.build_energies(model, STICK.components, DEFAULT_SETTINGS)

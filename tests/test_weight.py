@@ -150,6 +150,17 @@ def test_honest_objects_of_another_material_are_refused(tmp_path):
         weight.load_config(models)
 
 
+@pytest.mark.parametrize("density", [8500.0, 11340.0])
+def test_decoy_that_is_not_lighter_than_it_looks_is_refused(tmp_path, density):
+    models = write_models(tmp_path, "material: beech, looks_like: brass", "material: dense, looks_like: brass")
+    materials = models / "materials.yaml"
+    entry = f'dense: {{colour: "#112233", density: {density}, density_sd: 87, source: test}}\n'
+    materials.write_text(materials.read_text() + entry)
+    message = rf"weight.yaml: tools: decoy: has a density of {density:g} kg/m\^3, must be less than the 8500 of brass"
+    with pytest.raises(BadValueError, match=message):
+        weight.load_config(models)
+
+
 def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
     models = write_models(tmp_path, "[0.125, 0.015, 0.015]", "[0.125, 0.06, 0.06]")
     # 16.0 kg 0.315 m from the wrist, and the hand's 0.438 kg at 0.095 m: 49.9 N m.

@@ -5,6 +5,7 @@ driving a nail with a demanded peak force costs least. They never hold it. Which
 measured: both blows are simulated with the true densities, contact included.
 """
 
+import math
 import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
@@ -83,9 +84,11 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
         for grip, energies in get_energies(config, tool).items():
             if energies.obstacle:
                 raise BadValueError(path, "blow", f"cannot be dealt: {tool.name} by {grip}: {energies.obstacle}")
-            if not energies.compute(hold(tool)[grip].parameters[None]).feasible[0]:
-                problem = f"cannot be reached with the {tool.name} by {grip}: a joint lacks torque or speed"
-                raise BadValueError(path, "depth_demanded", problem)
+            lack = energies.describe_lack(hold(tool)[grip].parameters)
+            if lack:
+                asked = f"is {config.task.nail.depth_demanded:g} m and asks for {config.task.force:.0f} N"
+                problem = f"{asked}, for which with the {tool.name} by {grip} {lack}"
+                raise BadValueError(path, "depth_demanded", f"{problem}; {_bound_depth(config)}")
         executed = execute(config, tool)
         for grip, blow in executed.items():
             if abs(blow.force / config.task.force - 1.0) > FORCE_TOLERANCE:
@@ -93,6 +96,19 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(models, tool, [blow.work for blow in executed.values()])
     return config
+
+
+def _bound_depth(config: HammerConfig) -> str:
+    """Says how deep a nail can be driven at most with either grip of either object."""
+    depth = min(
+        energies.find_greatest_depth(hold(tool)[grip].parameters)
+        for tool in (config.novel.plain, config.novel.headed)
+        for grip, energies in get_energies(config, tool).items()
+    )
+    floor = math.floor(1e4 * depth) / 1e4
+    if floor <= config.task.nail.depth_set:
+        return "no depth is within the joints' limits"
+    return f"must be at most {floor:g} m"
 
 
 def run(config: HammerConfig, folder: Path, *, repeats: int, jobs: int) -> None:

@@ -90,6 +90,12 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     if honest != looks:
         names = ", ".join(sorted(material.name for material in honest))
         raise BadValueError(path, "tools", f"before the decoy are made of {names}, must be of the one they look like")
+    (look,) = looks
+    decoy = tools[-1]
+    density = decoy.mass / sum(component.shape.volume for component in decoy.components)
+    if density >= look.density * (1.0 - 1e-9):  # equal, but for rounding, is not less
+        problem = f"has a density of {density:g} kg/m^3, must be less than the {look.density:g} of {look.name}"
+        raise BadValueError(path, f"tools: {decoy.name}", f"{problem}, which it looks like")
     settings = Settings(arm=models / ARM.name, sight=sight)
     check_tools_can_be_held(path, tools, settings)
     return WeightConfig(tools, seed, settings)

@@ -29,6 +29,8 @@ _AtNode = Callable[[int, Array], tuple[Array, ...]]
 _SPEED_STEP, _SPEED_GROWTH = 0.25, 0.06
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
+# Of the search for the greatest depth: a nail's length is then known to micrometres.
+_HALVINGS = 16
 
 
 @dataclass(frozen=True)
@@ -108,6 +110,7 @@ class BlowEnergies:
         self.hammer = hammer
         self.obstacle = ""
         self.target = hammer.aim(model, parts)
+        self._joint_names = model.arm.joint_names
         self.swings: list[Swing] = []
         self._masses: list[EffectiveMass] = []
         speeds, fastest = [0.0], _SPEED_STEP
@@ -160,6 +163,35 @@ class BlowEnergies:
         """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
         work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self._motions[node].compute_load(chunk))
         return Costs(work, effort, (load <= 1.0) & (speed <= self.speeds[-1]))
+
+    def describe_lack(self, pi: Array) -> str:
+        """Says what a tool of inertial parameters pi, (10,), lacks for the blow; empty if nothing."""
+        if self.obstacle or self.compute(pi[None]).feasible[0]:
+            return self.obstacle
+        speed = self.find_speed(pi[None])
+        if speed[0] > self.speeds[-1]:
+            return f"the tip must strike with {speed[0]:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
+        loads = self._interpolate(
+            speed, pi[None], lambda node, one: tuple(self._motions[node].compute_joint_loads(one))
+        )
+        worst = int(np.argmax(loads))
+        (_, _, load) = self._interpolate(speed, pi[None], lambda node, one: self._motions[node].compute_load(one))
+        return f"{self._joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
+
+    def find_greatest_depth(self, pi: Array) -> float:
+        """Finds how deep the nail can be driven at most with a tool of inertial parameters pi, (10,), [m].
+
+        Returns: A depth up to the one that is asked for; the one it is set to if no blow can be dealt.
+        """
+        nail = self.hammer.nail
+        low, high = nail.depth_set, nail.depth_demanded
+        if self.compute(pi[None]).feasible[0]:
+            return high
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            feasible = self.compute(pi[None], nail.stiffness * middle).feasible[0]
+            low, high = (middle, high) if feasible else (low, middle)
+        return low
 
     def plan(
         self, model: ArmModel, pi: Array, settings: Settings, force: float | None = None, nail: Nail | None = None

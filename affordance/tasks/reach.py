@@ -9,6 +9,7 @@ from pydrake.trajectories import Trajectory
 
 from affordance.acceleration_program import TerminalGoal
 from affordance.arm import ArmModel
+from affordance.exceptions import NoPlanError
 from affordance.kinematics import build_chain
 from affordance.paths import TimedPath
 from affordance.planned_motion import MotionEnergies, plan_motion
@@ -51,10 +52,16 @@ class Reach:
             model: The arm; its state is set.
             parts: What the tool is made of, posed relative to the hand.
             settings: Those of the controller.
+
+        Raises:
+            NoPlanError: The controller finds no plan.
         """
         p_TF = find_free_end(parts)
         following = self.begin(model, p_TF)
-        motion = plan_motion(model, following, duration=self.duration, settings=settings)
+        try:
+            motion = plan_motion(model, following, duration=self.duration, settings=settings)
+        except NoPlanError as found:
+            raise NoPlanError(found.time, self.path.name_nearest_point(found.time)) from found
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.tick * k for k in range(len(motion.q))])
         error = float(np.linalg.norm(places - asked, axis=1).max())
