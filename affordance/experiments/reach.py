@@ -232,7 +232,7 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
             f"{repeats} simulated observers hold the objects of simulation II and after every trial choose which end "
             f"of the {plain} to hold, to move its free end along a path of {config.task.duration:g} s with the least "
             f"work. They never hold the {plain}. Beside it they choose about the {headed_name}: "
-            f"{describe_headed(numbers)}. Both are of {' and '.join(numbers['density_true'])}."
+            f"{describe_headed(numbers)}. {_describe_materials(config.novel.plain, config.novel.headed)}"
         ),
         pictures=[
             Picture(
@@ -252,6 +252,16 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
             describe_effort(numbers),
         ],
     )
+
+
+def _describe_materials(plain: Tool, headed: Tool) -> str:
+    """Says what the two objects are made of."""
+    of_plain, of_headed = (
+        list(dict.fromkeys(part.material.name for part in tool.components)) for tool in (plain, headed)
+    )
+    if set(of_plain) == set(of_headed):
+        return f"Both are of {' and '.join(of_plain)}."
+    return f"The {plain.name} is of {' and '.join(of_plain)}, the {headed.name} of {' and '.join(of_headed)}."
 
 
 def _draw(

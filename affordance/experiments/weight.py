@@ -217,6 +217,9 @@ def describe(config: WeightConfig, numbers: Mapping[str, Any], repeats: int) -> 
     growth_low = numbers["drop_growth_m_ci95"][:, 0]
     error = abs(median[-1] / true - 1.0)
     last = len(drop)
+    *_, longest, decoy = config.tools
+    looks = "the last one" if decoy.appearance == longest.appearance else decoy.components[0].looks_like.name
+    made = " and ".join(dict.fromkeys(part.material.name for part in decoy.components))
     claims = [
         Claim(
             "IV-A, figure 3",
@@ -266,8 +269,7 @@ def describe(config: WeightConfig, numbers: Mapping[str, Any], repeats: int) -> 
         title="Simulation I: the weight of objects (Mounoud and Bower)",
         summary=(
             f"{repeats} simulated observers are given {last} {config.tools[0].components[0].material.name} objects, "
-            "from short to long, then a decoy that looks like the last one and is made of "
-            f"{config.tools[-1].components[0].material.name}. Each is put into the outstretched hand and held for "
+            f"then a decoy that looks like {looks} and is made of {made}. Each is put into the hand and held for "
             f"{config.duration:g} s; what the joints felt updates the belief about the material before the next."
         ),
         pictures=[
