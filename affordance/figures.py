@@ -121,9 +121,11 @@ def draw_heights(
             axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
             _shade(axes, times, mean.low[k], mean.high[k], colour)
     every.sharey(one)
-    learned = _METRES_TO_CM * max(np.abs(mean.low[1:-1]).max(), np.abs(mean.high[1:-1]).max())
-    near.set_ylim(-1.5 * learned, 1.5 * learned)
     _mark_times(times, one, every, near)
+    # By the curves: with few observers the intervals reach further than all of what is to be enlarged.
+    low, high = every.get_ylim()
+    learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
+    near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height of the object's centre (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=FONT_SIZE)

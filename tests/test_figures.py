@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 from affordance.figures import (
@@ -53,6 +54,24 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
     np.testing.assert_allclose(drawn[2].get_ydata(), 100 * heights[0, 2])
     assert len({line.get_color() for line in drawn}) == 3
     np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
+
+
+def test_heights_around_the_goal_are_enlarged_however_few_observers():
+    """Of two observers the intervals reach twelve times as far as they are apart."""
+    curve = np.sin(np.linspace(0, 3, 31)) / np.sin(np.linspace(0, 3, 31)).max()
+    heights = np.stack([[-0.05 * curve, size * 0.01 * curve, 0.14 * curve] for size in (0.1, 1.9)])
+    figure = draw_heights(
+        times=np.linspace(0, 3, 31),
+        shown=heights[0],
+        mean=estimate_mean(heights),
+        labels=["one", "two", "decoy"],
+        shown_label="seed 0",
+        num_repeats=2,
+    )
+    _, every, near = figure.axes
+    (low, high), (least, most) = near.get_ylim(), every.get_ylim()
+    assert least <= low < high <= most
+    assert (low, high) == pytest.approx((-1.5, 1.5))
 
 
 def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
