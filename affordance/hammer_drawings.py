@@ -25,6 +25,8 @@ _ALMOST = 0.999
 # What a colour bar of ratios is marked with, as far as it goes, and how far it goes at least.
 _RATIOS = np.array([1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0])
 _LEAST_RATIO = 1.2
+# A label stands on the other side of a case that lies beyond so much of a map.
+_ROOM = 0.75
 _NOT_FEASIBLE = "#C8C8C8"
 
 
@@ -79,7 +81,9 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     below.set_ylabel("travel (mm)")
     below.set_ylim(bottom=0.0)
     below.set_xlabel("time from the first touch (ms)")
-    above.set_title("Forces on the nail; the contact's peak at the first touch is cut off", fontsize=FONT_SIZE)
+    cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())
+    remark = "; the contact's peak at the first touch is cut off" if cut else ""
+    above.set_title(f"Forces on the nail{remark}", fontsize=FONT_SIZE)
     above.legend(frameon=False, loc="upper right", fontsize=9)
     tidy(above, below)
     return figure
@@ -141,8 +145,17 @@ def draw_map(
     axes.plot(
         *case, "*", color="#000000", markersize=15.0, markeredgecolor="#FFFFFF", markeredgewidth=1.3, zorder=4.0
     )
+    right, top = _is_near_the_end(forces, case[0]), _is_near_the_end(values, case[1])
     axes.annotate(
-        case_label, case, xytext=(9, 7), textcoords="offset points", fontweight="bold", path_effects=halo, zorder=4.0
+        case_label,
+        case,
+        xytext=(-9 if right else 9, -7 if top else 7),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        va="top" if top else "baseline",
+        fontweight="bold",
+        path_effects=halo,
+        zorder=4.0,
     )
     axes.set_xlabel("demanded force (N)")
     axes.set_ylabel(value_label)
@@ -155,6 +168,11 @@ def draw_map(
     bar.ax.set_xlabel(f"{other}\ncheaper", fontsize=9)
     bar.set_label("work of the dearer grip over the cheaper one's")
     return figure
+
+
+def _is_near_the_end(values: Array, value: float) -> bool:
+    """Whether there is no room for a label beyond a value."""
+    return bool(value > values[0] + _ROOM * np.ptp(values))
 
 
 def _fill(axes: Axes, forces: Array, values: Array, cells: NDArray[np.bool_], like: Patch) -> None:

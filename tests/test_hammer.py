@@ -14,7 +14,13 @@ from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
-from affordance.experiments.hammer_blows import build_choices, check_first_crossover, execute, get_energies
+from affordance.experiments.hammer_blows import (
+    build_choices,
+    check_first_crossover,
+    execute,
+    get_energies,
+    list_densities_of_map,
+)
 from affordance.experiments.hammer_report import describe
 from affordance.experiments.novel_objects import hold
 from affordance.experiments.preparation import switch_faults_on
@@ -138,6 +144,15 @@ def test_blows_are_those_of_the_tool_that_is_asked_for(config):
         for tool in (plain, headed, dataclasses.replace(plain), dataclasses.replace(plain, name="a third"))
     }
     assert speeds["a third"] == speeds[plain.name] != speeds[headed.name]
+
+
+@pytest.mark.parametrize(
+    ("true", "least", "most"),
+    [(7850.0, 300.0, 11_340.0), (11_340.0, 300.0, 12_474.0), (19_300.0, 300.0, 21_230.0), (110.0, 100.0, 11_340.0)],
+)
+def test_map_holds_the_true_density(true, least, most):
+    densities = list_densities_of_map(true)
+    assert (densities[0], densities[-1]) == pytest.approx((least, most))
 
 
 def test_share_of_light_ends_is_of_what_was_chosen():

@@ -58,6 +58,12 @@ def test_blows_are_drawn_from_the_first_touch_in_millimetres_and_milliseconds(re
     assert any(label.startswith("contact with the tool, held by wood (peak 1") for label in lines)
 
 
+def test_peak_is_said_to_be_cut_off_where_it_is(records):
+    assert "cut off" in draw_blow(records, force_demanded=427.0).axes[0].get_title()
+    seen = {grip: record._replace(contact=record.resistance) for grip, record in records.items()}
+    assert draw_blow(seen, force_demanded=427.0).axes[0].get_title() == "Forces on the nail"
+
+
 def test_any_number_of_grips_is_drawn_and_told_apart(records):
     (record, _) = records.values()
     grips = [f"held by {k}" for k in range(7)]
@@ -139,6 +145,17 @@ def test_contour_of_the_map_is_where_both_cost_the_same_and_the_case_is_marked()
     (star,) = (line for line in axes.get_lines() if line.get_marker() == "*")
     assert (star.get_xdata()[0], star.get_ydata()[0]) == (250.0, 7850.0)
     assert "the paper's" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize("case", [(250.0, 7850.0), (250.0, 8800.0), (390.0, 8900.0), (110.0, 1100.0)])
+def test_name_of_the_case_stays_on_the_map(tmp_path, case):
+    figure = draw_the_map(case=case, case_label="simulation IV")
+    save_figure(figure, tmp_path, "map")
+    axes = figure.axes[0]
+    (label,) = (text for text in axes.texts if text.get_text() == "simulation IV")
+    name, room = label.get_window_extent(), axes.get_window_extent()
+    assert room.x0 <= name.x0 < name.x1 <= room.x1
+    assert room.y0 <= name.y0 < name.y1 <= room.y1
 
 
 @pytest.mark.parametrize("can", [True, False])
