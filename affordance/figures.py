@@ -156,7 +156,7 @@ def draw_heights_of_points(
         shown_label: Which run is shown.
         num_repeats: How many observers the mean is of.
     """
-    figure = Figure(figsize=(12.0, 3.8))
+    figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
     # As in the paper's figure 6: red, blue, and green for the decoy.
     of_decoy, *others = (OBJECT_COLOURS[i] for i in (1, 2, 0, 3, 4, 5))
@@ -176,8 +176,9 @@ def draw_heights_of_points(
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
-    every.legend(frameon=False, loc="center right")
-    points.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.73))
+    # The first serves two of the three plots.
+    for handles, side in ((every.get_legend_handles_labels()[0], "left"), (points.lines[: len(decoy)], "right")):
+        figure.legend(handles=handles, frameon=False, loc=f"outside lower {side}")
     tidy(one, every, points)
     return figure
 

@@ -86,8 +86,9 @@ def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
         shown_label="seed 0",
         num_repeats=6,
     )
-    _, every, points = figure.axes
-    assert [text.get_text() for text in every.get_legend().get_texts()] == ["one", "two", "three", "decoy"]
+    *_, points = figure.axes
+    of_objects, of_points = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
+    assert (of_objects, of_points) == (["one", "two", "three", "decoy"], names)
     assert_told_apart(points, names)
 
 
