@@ -3,6 +3,7 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from affordance.figures import OBJECT_COLOURS, save_figure
 from affordance.hammer_drawings import draw_blow, draw_map, draw_photographs
@@ -20,6 +21,34 @@ def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):
     for row, pictures in zip(axes, rows.values(), strict=True):
         for each, picture in zip(row, pictures, strict=True):
             np.testing.assert_array_equal(each.get_images()[0].get_array(), picture)
+
+
+LONG_NAMES = [f"held by _{end}_end_of_an_extraordinarily_long_painted_handle" for end in ("upper", "lower")]
+
+
+def test_long_names_leave_room_for_the_pictures(rng, tmp_path):
+    rows = {name: [rng.integers(0, 255, (38, 100, 3), dtype=np.uint8)] * 3 for name in LONG_NAMES}
+    figure = draw_photographs(rows, titles=["start", "strike", "nail"])
+    assert_all_is_on_the_figure(figure, tmp_path)
+    assert figure.axes[0].get_window_extent().width > 0.2 * figure.bbox.width
+
+
+def test_long_names_have_room_on_the_map(tmp_path):
+    work, feasible = (dict(zip(LONG_NAMES, each.values(), strict=True)) for each in (WORK, FEASIBLE))
+    label = "density of the extraordinarily_heavy_tungsten_alloy part (kg/m³)"
+    figure = draw_the_map(work=work, feasible=feasible, value_label=label, title=f"Work of {LONG_NAMES[0]} with it")
+    assert_all_is_on_the_figure(figure, tmp_path)
+    assert figure.axes[0].get_window_extent().height > 0.4 * figure.bbox.height
+
+
+def assert_all_is_on_the_figure(figure, folder):
+    save_figure(figure, folder, "a")
+    figure.draw_without_rendering()
+    for text in figure.findobj(Text):
+        if text.get_text() and text.get_visible():
+            box = text.get_window_extent()
+            assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1, text
+            assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1, text
 
 
 @pytest.fixture
