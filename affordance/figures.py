@@ -135,7 +135,8 @@ def draw_heights(
     one.set_ylabel("height of the object's centre (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
-    near.set_title("The same, enlarged around the goal", fontsize=FONT_SIZE)
+    enlarged = near.get_ylim() != (low, high)
+    near.set_title("The same, enlarged around the goal" if enlarged else "The same", fontsize=FONT_SIZE)
     figure.legend(frameon=False, loc="outside lower center", ncols=count_columns(names))
     tidy(one, every, near)
     return figure
@@ -183,8 +184,8 @@ def draw_heights_of_points(
     every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
     # The first serves two of the three plots.
-    for handles, side in ((every.get_legend_handles_labels()[0], "left"), (points.lines[: len(decoy)], "right")):
-        figure.legend(handles=handles, frameon=False, loc=f"outside lower {side}")
+    figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
+    figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
     return figure
 

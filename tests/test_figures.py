@@ -73,6 +73,7 @@ def test_heights_around_the_goal_are_enlarged_however_few_observers():
     (low, high), (least, most) = near.get_ylim(), every.get_ylim()
     assert least <= low < high <= most
     assert (low, high) == pytest.approx((-1.5, 1.5))
+    assert "enlarged" in near.get_title()
 
 
 def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
