@@ -183,6 +183,7 @@ def test_words_of_the_section_follow_its_numbers(config, numbers):
         (0.5, (0.49, 0.51), "its shape alone does not say which"),
     ):
         assert words in write(p_correct_headed_tool=[right], p_correct_headed_tool_ci95=[interval])
+    assert "Verdicts want about 20 observers" in write()
     low, high = numbers["force_crossover_checked"]
     deep = {**high, "travel_m": {"wood": 0.0073, "steel": 0.0071}}
     assert "to drive this nail by 7.3 mm with one blow" in write(force_crossover_checked=[low, deep])

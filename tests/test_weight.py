@@ -105,6 +105,7 @@ def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight_config, fo
     numbers = json.loads((folder / "metrics.json").read_text())
     numbers = {key: np.array(value) if isinstance(value, list) else value for key, value in numbers.items()}
     summary = weight.describe(weight_config, numbers, 3).summary
+    assert "Verdicts want about 20 observers" in summary
     assert "looks like the last one and is made of beech" in summary
     shuffled = dataclasses.replace(weight_config, tools=(*weight_config.tools[3::-1], weight_config.tools[-1]))
     assert "looks like brass and is made of beech" in weight.describe(shuffled, numbers, 3).summary
