@@ -9,12 +9,15 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Ellipse
 from numpy.typing import NDArray
 
+from affordance.figures import count_columns
 from affordance.tools import Tool
+from affordance.wording import fold, label
 
 Array = NDArray[np.float64]
 
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
+_TITLE_WIDTH = 60  # of one object, in letters
 _HAND = 0.022  # radius it is drawn with, [m]
 
 
@@ -63,9 +66,14 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
             material = part.material if drawing.as_made else part.looks_like
             colours[material.name] = material.colour
     for name, colour in colours.items():
-        handles += last.plot([], [], "o", color=colour, markeredgecolor="#000000", markersize=9.0, label=name)
+        handles += last.plot([], [], "o", color=colour, markeredgecolor="#000000", markersize=9.0, label=label(name))
     handles += last.plot([], [], "o", color="#DDDDDD", markeredgecolor="#666666", markersize=9.0, label="hand")
-    figure.legend(handles=handles, frameon=False, loc="outside lower center", ncols=len(handles))
+    figure.legend(
+        handles=handles,
+        frameon=False,
+        loc="outside lower center",
+        ncols=count_columns([str(each.get_label()) for each in handles]),
+    )
     return figure
 
 
@@ -108,4 +116,4 @@ def _draw_object(axes: Axes, drawing: Drawing) -> None:
     x, y, _ = _METRES_TO_CM * tool.p_TTcm
     axes.plot(x, y, "x", color="#FFFFFF", markersize=12.0, markeredgewidth=4.5)
     axes.plot(x, y, "x", color="#000000", markersize=11.0, markeredgewidth=2.2)
-    axes.set_title(f"{drawing.title} ({tool.mass:.2f} kg)", fontsize=10)
+    axes.set_title(fold(f"{drawing.title} ({tool.mass:.2f} kg)", _TITLE_WIDTH), fontsize=10)

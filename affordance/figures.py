@@ -1,5 +1,6 @@
 """Pictures of results. The colours are those of Okabe & Ito, which the colour-blind tell apart; heights are in cm."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import matplotlib
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from affordance.metrics import Estimate
 from affordance.results import write_whole
+from affordance.wording import count_observers, label
 
 Array = NDArray[np.float64]
 
@@ -25,6 +27,8 @@ FONT_SIZE = 10
 _MOST_WIDE_TICKS = 6
 # Of a legend below a figure, beside the length of its lines, in letters.
 _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
+# A legend within half a figure, in letters.
+_NARROW = 22
 _METRES_TO_CM = 100.0
 
 
@@ -38,9 +42,10 @@ def save_figure(figure: Figure, folder: Path, name: str) -> None:
     write_whole(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
 
 
-def _count_columns(labels: list[str]) -> int:
+def count_columns(labels: Sequence[str]) -> int:
     """How many names fit beside each other below a figure of 12 inches, 6 at most."""
-    return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + max(len(label) for label in labels))))
+    longest = max(len(line) for each in labels for line in each.split("\n"))
+    return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
 
 def tidy(*all_axes: Axes) -> None:
@@ -76,7 +81,7 @@ def draw_density_and_drop(
     left.set_ylabel("density (kg/m³)")
     left.set_ylim(0.0, 1.2 * max(density_true, quartiles.max()))
     left.legend(frameon=False, loc="lower right")
-    left.set_title(f"Density believed, median of {num_repeats} observers", fontsize=FONT_SIZE)
+    left.set_title(f"Density believed, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
 
     positions = np.arange(1, len(masses) + 1)
     height = _METRES_TO_CM * drop.mean
@@ -115,20 +120,24 @@ def draw_heights(
     figure = Figure(figsize=(12.0, 3.8))
     one, every, near = figure.subplots(1, 3, sharex=True)
     styles = [*(_style(k) for k in range(len(labels) - 1)), (DECOY_COLOUR, "-")]
-    for k, (label, (colour, line)) in enumerate(zip(labels, styles, strict=True)):
-        one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=label, linewidth=1.6)
+    names = [label(name) for name in labels]
+    for k, (name, (colour, line)) in enumerate(zip(names, styles, strict=True)):
+        one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=name, linewidth=1.6)
         for axes in (every, near):
             axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
             _shade(axes, times, mean.low[k], mean.high[k], colour)
     every.sharey(one)
-    learned = _METRES_TO_CM * max(np.abs(mean.low[1:-1]).max(), np.abs(mean.high[1:-1]).max())
-    near.set_ylim(-1.5 * learned, 1.5 * learned)
     _mark_times(times, one, every, near)
+    # By the curves: with few observers the intervals reach further than all of what is to be enlarged.
+    low, high = every.get_ylim()
+    learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
+    near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height of the object's centre (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
-    every.set_title(f"Mean of {num_repeats} observers, 95 % interval", fontsize=FONT_SIZE)
-    near.set_title("The same, enlarged around the goal", fontsize=FONT_SIZE)
-    figure.legend(frameon=False, loc="outside lower center", ncols=_count_columns(labels))
+    every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
+    enlarged = near.get_ylim() != (low, high)
+    near.set_title("The same, enlarged around the goal" if enlarged else "The same", fontsize=FONT_SIZE)
+    figure.legend(frameon=False, loc="outside lower center", ncols=count_columns(names))
     tidy(one, every, near)
     return figure
 
@@ -154,28 +163,29 @@ def draw_heights_of_points(
         shown_label: Which run is shown.
         num_repeats: How many observers the mean is of.
     """
-    figure = Figure(figsize=(12.0, 3.8))
+    figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
     # As in the paper's figure 6: red, blue, and green for the decoy.
     of_decoy, *others = (OBJECT_COLOURS[i] for i in (1, 2, 0, 3, 4, 5))
     for k in range(len(labels)):
         colour = of_decoy if k == len(labels) - 1 else others[k % len(others)]
         one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
-        every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=labels[k], linewidth=1.6)
+        every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=label(labels[k]), linewidth=1.6)
         _shade(every, times, mean.low[k], mean.high[k], colour)
     for k, (point, heights) in enumerate(decoy.items()):
         # All in the decoy's colour, as long as there are lines to tell them apart by.
         line = LINE_STYLES[k % len(LINE_STYLES)]
         colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
-        points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=point, linewidth=1.6)
+        points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=label(point), linewidth=1.6)
         _shade(points, times, heights.low, heights.high, colour)
     _mark_times(times, one, every, points)
     one.set_ylabel("height above the start (cm)")
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
-    every.legend(frameon=False, loc="center right")
-    points.legend(frameon=False, loc="center right", bbox_to_anchor=(1.0, 0.73))
+    # The first serves two of the three plots.
+    figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
+    figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
     return figure
 
@@ -190,11 +200,11 @@ def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
     figure = Figure(figsize=(6.4, 4.2))
     axes = figure.subplots()
     spread = 0.06  # that intervals do not hide each other
-    for k, (label, curve) in enumerate(curves.items()):
+    for k, (name, curve) in enumerate(curves.items()):
         trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
         error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
         style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
-        axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label)
+        axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
     axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
     axes.set_ylim(0.0, 1.04)
     axes.set_xlabel("trials of experience with other objects")
@@ -215,10 +225,12 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
     figure = Figure(figsize=(9.0, 4.2))
     above, aside = figure.subplots(1, 2)
     for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):
-        for k, (label, path) in enumerate(paths.items()):
+        for k, (name, path) in enumerate(paths.items()):
             colour, _ = _style(k)
             line = LINE_STYLES[k % len(LINE_STYLES)]
-            axes.plot(_METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label)
+            axes.plot(
+                _METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label(name, _NARROW)
+            )
         asked = _METRES_TO_CM * reference
         axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
         axes.plot(asked[0, i], asked[0, j], "o", color="#000000", markersize=5.0, label="start")
@@ -244,16 +256,16 @@ def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_
     figure = Figure(figsize=(3.1 * len(panels), 3.8))
     all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
     for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
-        for k, (label, proportions) in enumerate(curves.items()):
-            colour = "#000000" if label.endswith(baseline) else OBJECT_COLOURS[k % 5]
-            line = "o-" if label.endswith(baseline) else f"o{LINE_STYLES[1 + k % 3]}"
-            axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=label)
+        for k, (name, proportions) in enumerate(curves.items()):
+            colour = "#000000" if name.endswith(baseline) else OBJECT_COLOURS[k % 5]
+            line = "o-" if name.endswith(baseline) else f"o{LINE_STYLES[1 + k % 3]}"
+            axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=name)
         axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
         axes.set_ylim(0.0, 1.04)
         axes.set_xlabel("trials of experience")
         axes.set_title(title, fontsize=FONT_SIZE)
         axes.legend(frameon=False, loc="lower right", fontsize=8)
-    all_axes[0].set_ylabel(f"correct choices of {num_repeats} observers")
+    all_axes[0].set_ylabel(f"correct choices of {count_observers(num_repeats)}")
     tidy(*all_axes)
     return figure
 

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from affordance.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.trial import NailRecord
+from affordance.wording import fold, label
 
 Array = NDArray[np.float64]
 
@@ -25,6 +26,11 @@ _ALMOST = 0.999
 # What a colour bar of ratios is marked with, as far as it goes, and how far it goes at least.
 _RATIOS = np.array([1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0])
 _LEAST_RATIO = 1.2
+# Letters in a line of a legend within a figure, and of a title.
+_LEGEND_WIDTH = 60
+_LINE = 0.16  # of a name, [inch]
+# A label stands on the other side of a case that lies beyond so much of a map.
+_ROOM = 0.75
 _NOT_FEASIBLE = "#C8C8C8"
 
 
@@ -40,13 +46,13 @@ def draw_photographs(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles:
     height = (12.0 - 0.4) / sum(ratios)
     figure = Figure(figsize=(12.0, height * len(rows) + 0.5))
     grid = figure.subplots(len(rows), len(titles), squeeze=False, width_ratios=ratios)
-    for all_axes, (label, pictures) in zip(grid, rows.items(), strict=True):
+    for all_axes, (name, pictures) in zip(grid, rows.items(), strict=True):
         for axes, picture in zip(all_axes, pictures, strict=True):
             axes.imshow(picture, interpolation="antialiased")
             axes.set_xticks([])
             axes.set_yticks([])
             axes.spines[:].set_color("#BBBBBB")
-        all_axes[0].set_ylabel(label, fontsize=FONT_SIZE + 1)
+        all_axes[0].set_ylabel(fold(name), fontsize=FONT_SIZE + 1)
     for axes, title in zip(grid[0], titles, strict=True):
         axes.set_title(title, fontsize=FONT_SIZE + 1)
     return figure
@@ -66,10 +72,10 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
         colour, line = _GRIP_COLOURS[k % len(_GRIP_COLOURS)], LINE_STYLES[k % len(LINE_STYLES)]
         times = _MILLI * (record.times - record.time_of_touch)
         last = max(last, times[np.argmax(record.travel >= _ALMOST * record.travel[-1])])
-        label = f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)"
-        above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=label)
-        label = f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)"
-        above.plot(times, record.contact, line, color=_mix(colour, 0.0, 0.5), linewidth=0.8, label=label, zorder=3.0)
+        name = label(f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)", _LEGEND_WIDTH)
+        above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=name)
+        name = label(f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)", _LEGEND_WIDTH)
+        above.plot(times, record.contact, line, color=_mix(colour, 0.0, 0.5), linewidth=0.8, label=name, zorder=3.0)
         below.plot(times, _MILLI * record.travel, line, color=colour, linewidth=2.6)
     above.axhline(force_demanded, color="#000000", linestyle=":", label=f"demanded peak ({force_demanded:.0f} N)")
     above.set_xlim(-0.1 * last, 1.5 * last)
@@ -79,7 +85,9 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     below.set_ylabel("travel (mm)")
     below.set_ylim(bottom=0.0)
     below.set_xlabel("time from the first touch (ms)")
-    above.set_title("Forces on the nail; the contact's peak at the first touch is cut off", fontsize=FONT_SIZE)
+    cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())
+    remark = "; the contact's peak at the first touch is cut off" if cut else ""
+    above.set_title(f"Forces on the nail{remark}", fontsize=FONT_SIZE)
     above.legend(frameon=False, loc="upper right", fontsize=9)
     tidy(above, below)
     return figure
@@ -116,7 +124,9 @@ def draw_map(
     limit = np.log(_LEAST_RATIO)
     if (can_one & can_other).any():
         limit = max(limit, float(np.nanmax(np.abs(advantage))))
-    figure = Figure(figsize=(8.0, 5.2), layout="constrained")  # which places the colour bar
+    above, below = fold(one), fold(other)
+    height = 5.2 + _LINE * (above.count("\n") + below.count("\n"))
+    figure = Figure(figsize=(8.0, height), layout="constrained")  # which places the colour bar
     axes = figure.subplots()
     colours = _GRIP_COLOURS[:2]
     scale = LinearSegmentedColormap.from_list("advantage", [colours[1], "#FFFFFF", colours[0]])
@@ -125,13 +135,13 @@ def draw_map(
         forces, values, seen, cmap=scale, vmin=-limit, vmax=limit, shading="nearest", rasterized=True
     )
     handles: list[Artist] = []
-    for cells, colour, hatch, label in (
+    for cells, colour, hatch, name in (
         (can_one & ~can_other, _mix(colours[0], 1.0, 0.5), "///", f"only possible: {one}"),
         (can_other & ~can_one, _mix(colours[1], 1.0, 0.5), "\\\\\\", f"only possible: {other}"),
         (~can_one & ~can_other, _NOT_FEASIBLE, "", "neither possible"),
     ):
         if cells.any():
-            patch = Patch(facecolor=colour, edgecolor="#444444", hatch=hatch, linewidth=0.0, label=label)
+            patch = Patch(facecolor=colour, edgecolor="#444444", hatch=hatch, linewidth=0.0, label=label(name))
             _fill(axes, forces, values, cells, patch)
             handles.append(patch)
     if seen.count() and seen.min() < 0.0 < seen.max():
@@ -141,20 +151,34 @@ def draw_map(
     axes.plot(
         *case, "*", color="#000000", markersize=15.0, markeredgecolor="#FFFFFF", markeredgewidth=1.3, zorder=4.0
     )
+    right, top = _is_near_the_end(forces, case[0]), _is_near_the_end(values, case[1])
     axes.annotate(
-        case_label, case, xytext=(9, 7), textcoords="offset points", fontweight="bold", path_effects=halo, zorder=4.0
+        case_label,
+        case,
+        xytext=(-9 if right else 9, -7 if top else 7),
+        textcoords="offset points",
+        ha="right" if right else "left",
+        va="top" if top else "baseline",
+        fontweight="bold",
+        path_effects=halo,
+        zorder=4.0,
     )
     axes.set_xlabel("demanded force (N)")
-    axes.set_ylabel(value_label)
-    axes.set_title(title, fontsize=FONT_SIZE)
+    axes.set_ylabel(fold(value_label, 40))
+    axes.set_title(fold(title, _LEGEND_WIDTH), fontsize=FONT_SIZE)
     if handles:
         figure.legend(handles=handles, frameon=False, loc="outside lower center", ncols=2)
     bar = figure.colorbar(mesh, ax=axes, fraction=0.06, pad=0.07)
     _mark_ratios(bar, limit)
-    bar.ax.set_title(f"{one}\ncheaper", fontsize=9)
-    bar.ax.set_xlabel(f"{other}\ncheaper", fontsize=9)
+    bar.ax.set_title(f"{above}\ncheaper", fontsize=9)
+    bar.ax.set_xlabel(f"{below}\ncheaper", fontsize=9)
     bar.set_label("work of the dearer grip over the cheaper one's")
     return figure
+
+
+def _is_near_the_end(values: Array, value: float) -> bool:
+    """Whether there is no room for a label beyond a value."""
+    return bool(value > values[0] + _ROOM * np.ptp(values))
 
 
 def _fill(axes: Axes, forces: Array, values: Array, cells: NDArray[np.bool_], like: Patch) -> None:

@@ -110,6 +110,17 @@ def test_claims_are_not_met_by_numbers_that_contradict_them(config, folder):
     assert not any(claim.met for claim in section.claims)
 
 
+def test_error_is_seen_on_its_side_of_the_bound_and_few_observers_are_named(config, folder):
+    numbers = json.loads((folder / "metrics.json").read_text())
+    arrays = {key: np.array(value) if isinstance(value, list) else value for key, value in numbers.items()}
+    section = com.describe(config, {**arrays, "mass_error": 0.09, "inertia_error": 0.1002}, 1)
+    (claim,) = (each for each in section.claims if "moment of inertia" in each.text)
+    assert not claim.met
+    assert "10.02 %" in claim.found
+    assert section.summary.startswith("1 simulated observer holds")
+    assert "Verdicts want about 20 observers" in section.summary
+
+
 def test_prediction_is_that_of_the_densities_learned(config, folder):
     """Mass and centre of mass by hand, from the most probable densities."""
     experience = collect_experience(config.experience, folder.parent / "experience", repeats=3, jobs=1)

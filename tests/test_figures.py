@@ -1,7 +1,9 @@
 import numpy as np
+import pytest
 from matplotlib.image import imread
 
 from affordance.figures import (
+    draw_choices,
     draw_density_and_drop,
     draw_heights,
     draw_heights_of_points,
@@ -55,6 +57,25 @@ def test_heights_are_drawn_in_centimetres_with_the_decoy_last(rng):
     np.testing.assert_allclose(every.get_lines()[0].get_ydata(), 100 * heights[:, 0].mean(axis=0))
 
 
+def test_heights_around_the_goal_are_enlarged_however_few_observers():
+    """Of two observers the intervals reach twelve times as far as they are apart."""
+    curve = np.sin(np.linspace(0, 3, 31)) / np.sin(np.linspace(0, 3, 31)).max()
+    heights = np.stack([[-0.05 * curve, size * 0.01 * curve, 0.14 * curve] for size in (0.1, 1.9)])
+    figure = draw_heights(
+        times=np.linspace(0, 3, 31),
+        shown=heights[0],
+        mean=estimate_mean(heights),
+        labels=["one", "two", "decoy"],
+        shown_label="seed 0",
+        num_repeats=2,
+    )
+    _, every, near = figure.axes
+    (low, high), (least, most) = near.get_ylim(), every.get_ylim()
+    assert least <= low < high <= most
+    assert (low, high) == pytest.approx((-1.5, 1.5))
+    assert "enlarged" in near.get_title()
+
+
 def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
     times, mean = np.linspace(0, 3, 31), estimate_mean(rng.normal(size=(6, 4, 31)) * 0.01)
     names = [f"point {k}" for k in range(7)]
@@ -67,8 +88,9 @@ def test_points_of_the_decoy_are_all_drawn_and_told_apart(rng):
         shown_label="seed 0",
         num_repeats=6,
     )
-    _, every, points = figure.axes
-    assert [text.get_text() for text in every.get_legend().get_texts()] == ["one", "two", "three", "decoy"]
+    *_, points = figure.axes
+    of_objects, of_points = ([text.get_text() for text in legend.get_texts()] for legend in figure.legends)
+    assert (of_objects, of_points) == (["one", "two", "three", "decoy"], names)
     assert_told_apart(points, names)
 
 
@@ -116,3 +138,19 @@ def test_twelve_objects_have_room_for_their_names(tmp_path):
     legend = figure.legends[0].get_window_extent()
     assert legend.x0 >= 0.0
     assert legend.x1 <= figure.bbox.x1
+
+
+def test_names_that_begin_with_an_underscore_are_in_the_legend(tmp_path):
+    names = ["_one", "two", "_decoy"]
+    (legend,) = draw_objects_named(names).legends
+    assert [text.get_text().removeprefix("\u200b") for text in legend.get_texts()] == names
+
+
+def test_long_names_leave_room_for_the_curves(tmp_path):
+    curve = estimate_mean(np.full((3, 7), 0.5))
+    names = [f"{end}_end_of_an_extraordinarily_long_painted_handle, one density drawn" for end in ("upper", "lower")]
+    figure = draw_choices(dict.fromkeys(names, curve), title="Choices")
+    save_figure(figure, tmp_path, "a")
+    legend, axes = figure.axes[0].get_legend().get_window_extent(), figure.axes[0].get_window_extent()
+    assert axes.x0 <= legend.x0 < legend.x1 <= axes.x1
+    assert axes.width > 0.8 * figure.bbox.width

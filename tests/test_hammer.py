@@ -14,7 +14,13 @@ from affordance.exceptions import BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import hammer, reach
 from affordance.experiments.decisions import choose_by_expectation, choose_by_sample
-from affordance.experiments.hammer_blows import build_choices, check_first_crossover, execute, get_energies
+from affordance.experiments.hammer_blows import (
+    build_choices,
+    check_first_crossover,
+    execute,
+    get_energies,
+    list_densities_of_map,
+)
 from affordance.experiments.hammer_report import describe
 from affordance.experiments.novel_objects import hold
 from affordance.experiments.preparation import switch_faults_on
@@ -141,6 +147,15 @@ def test_blows_are_those_of_the_tool_that_is_asked_for(config):
     assert speeds["a third"] == speeds[plain.name] != speeds[headed.name]
 
 
+@pytest.mark.parametrize(
+    ("true", "least", "most"),
+    [(7850.0, 300.0, 11_340.0), (11_340.0, 300.0, 12_474.0), (19_300.0, 300.0, 21_230.0), (110.0, 100.0, 11_340.0)],
+)
+def test_map_holds_the_true_density(true, least, most):
+    densities = list_densities_of_map(true)
+    assert (densities[0], densities[-1]) == pytest.approx((least, most))
+
+
 def test_share_of_light_ends_is_of_what_was_chosen():
     rho = np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
     near, far = np.array([0, 1]), np.array([1, 0])
@@ -169,6 +184,7 @@ def test_words_of_the_section_follow_its_numbers(config, numbers):
         (0.5, (0.49, 0.51), "its shape alone does not say which"),
     ):
         assert words in write(p_correct_headed_tool=[right], p_correct_headed_tool_ci95=[interval])
+    assert "Verdicts want about 20 observers" in write()
     low, high = numbers["force_crossover_checked"]
     deep = {**high, "travel_m": {"wood": 0.0073, "steel": 0.0071}}
     assert "to drive this nail by 7.3 mm with one blow" in write(force_crossover_checked=[low, deep])

@@ -3,6 +3,7 @@ import pytest
 from matplotlib.collections import QuadMesh
 from matplotlib.colors import to_rgb
 from matplotlib.image import imread
+from matplotlib.text import Text
 
 from affordance.figures import OBJECT_COLOURS, save_figure
 from affordance.hammer_drawings import draw_blow, draw_map, draw_photographs
@@ -20,6 +21,34 @@ def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):
     for row, pictures in zip(axes, rows.values(), strict=True):
         for each, picture in zip(row, pictures, strict=True):
             np.testing.assert_array_equal(each.get_images()[0].get_array(), picture)
+
+
+LONG_NAMES = [f"held by _{end}_end_of_an_extraordinarily_long_painted_handle" for end in ("upper", "lower")]
+
+
+def test_long_names_leave_room_for_the_pictures(rng, tmp_path):
+    rows = {name: [rng.integers(0, 255, (38, 100, 3), dtype=np.uint8)] * 3 for name in LONG_NAMES}
+    figure = draw_photographs(rows, titles=["start", "strike", "nail"])
+    assert_all_is_on_the_figure(figure, tmp_path)
+    assert figure.axes[0].get_window_extent().width > 0.2 * figure.bbox.width
+
+
+def test_long_names_have_room_on_the_map(tmp_path):
+    work, feasible = (dict(zip(LONG_NAMES, each.values(), strict=True)) for each in (WORK, FEASIBLE))
+    label = "density of the extraordinarily_heavy_tungsten_alloy part (kg/m³)"
+    figure = draw_the_map(work=work, feasible=feasible, value_label=label, title=f"Work of {LONG_NAMES[0]} with it")
+    assert_all_is_on_the_figure(figure, tmp_path)
+    assert figure.axes[0].get_window_extent().height > 0.4 * figure.bbox.height
+
+
+def assert_all_is_on_the_figure(figure, folder):
+    save_figure(figure, folder, "a")
+    figure.draw_without_rendering()
+    for text in figure.findobj(Text):
+        if text.get_text() and text.get_visible():
+            box = text.get_window_extent()
+            assert figure.bbox.x0 <= box.x0 < box.x1 <= figure.bbox.x1, text
+            assert figure.bbox.y0 <= box.y0 < box.y1 <= figure.bbox.y1, text
 
 
 @pytest.fixture
@@ -56,6 +85,12 @@ def test_blows_are_drawn_from_the_first_touch_in_millimetres_and_milliseconds(re
     assert 6.0 < forces.get_xlim()[1] < 12.0
     assert forces.get_ylim()[1] < 1000.0
     assert any(label.startswith("contact with the tool, held by wood (peak 1") for label in lines)
+
+
+def test_peak_is_said_to_be_cut_off_where_it_is(records):
+    assert "cut off" in draw_blow(records, force_demanded=427.0).axes[0].get_title()
+    seen = {grip: record._replace(contact=record.resistance) for grip, record in records.items()}
+    assert draw_blow(seen, force_demanded=427.0).axes[0].get_title() == "Forces on the nail"
 
 
 def test_any_number_of_grips_is_drawn_and_told_apart(records):
@@ -139,6 +174,17 @@ def test_contour_of_the_map_is_where_both_cost_the_same_and_the_case_is_marked()
     (star,) = (line for line in axes.get_lines() if line.get_marker() == "*")
     assert (star.get_xdata()[0], star.get_ydata()[0]) == (250.0, 7850.0)
     assert "the paper's" in [text.get_text() for text in axes.texts]
+
+
+@pytest.mark.parametrize("case", [(250.0, 7850.0), (250.0, 8800.0), (390.0, 8900.0), (110.0, 1100.0)])
+def test_name_of_the_case_stays_on_the_map(tmp_path, case):
+    figure = draw_the_map(case=case, case_label="simulation IV")
+    save_figure(figure, tmp_path, "map")
+    axes = figure.axes[0]
+    (label,) = (text for text in axes.texts if text.get_text() == "simulation IV")
+    name, room = label.get_window_extent(), axes.get_window_extent()
+    assert room.x0 <= name.x0 < name.x1 <= room.x1
+    assert room.y0 <= name.y0 < name.y1 <= room.y1
 
 
 @pytest.mark.parametrize("can", [True, False])

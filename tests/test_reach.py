@@ -104,6 +104,20 @@ def test_claims_are_not_met_by_numbers_that_contradict_them(config, numbers):
     assert not any(claim.met for claim in section.claims)
 
 
+def test_materials_of_both_objects_are_named(config, numbers):
+    assert "Both are of beech and steel." in reach.describe(config, numbers, 3).summary
+    headed = config.novel.headed
+    only = dataclasses.replace(headed, components=headed.components[1:])
+    other = dataclasses.replace(config, novel=dataclasses.replace(config.novel, headed=only))
+    assert "The stick is of beech and steel, the hammer of steel." in reach.describe(other, numbers, 3).summary
+
+
+def test_few_observers_are_named_as_few(config, numbers):
+    assert reach.describe(config, numbers, 1).summary.startswith("1 simulated observer holds the objects")
+    for repeats, few in ((19, True), (20, False)):
+        assert ("Verdicts want about 20 observers" in reach.describe(config, numbers, repeats).summary) == few
+
+
 def test_experience_of_one_experiment_serves_the_other(config, choices, tmp_path):
     """What was learned in com is what is chosen by in reach: the memories are found, not made anew."""
     gained = collect_experience(com.load_config().experience, tmp_path, repeats=2, jobs=1)

@@ -101,6 +101,16 @@ def test_claims_are_not_met_by_numbers_that_contradict_them(weight_config, folde
     assert not any(claim.met for claim in section.claims)
 
 
+def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight_config, folder):
+    numbers = json.loads((folder / "metrics.json").read_text())
+    numbers = {key: np.array(value) if isinstance(value, list) else value for key, value in numbers.items()}
+    summary = weight.describe(weight_config, numbers, 3).summary
+    assert "Verdicts want about 20 observers" in summary
+    assert "looks like the last one and is made of beech" in summary
+    shuffled = dataclasses.replace(weight_config, tools=(*weight_config.tools[3::-1], weight_config.tools[-1]))
+    assert "looks like brass and is made of beech" in weight.describe(shuffled, numbers, 3).summary
+
+
 def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):
     run = partial(weight.run_repeat, short)
     alone = run_repeats(tmp_path / "1", run, repeats=4, jobs=1, description="alone")

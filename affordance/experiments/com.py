@@ -48,6 +48,7 @@ from affordance.tools import MODELS, Tool, list_densities, load_materials, load_
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import SURPRISE, TrialRecord, get_runner
 from affordance.visual_prior import predict_object
+from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
 
 _LOG = logging.getLogger(__name__)
 
@@ -261,14 +262,14 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
             "IV-B",
             "Looks predict mass and centre of mass, once the materials are known (our bounds: a tenth, 1 cm).",
             bool(mass_error <= 0.1 and com_error <= 10.0),
-            f"median error {100 * mass_error:.1f} % of the mass, {com_error:.1f} mm in the centre of mass; densities "
-            f"in kg/m^3: {densities}",
+            f"median error {show_beside(100 * mass_error, 10.0)} % of the mass, "
+            f"{show_beside(com_error, 10.0)} mm in the centre of mass; densities in kg/m^3: {densities}",
         ),
         Claim(
             "IV-B",
             "The moment of inertia matrix can be estimated from the visual features (our bound: a tenth).",
             bool(inertia_error <= 0.1),
-            f"median error {100 * inertia_error:.1f} % of the moments of inertia about the grip",
+            f"median error {show_beside(100 * inertia_error, 10.0)} % of the moments of inertia about the grip",
         ),
         Claim(
             "figure 6",
@@ -289,9 +290,11 @@ def describe(config: ComConfig, numbers: Mapping[str, Any], repeats: int) -> Sec
         order=2,
         title="Simulation II: the centre of mass",
         summary=(
-            f"{repeats} simulated observers hold {first} and {second} in turn, {config.experience.num_trials} trials "
-            f"of {config.experience.duration:g} s, then each once more, and the decoy, which looks like {first} and "
+            f"{introduce_observers(repeats, 'hold', 'holds')} {first} and {second} in turn, "
+            f"{config.experience.num_trials} trials of {config.experience.duration:g} s, then each once more, "
+            f"and the decoy, which looks like {first} and "
             f"is made like {second}; in this last pass nothing is learned."
+            f"{warn_of_few_observers(repeats)}"
         ),
         pictures=[
             Picture(

@@ -29,10 +29,10 @@ Array = NDArray[np.float64]
 # which blows are planned leaves aside what nail and contact take, docs/decisions/0013-nail.md).
 FORCE_TOLERANCE = 0.15
 # The map: from a little above the resistance of the set nail to a multiple of the demanded force, and over densities
-# of the denser part from less than that of wood to that of lead, [kg/m^3].
+# of the denser part from less than that of wood to that of lead, and beyond what it is by a little, [kg/m^3].
 _MAP_FORCES, _MAP_DENSITIES = 80, 60
 _MAP_MIN_FORCE, _MAP_MAX_FORCE = 1.02, 2.0
-_MAP_MIN_DENSITY, _MAP_MAX_DENSITY = 300.0, 11_340.0
+_MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_BEYOND = 300.0, 11_340.0, 1.1
 
 
 @dataclass(frozen=True)
@@ -115,6 +115,12 @@ def check_first_crossover(
     }
 
 
+def list_densities_of_map(true: float) -> Array:
+    """Densities of the denser part over which the work is mapped, (R,), around the true one, [kg/m^3]."""
+    least, most = min(_MAP_MIN_DENSITY, true / _MAP_BEYOND), max(_MAP_MAX_DENSITY, _MAP_BEYOND * true)
+    return np.linspace(least, most, _MAP_DENSITIES)
+
+
 class Study(NamedTuple):
     """What is computed beside the choices.
 
@@ -159,10 +165,12 @@ def study(config: HammerConfig) -> Study:
         grip: compare_swings(model, energies[grip].target, executed[grip].strike.swing, tool.parameters)
         for grip, tool in held.items()
     }
-    densest = max(plain.components, key=lambda part: part.material.density).looks_like.colour
-    densities = np.linspace(_MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_DENSITIES)
+    densest = max(plain.components, key=lambda part: part.material.density)
+    densities = list_densities_of_map(densest.material.density)
     parameters = [
-        np.array([tool.make_of({**true, densest: float(density)}).parameters for density in densities])
+        np.array(
+            [tool.make_of({**true, densest.looks_like.colour: float(density)}).parameters for density in densities]
+        )
         for tool in held.values()
     ]
     return Study(

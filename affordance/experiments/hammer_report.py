@@ -24,6 +24,7 @@ from affordance.hammer_drawings import draw_blow, draw_map, draw_photographs
 from affordance.photographs import Pose, take_close_ups, take_pictures
 from affordance.replay import Scene, write_replay
 from affordance.report import Claim, Picture, Section
+from affordance.wording import count_observers, introduce_observers, warn_of_few_observers
 
 Array = NDArray[np.float64]
 
@@ -75,10 +76,11 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
         order=4,
         title="Simulation IV: choosing a grip for hammering",
         summary=(
-            f"{repeats} simulated observers hold the objects of simulation II and after every trial choose which end "
-            f"of the {plain} to hold, to drive a nail with the least work up to a resistance of {task.force:.0f} N. "
-            f"They never hold the {plain}. Beside it they choose about the {headed_name}: "
+            f"{introduce_observers(repeats, 'hold', 'holds')} the objects of simulation II. After every trial they "
+            f"choose which end of the {plain} to hold, to drive a nail with the least work up to a resistance of "
+            f"{task.force:.0f} N. They never hold the {plain}. Beside it they choose about the {headed_name}: "
             f"{describe_headed(numbers)}. The blows of figure 9 are simulated with contact between tool and nail."
+            f"{warn_of_few_observers(repeats)}"
         ),
         pictures=[
             Picture(
@@ -200,7 +202,7 @@ def draw_figures(
         repeats: Number of observers.
     """
     _draw_blows(config, studied, folder)
-    title = f"Choosing a grip for hammering, {repeats} observers, 95 % intervals"
+    title = f"Choosing a grip for hammering, {count_observers(repeats)}, 95 % intervals"
     figures.save_figure(draw_proportions(config.novel, numbers, title), folder, "figure10")
     grips = [f"hold by {grip}" for grip in studied.executed]
     densest = max(config.novel.plain.components, key=lambda part: part.material.density).material

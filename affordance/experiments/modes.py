@@ -19,6 +19,7 @@ from affordance.report import Claim, Picture, Section, remove_section, write_sec
 from affordance.results import compute_key, set_aside, write_json
 from affordance.settings import Settings, Sight
 from affordance.sight_drawings import draw_modes
+from affordance.wording import show_beside
 
 _LOG = logging.getLogger(__name__)
 
@@ -112,7 +113,8 @@ def _judge(curve: Curve, both: Mapping[str, NDArray[np.float64]]) -> Claim:
         "ours",
         f"{curve.experiment}: what is learned from pictures is within a tenth of what is learned from true features.",
         bool(apart.max() <= 0.1),
-        f"{curve.label}: largest difference {100 * apart.max():.1f} %, at the end {100 * apart[-1]:.1f} %",
+        f"{curve.label}: largest difference {show_beside(100 * float(apart.max()), 10.0)} %, "
+        f"at the end {100 * apart[-1]:.1f} %",
     )
 
 

@@ -50,6 +50,7 @@ from affordance.tasks.reach import Reach
 from affordance.tools import MODELS, Colour, Tool
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import get_runner
+from affordance.wording import count_observers, introduce_observers, show_beside, warn_of_few_observers
 
 NAME = "reach"
 
@@ -222,17 +223,20 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
             "ours",
             f"After {last} trials at least 95 of 100 choices are correct.",
             bool(p[-1] >= 0.95),
-            f"{p[-1]:.3f} after {last} trials, 95 % interval {interval[-1, 0]:.3f} to {interval[-1, 1]:.3f}",
+            f"{show_beside(p[-1], 0.95, 3)} after {last} trials, "
+            f"95 % interval {interval[-1, 0]:.3f} to {interval[-1, 1]:.3f}",
         ),
     ]
     return Section(
         order=3,
         title="Simulation III: choosing a grip for reaching",
         summary=(
-            f"{repeats} simulated observers hold the objects of simulation II and after every trial choose which end "
-            f"of the {plain} to hold, to move its free end along a path of {config.task.duration:g} s with the least "
-            f"work. They never hold the {plain}. Beside it they choose about the {headed_name}: "
-            f"{describe_headed(numbers)}. Both are of {' and '.join(numbers['density_true'])}."
+            f"{introduce_observers(repeats, 'hold', 'holds')} the objects of simulation II. After every trial they "
+            f"choose which end of the {plain} to hold, to move its free end along a path of "
+            f"{config.task.duration:g} s with the least work. They never hold the {plain}. "
+            f"Beside it they choose about the {headed_name}: "
+            f"{describe_headed(numbers)}. {_describe_materials(config.novel.plain, config.novel.headed)}"
+            f"{warn_of_few_observers(repeats)}"
         ),
         pictures=[
             Picture(
@@ -254,6 +258,16 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
     )
 
 
+def _describe_materials(plain: Tool, headed: Tool) -> str:
+    """Says what the two objects are made of."""
+    of_plain, of_headed = (
+        list(dict.fromkeys(part.material.name for part in tool.components)) for tool in (plain, headed)
+    )
+    if set(of_plain) == set(of_headed):
+        return f"Both are of {' and '.join(of_plain)}."
+    return f"The {plain.name} is of {' and '.join(of_plain)}, the {headed.name} of {' and '.join(of_headed)}."
+
+
 def _draw(
     config: ReachConfig,
     numbers: Mapping[str, Any],
@@ -267,7 +281,7 @@ def _draw(
         for grip, held in hold(tool).items()
     ]
     figures.save_figure(draw_objects(drawings, columns=2), folder, "figure7")
-    title = f"Choosing a grip for reaching, {repeats} observers, 95 % intervals"
+    title = f"Choosing a grip for reaching, {count_observers(repeats)}, 95 % intervals"
     figure = draw_proportions(config.novel, numbers, title)
     figures.save_figure(figure, folder, "figure8")
     paths = {f"held by {grip}": rollout.path for grip, rollout in executed.items()}

@@ -39,6 +39,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import SURPRISE, TrialRecord, get_runner
+from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
 
 _LOG = logging.getLogger(__name__)
 
@@ -223,13 +224,16 @@ def describe(config: WeightConfig, numbers: Mapping[str, Any], repeats: int) -> 
     growth_low = numbers["drop_growth_m_ci95"][:, 0]
     error = abs(median[-1] / true - 1.0)
     last = len(drop)
+    *_, longest, decoy = config.tools
+    looks = "the last one" if decoy.appearance == longest.appearance else decoy.components[0].looks_like.name
+    made = " and ".join(dict.fromkeys(part.material.name for part in decoy.components))
     claims = [
         Claim(
             "IV-A, figure 3",
             "The density estimate starts below the true density and closes on it.",
             bool(median[0] < true and error < 0.1),
             f"median {median[0]:.0f} before, {median[-1]:.0f} kg/m^3 after {last} trials; true {true:.0f} "
-            f"({100 * error:.1f} % off)",
+            f"({show_beside(100 * error, 10.0)} % off)",
         ),
         Claim(
             "figure 3",
@@ -271,10 +275,11 @@ def describe(config: WeightConfig, numbers: Mapping[str, Any], repeats: int) -> 
         order=1,
         title="Simulation I: the weight of objects (Mounoud and Bower)",
         summary=(
-            f"{repeats} simulated observers are given {last} {config.tools[0].components[0].material.name} objects, "
-            "from short to long, then a decoy that looks like the last one and is made of "
-            f"{config.tools[-1].components[0].material.name}. Each is put into the outstretched hand and held for "
+            f"{introduce_observers(repeats, 'are given', 'is given')} {last} "
+            f"{config.tools[0].components[0].material.name} objects, then a decoy that looks like {looks} "
+            f"and is made of {made}. Each is put into the hand and held for "
             f"{config.duration:g} s; what the joints felt updates the belief about the material before the next."
+            f"{warn_of_few_observers(repeats)}"
         ),
         pictures=[
             Picture("figure3.png", "Figure 3. Left: density believed before and after each trial. Right: drop."),
