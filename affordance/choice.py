@@ -19,6 +19,7 @@ from affordance.inertia import build_transform_map
 from affordance.memory import MaterialMemory
 from affordance.object_belief import Geometry
 from affordance.planned_motion import Costs
+from affordance.seed_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
 from affordance.tools import Grip, Placed, Tool
 from affordance.vision import VisionError
@@ -60,6 +61,11 @@ class Option:
         return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)
 
 
+def seed_look(tool: Tool, seed: int) -> list[int]:
+    """Seed of the one look at a tool that is chosen about, so that each has noise of its own."""
+    return [seed, Stream.LOOK, *tool.name.encode()]
+
+
 def list_options(
     tool: Tool, error: VisionError = VisionError(), seed: int = 0, sight: Sight = Sight.FEATURES
 ) -> tuple[Option, ...]:
@@ -74,7 +80,7 @@ def list_options(
     Raises:
         SeeingError: The picture does not show what is needed.
     """
-    features = look(tool, Settings(vision_error=error, sight=sight), np.random.default_rng(seed))
+    features = look(tool, Settings(vision_error=error, sight=sight), np.random.default_rng(seed_look(tool, seed)))
     grips = tool.grips or (Grip("", np.eye(4)),)
     return tuple(Option(tool.name, grip.name, features, grip.X_TG) for grip in grips)
 

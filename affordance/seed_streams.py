@@ -1,7 +1,7 @@
 """Numbers that keep random draws of different kinds apart: each stands in a seed beside root, observer and trial.
 
 They are larger than the numbers of observers or trials that stand in the same place of other seeds. None is 0: a
-trailing 0 adds nothing to a NumPy seed.
+trailing 0 adds nothing to a NumPy seed of up to four numbers.
 """
 
 import enum
@@ -19,6 +19,7 @@ class Stream(enum.IntEnum):
     STATIC = 10**6 + 4  # the study of sensitivity
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
+    LOOK = 10**6 + 7  # the look at an object that is chosen about, with its name
     CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
     CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
     FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)

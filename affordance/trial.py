@@ -97,7 +97,7 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """When the tool first touched it, [s]."""
+        """When the tool first touched it, [s]; the first of the times if it never did."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
 

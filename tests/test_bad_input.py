@@ -53,6 +53,10 @@ CORPUS = {
     "paths_reach_out_of_reach": "cannot be followed",
     "paths_reach_standing_still": "points[1]: lies 0 m from the point before",
     "paths_reach_backwards_in_time": "duration: is -2, must be from 0.05 to 60",
+    "paths_mash_out_of_reach": "points: cannot be followed",
+    "tools_uncommon_one_object": "tools: has 1 entries, must have 2",
+    "nail_longer_in_the_wood_than_it_is": "depth_demanded: is 0.06, must be from",
+    "nail_struck_from_nowhere": "blow.direction: has a length of 0, must be at least",
     "faults_half_a_sample": "delay.delay_samples: is 0.5, must be a whole number",
     "faults_unknown_key": "spikes.spike_hight: is not a key known here",
 }
@@ -60,7 +64,10 @@ CORPUS = {
 
 def to_target(name):
     """The file of the models that a file of the corpus takes the place of."""
-    for prefix in ("tools_weight", "tools_com", "tools_novel", "paths_reach", "materials", "faults"):
+    for prefix in (
+        *("tools_weight", "tools_com", "tools_novel", "tools_uncommon", "paths_reach", "paths_mash"),
+        *("nail", "materials", "faults"),
+    ):
         if name.startswith(prefix):
             return prefix.replace("_", "/", 1) + ".yaml"
     raise ValueError(name)

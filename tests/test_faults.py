@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import BadValueError
+from affordance.experiments import com
 from affordance.faults import NO_FAULTS, Faults, load_faults
 from affordance.memory import MaterialMemory
 from affordance.noise import WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.tools import MODELS
 from affordance.trial import SURPRISE, TrialRunner
 
@@ -134,6 +136,15 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight_config, runner
         assert sum(record.samples) == 10
         if name in ("stuck_sensor", "bias", "heavy_arm"):
             assert record.samples.rejected == 0
+
+
+@pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
+def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
+    """A tool that weighs more than is believed, near the elbow's limit, without any fault (decision 0009)."""
+    config = com.load_config().experience
+    runner = TrialRunner(dataclasses.replace(config.settings, angle_margin=margin))
+    record = runner.run_hold(config.tools[0], MaterialMemory(), duration=1.0, seed=(0, 0, 0))
+    assert (record.q >= runner.get_diagram(config.tools[0]).arm.limits.q_lower).all() == keeps
 
 
 def test_refused_samples_are_counted_by_reason(weight_config):

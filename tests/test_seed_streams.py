@@ -1,4 +1,5 @@
 import ast
+import re
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,6 @@ MOST_TRIALS = 10**4
 
 
 def test_streams_draw_different_numbers():
-    assert len(set(Stream)) == len(Stream.__members__)
     draws = {np.random.default_rng([0, stream]).random() for stream in Stream}
     assert len(draws) == len(Stream)
 
@@ -29,6 +29,7 @@ def test_streams_are_numbered_nowhere_else():
     found = []
     for path in sorted(path for folder in ("affordance", "benchmarks") for path in (ROOT / folder).rglob("*.py")):
         for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow) and ast.unparse(node) == "10 ** 6":
+            is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+            if is_power and re.fullmatch(r"10 \*\* [5-9]", ast.unparse(node)):
                 found.append(path.name)
     assert set(found) == {"seed_streams.py"}

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from affordance.blow import Blow
 from affordance.choice import NO_OPTION, Chosen, pick_cheapest
 from affordance.diagram_picture import save_diagram
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experience import collect_experience
 from affordance.experiments import sensitivity
 from affordance.experiments.decisions import (
@@ -89,7 +89,10 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
                 asked = f"is {config.task.nail.depth_demanded:g} m and asks for {config.task.force:.0f} N"
                 problem = f"{asked}, for which with the {tool.name} by {grip} {lack}"
                 raise BadValueError(path, "depth_demanded", f"{problem}; {_bound_depth(config)}")
-        executed = execute(config, tool)
+        try:
+            executed = execute(config, tool)
+        except AffordanceError as error:
+            raise BadValueError(path, "blow", f"cannot be dealt: {error}") from error
         for grip, blow in executed.items():
             if abs(blow.force / config.task.force - 1.0) > FORCE_TOLERANCE:
                 problem = f"asks for {config.task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"

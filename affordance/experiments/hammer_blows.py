@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from affordance.arm import ArmModel, load_arm
 from affordance.blow import Blow, deal_blow
+from affordance.exceptions import AffordanceError
 from affordance.experience import ExperienceConfig
 from affordance.experiments import right_grip
 from affordance.experiments.decisions import Choices, plan_choice, plan_choices
@@ -22,6 +24,8 @@ from affordance.optimal_swing import SwingComparison, compare_swings
 from affordance.settings import Settings
 from affordance.tasks.hammer import BlowEnergies, Hammer
 from affordance.tools import Colour, Tool, list_densities
+
+_LOG = logging.getLogger(__name__)
 
 Array = NDArray[np.float64]
 
@@ -65,9 +69,18 @@ def get_energies(config: HammerConfig, tool: Tool) -> dict[str, BlowEnergies]:
     return found
 
 
-@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be dealt, reported when it is run
 def execute(config: HammerConfig, tool: Tool) -> dict[str, Blow]:
-    """Simulates the blow under the true densities with each grip of a tool."""
+    """Simulates the blow under the true densities with each grip of a tool.
+
+    Raises:
+        AffordanceError: A blow cannot be dealt, or its simulation stalls.
+    """
+    experience = right_grip.remove_errors_of(config.experience)
+    return _execute(dataclasses.replace(config, experience=experience), tool)
+
+
+@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be dealt, reported when it is run
+def _execute(config: HammerConfig, tool: Tool) -> dict[str, Blow]:
     return _deal(config, tool, get_energies(config, tool))
 
 
@@ -130,7 +143,7 @@ class Study(NamedTuple):
         crossovers: Forces at which both grips of the plain object cost the same, [N].
         checked: Blows on either side of the first of them, by force and grip; empty if there is none.
         yielding: The same blows on a nail of constant resistance, by grip.
-        swings: What other swings to the same strike take, by grip.
+        swings: What other swings to the same strike take, by grip; empty if there is none for one of them.
         map: Work over force and density of the denser part.
         densities: Of the map's rows, (R,), [kg/m^3].
     """
@@ -161,10 +174,13 @@ def study(config: HammerConfig) -> Study:
         checked = check_first_crossover(config, crossovers, up_to_most=up_to_most, forces=forces)
     # The mean of the skin friction over the demanded travel takes the same energy.
     mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
-    swings = {
-        grip: compare_swings(model, energies[grip].target, executed[grip].strike.swing, tool.parameters)
-        for grip, tool in held.items()
-    }
+    swings: dict[str, SwingComparison] = {}
+    try:
+        for grip, tool in held.items():
+            swings[grip] = compare_swings(model, energies[grip].target, executed[grip].strike.swing, tool.parameters)
+    except AffordanceError as error:
+        _LOG.warning("other swings than ours are not compared: %s", error)
+        swings = {}
     densest = max(plain.components, key=lambda part: part.material.density)
     densities = list_densities_of_map(densest.material.density)
     parameters = [

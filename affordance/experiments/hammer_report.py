@@ -90,16 +90,15 @@ def describe(config: HammerConfig, numbers: Mapping[str, Any], repeats: int) -> 
             Picture("blow.png", "Force on the nail during the blow, with each grip, and how far the nail goes in."),
             Picture(
                 "map.png",
-                "Which grip of the plain object is the cheaper one, over demanded force and density. The "
-                "edges of what is possible are as coarse as the speeds at which swings are planned.",
+                "Which grip of the plain object is the cheaper one, over demanded force and density.",
             ),
             sensitivity.PICTURE,
         ],
         claims=claims,
         differences=[
             *_predict_crossover(config, numbers),
-            "The paper gives neither nail nor force; ours are in models/nail.yaml and were fixed before any "
-            "observer's choice was computed (docs/decisions/0013-nail.md, 0014). Work counts from rest in the home "
+            "The paper gives neither nail nor force; those of models/nail.yaml have their sources in "
+            "docs/decisions/0013-nail.md. Work counts from rest in the home "
             "posture to the strike, "
             + list_by_grip(numbers["energy_raising_true"], "J")
             + " of it for raising the tool; at the strike arm and tool move with "
@@ -166,6 +165,8 @@ def _predict_crossover(config: HammerConfig, numbers: Mapping[str, Any]) -> list
 
 def _describe_other_swings(numbers: Mapping[str, Any]) -> str:
     """What the result owes to the way the swing is planned."""
+    if not numbers["swings"]:
+        return "Swings to the same strike by another criterion than least angular acceleration were not found."
 
     def compare(kind: str) -> tuple[str, str, float]:
         works = {grip: each[kind]["energy"] for grip, each in numbers["swings"].items()}

@@ -8,7 +8,7 @@ both are simulated with the true densities.
 import functools
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -107,9 +107,13 @@ def build_choices(config: ReachConfig) -> Choices:
     return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
 
 
-@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be followed, reported when it is run
 def execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
     """Simulates the task under the true densities with each grip of a tool."""
+    return _execute(replace(config, experience=right_grip.remove_errors_of(config.experience)), tool)
+
+
+@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be followed, reported when it is run
+def _execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
 
     def follow_path(held: Tool, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
         return roll_out(held, config.task, densities, settings)
@@ -251,7 +255,7 @@ def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> S
         ],
         claims=claims,
         differences=[
-            "The paper does not say what the path was, nor the sizes of the object; ours are in models/.",
+            "The paper does not say what the path was, nor the sizes of the object; here they are those of models/.",
             describe_rules(numbers),
             describe_effort(numbers),
         ],

@@ -13,6 +13,7 @@ import numpy as np
 
 from affordance.choice import TIE
 from affordance.exceptions import BadValueError
+from affordance.experience import ExperienceConfig
 from affordance.experiments.novel_objects import hold
 from affordance.faults import NO_FAULTS
 from affordance.settings import Settings, Sight
@@ -34,6 +35,11 @@ class Executed(Protocol):
 def remove_errors(settings: Settings) -> Settings:
     """Settings under which nothing is mistaken: features as they are, arm and sensors without a fault."""
     return replace(settings, sight=Sight.FEATURES, vision_error=VisionError(), faults=NO_FAULTS)
+
+
+def remove_errors_of(experience: ExperienceConfig) -> ExperienceConfig:
+    """The same objects for an observer who mistakes nothing."""
+    return replace(experience, settings=remove_errors(experience.settings))
 
 
 def execute[Done](

@@ -22,7 +22,7 @@ from scipy.stats import norm
 
 from affordance import figures
 from affordance.arm import ARM, ArmModel, load_arm
-from affordance.choice import Ranking, list_options, rank
+from affordance.choice import Ranking, list_options, rank, seed_look
 from affordance.diagram_picture import save_diagram
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.outputs import describe_run
@@ -225,9 +225,7 @@ def run(config: VisionConfig, folder: Path, *, repeats: int, jobs: int) -> None:
 def rank_uncommon(config: VisionConfig, memory: MaterialMemory) -> Ranking:
     """Answers which of the uncommon objects mashes with the least work, and how it is held, from their pictures."""
     options = [
-        option
-        for index, tool in enumerate(config.uncommon)
-        for option in list_options(tool, seed=config.seed + index, sight=Sight.PIXELS)
+        option for tool in config.uncommon for option in list_options(tool, seed=config.seed, sight=Sight.PIXELS)
     ]
     return rank(options, config.task, memory, config.settings, seed=config.seed)
 
@@ -398,8 +396,7 @@ def _look_at_uncommon(config: VisionConfig) -> Sequence[Look]:
     """The very looks by which they were ranked."""
     eye = get_eye()
     pictures = [
-        eye.take_picture(tool, np.random.default_rng(config.seed + index))
-        for index, tool in enumerate(config.uncommon)
+        eye.take_picture(tool, np.random.default_rng(seed_look(tool, config.seed))) for tool in config.uncommon
     ]
     return [
         Look(tool.name, picture, eye.see(picture)) for tool, picture in zip(config.uncommon, pictures, strict=True)

@@ -1,4 +1,4 @@
-"""Bad input by the hundred: every file a user can write is spoilt in every way we could think of.
+"""Bad input by the hundred: every file of models is spoilt in every way we could think of.
 
 Each case takes one file of a good folder of models and spoils it so that it cannot be right: a key is dropped,
 doubled or misspelt; a value is of another kind, out of all bounds, or no number; a list has another length; the text
@@ -39,7 +39,9 @@ FILES = {
     "tools/weight.yaml": "weight",
     "tools/com.yaml": "com",
     "tools/novel.yaml": "reach",
+    "tools/uncommon.yaml": "vision",
     "paths/reach.yaml": "reach",
+    "paths/mash.yaml": "vision",
     "nail.yaml": "hammer",
     "faults.yaml": "weight",
 }
@@ -73,6 +75,10 @@ _ARM = (
     ("arm.dmd.yaml", "arm::base", "arm::bottom"),
     ("package.xml", "<name>", "<nom>"),
 )
+
+
+# One of these must be named where one of them is spoilt: they load each other.
+_ARM_FILES = re.compile(r"arm\.sdf|arm\.dmd\.yaml|package\.xml")
 
 
 class Answer(NamedTuple):
@@ -286,7 +292,7 @@ def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list
         for number in range(arms):
             tried += 1
             found = answer_for_arm(models, number)
-            if not found.refused:
+            if not (found.refused and _ARM_FILES.search(found.err)):
                 name, *change = _ARM[number]
                 failures.append([name, repr(change), str(found.status), found.err.strip()[-200:]])
     return failures, {"bad_inputs_tried": tried, "bad_inputs_refused": tried - len(failures)}

@@ -125,7 +125,7 @@ class Learned(NamedTuple):
     Attributes:
         belief: Of the materials.
         p_value: How surprised it was.
-        bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,).
+        bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2].
     """
 
     belief: DensityBelief
@@ -208,6 +208,9 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 
     Bayes' rule by brute force: the size of the errors is that of every density's own torque. The object's densities
     stand for the materials', whose deviations from them the grid leaves out.
+
+    Raises:
+        ValueError: The noise is not Weber's.
     """
     noise, prior = config.settings.noise, config.settings.prior
     if not isinstance(noise, WeberNoise):

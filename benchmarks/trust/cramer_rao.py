@@ -26,7 +26,7 @@ class Felt(NamedTuple):
 
     Attributes:
         tau_arm: Mean over samples of the torques of the arm alone, (num_joints,), [N m].
-        Y: Mean of the payload regressor, (num_joints, 10).
+        Y: Mean of the payload regressor, (num_joints, 10), in N m per unit of each inertial parameter.
         YtY: Sum of Y^T Y over samples, (10, 10).
     """
 
@@ -36,7 +36,7 @@ class Felt(NamedTuple):
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """What is felt where nothing moves."""
+    """What is felt in samples, num_samples of them, where nothing moves; tau_arm and Y as in Felt."""
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
@@ -55,7 +55,7 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
 
 
 def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
-    """Bounds on the variances of the mean densities of M materials, the prior included, (M,).
+    """Bounds on the variances of the mean densities of M materials, the prior included, (M,), [(kg/m^3)^2].
 
     The inverse of the prior's precision and the Fisher information at the truth. With Weber noise the mean torque is
     felt once, and its information has a part from the mean and one from the size of the errors, as this depends on

@@ -35,7 +35,8 @@ HOW = {
     "efficiency_vs_cramer_rao": "Cramer-Rao bound over the unrestricted posterior's variance, means over draws; of "
     "both noise models, the one further from 1",
     "faults": "by name; density_error is the median of |believed/true - 1| after six trials, p_correct as in reach",
-    "bad_inputs_refused": "of bad_inputs_tried: exit status 2, one line that names file and key, nothing written",
+    "bad_inputs_refused": "of bad_inputs_tried: exit status 2, one line that names file and key (of the arm only the "
+    "file), nothing written",
     "kills_identical": "of kills with SIGKILL, of experiments in one and two processes: files after resuming equal "
     "those of a run left alone, byte for byte",
     "cluster_identical": "files of a run on two Dask workers of one machine, one killed while it had a task, equal "

@@ -37,7 +37,7 @@ def describe(numbers: Mapping[str, Any]) -> Section:
         *(
             Claim(
                 "ours",
-                f"With the fault {name} the arm keeps its limits of torque, rate and angle, and beliefs stay valid.",
+                f"Fault '{name}': the arm keeps its limits of torque, rate and angle, and beliefs stay valid.",
                 bool(
                     cost["beliefs_valid"]
                     and cost["torque_of_limit"] <= 1.0
