@@ -44,7 +44,7 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 	$(PYTHON) -m benchmarks.run
 
-trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: about an hour
+trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m benchmarks.trust.run
 
 clean: ## remove the environment (results/ stay)

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator
 from numpy.typing import NDArray
 from scipy.stats import binom
 
@@ -106,6 +107,8 @@ def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], ef
         what, of = name.split(": ", 1)
         axes.set_xticks(counts, [f"{count:,}" for count in counts])
         axes.minorticks_off()
+        axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axes.yaxis.set_major_formatter("{x:g}")
         axes.set_xlabel(what)
         axes.set_title(of, fontsize=_FONT_SIZE)
         axes.spines[["top", "right"]].set_visible(False)
