@@ -85,6 +85,7 @@ class AccelerationProgram:
             np.zeros((len(miss), N * n + len(miss))), np.zeros(len(miss)), np.concatenate([self._vdot, miss])
         )
         endless = np.full(2 * N * n, np.inf)
+        # Has the rows of those that have entered.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -endless, endless, self._vdot)
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
@@ -149,7 +150,7 @@ class AccelerationProgram:
             if vdot is not free and not (broken & ~entered).any():
                 return vdot
             entered |= broken
-            self._motion.evaluator().set_bounds(np.where(entered, lower, -np.inf), np.where(entered, upper, np.inf))
+            self._motion.evaluator().UpdateCoefficients(self._motion_response[entered], lower[entered], upper[entered])
             result = self._plan_solver.Solve(self._plan, None, self._options)
             if not result.is_success():
                 return None
