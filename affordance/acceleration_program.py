@@ -150,7 +150,8 @@ class AccelerationProgram:
             if vdot is not free and not (broken & ~entered).any():
                 return vdot
             entered |= broken
-            self._motion.evaluator().UpdateCoefficients(self._motion_response[entered], lower[entered], upper[entered])
+            rows = (self._motion_response[entered], lower[entered], upper[entered])
+            self._motion.evaluator().UpdateCoefficients(*rows)
             result = self._plan_solver.Solve(self._plan, None, self._options)
             if not result.is_success():
                 return None

@@ -48,6 +48,8 @@ FILES = {
 # Files whose keys are names that are free to choose, and keys that may be left out.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
 OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
+# Likewise, in one file.
+OPTIONAL_IN = {"tools/uncommon.yaml": frozenset({"grips"})}
 # What stands for a number, a text, a list and a mapping that is none, or lies out of all bounds.
 WRONG: dict[type, tuple[Any, ...]] = {
     float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),
@@ -215,13 +217,16 @@ def _list_places(content: Any, way: str, file: str) -> Iterator[tuple[Any, ...]]
     """Places of a parsed file that can be spoilt in a way; the first part, "", is the file's whole content."""
     if way == "add":
         yield ("",)
-    yield from _list_inner_places(content, way, ("",), are_names=file in NAMED)
+    optional = OPTIONAL | OPTIONAL_IN.get(file, frozenset())
+    yield from _list_inner_places(content, way, ("",), optional, are_names=file in NAMED)
 
 
-def _list_inner_places(content: Any, way: str, at: tuple[Any, ...], *, are_names: bool) -> Iterator[tuple[Any, ...]]:
+def _list_inner_places(
+    content: Any, way: str, at: tuple[Any, ...], optional: frozenset[str], *, are_names: bool
+) -> Iterator[tuple[Any, ...]]:
     for key, value in content.items() if isinstance(content, dict) else enumerate(content):
         place = (*at, key)
-        required = isinstance(key, str) and not are_names and key not in OPTIONAL
+        required = isinstance(key, str) and not are_names and key not in optional
         is_vector = isinstance(value, list) and value and isinstance(value[0], int | float)
         applies = {
             "value": True,
@@ -232,7 +237,7 @@ def _list_inner_places(content: Any, way: str, at: tuple[Any, ...], *, are_names
         if applies[way]:
             yield place
         if isinstance(value, dict | list):
-            yield from _list_inner_places(value, way, place, are_names=key == "grips")
+            yield from _list_inner_places(value, way, place, optional, are_names=key == "grips")
 
 
 def _run_nothing(*_: Any, **__: Any) -> None:
