@@ -112,7 +112,8 @@ def write_report(folder: Path) -> Path:
         "come from sources and were fixed before any outcome was looked at, but for the place of the grip "
         "(docs/decisions/0002-arm.md), the goal of a hold (0010), the rate of sampling (0008), where the nail stands "
         "(0014), what the eye takes for straight (0015) and a margin to limits of angle (0009); none of these was "
-        f"changed to meet a claim.</p>\n{body}\n</body>\n</html>\n"
+        "changed to meet a claim of the paper, but without the margin limits of angle are not kept under every fault."
+        f"</p>\n{body}\n</body>\n</html>\n"
     )
     path = folder / "report.html"
     write_text(path, page)
