@@ -20,7 +20,7 @@ from affordance.results import compute_key, run_repeats
 from affordance.seed_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.tools import Colour, Tool
-from affordance.trial import get_runner
+from affordance.trial import TrialRecord, get_runner
 
 _LOG = logging.getLogger(__name__)
 
@@ -110,27 +110,32 @@ def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
     return [int(index) for _ in range(num_blocks) for index in rng.permutation(len(config.tools))]
 
 
-def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs an observer's trials.
-
-    Returns: ``precision`` (K + 1, M, M), ``shift`` (K + 1, M), and ``order``, ``log_evidence``, ``rejected`` and
-        ``surprising``, (K,) each.
-    """
+def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
+    """Runs an observer's K trials; returns K + 1 memories, the first before any of them, and the records."""
     runner = get_runner(config.settings)
-    order = draw_order(config, repeat)
     memory = MaterialMemory().meet(config.looks, config.settings.prior)
     memories, records = [memory], []
-    for trial, index in enumerate(order):
+    for trial, index in enumerate(draw_order(config, repeat)):
         seed = (config.seed, repeat, trial)
         record = runner.run_hold(config.tools[index], memory, duration=config.duration, seed=seed)
         # A look that was not recognised for certain is forgotten; what it taught of the others is not.
         memory = record.memory.keep(config.looks)
         memories.append(memory)
         records.append(record)
+    return memories, records
+
+
+def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs an observer's trials, and notes what they taught.
+
+    Returns: ``precision`` (K + 1, M, M), ``shift`` (K + 1, M), and ``order``, ``log_evidence``, ``rejected`` and
+        ``surprising``, (K,) each.
+    """
+    memories, records = run_trials(config, repeat)
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "shift": np.stack([memory.belief.shift for memory in memories]),
-        "order": np.array(order, dtype=np.intp),
+        "order": np.array(draw_order(config, repeat), dtype=np.intp),
         "log_evidence": np.array([record.log_evidence for record in records]),
         "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
         "surprising": np.array([record.surprising for record in records], dtype=np.intp),

@@ -1,6 +1,5 @@
 """The folder of results: files that appear whole or not at all, and repeats that survive a kill."""
 
-import contextlib
 import hashlib
 import importlib.metadata
 import json
@@ -8,16 +7,16 @@ import logging
 import os
 import platform
 import struct
-import warnings
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import joblib
 import numpy as np
+from joblib.externals.loky import get_reusable_executor
 from numpy.typing import NDArray
 from tqdm import tqdm
 
@@ -159,10 +158,7 @@ def run_repeats(
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
     finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
-    with (
-        tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress,
-        _let_processes_grow(),
-    ):
+    with tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress:
         for repeat, arrays in finished:
             # Here, not where it was run: another machine need not share this folder.
             _keep(folder, repeat, arrays)
@@ -171,16 +167,12 @@ def run_repeats(
     return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
 
 
-@contextlib.contextmanager
-def _let_processes_grow() -> Iterator[None]:
-    """Keeps joblib's word about leaks to itself.
+def end_processes() -> None:
+    """Ends the processes that repeats ran in; joblib would keep them for the next ones.
 
-    Processes that served a small experiment grow in the next, larger one. joblib takes that for a leak, and starts
-    others in their stead: nothing is lost. That nothing leaks is measured by ``make trust``.
+    Those of another experiment grow in it, which joblib takes for a leak: it replaces them, and warns.
     """
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "A worker stopped while some jobs were given", UserWarning)
-        yield
+    get_reusable_executor().shutdown(wait=True)
 
 
 def remove_leftovers(folder: Path) -> None:

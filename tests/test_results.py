@@ -3,8 +3,6 @@ import json
 import logging
 import os
 import shutil
-import subprocess
-import sys
 from enum import Enum
 from pathlib import Path
 from typing import NamedTuple
@@ -15,6 +13,7 @@ import pytest
 from affordance.exceptions import BadValueError
 from affordance.results import (
     compute_key,
+    end_processes,
     prepare_folder,
     remove_leftovers,
     run_repeats,
@@ -57,13 +56,11 @@ def test_repeats_run_in_other_processes(tmp_path):
     assert os.getpid() not in pids
 
 
-def test_processes_may_grow_without_a_word(tmp_path):
-    """Joblib takes it for a leak, and warns."""
-    script = Path(__file__).with_name("growing_repeats.py")
-    command = [sys.executable, str(script), str(tmp_path / "kept")]
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120)
-    assert float(done.stdout) > 3e8
-    assert "Warning" not in done.stderr
+def test_processes_that_were_ended_serve_no_others(tmp_path):
+    first = run(tmp_path / "first", repeats=6, jobs=2)["pid"]
+    end_processes()
+    second = run(tmp_path / "second", repeats=6, jobs=2)["pid"]
+    assert not np.intersect1d(first, second).size
 
 
 def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):

@@ -4,7 +4,6 @@ Two objects of wood and steel, one the other turned around, are held again and a
 then serves to hold each of them once more, and a decoy that looks like the first and is made like the second.
 """
 
-import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -29,6 +28,7 @@ from affordance.experiments.outputs import (
     label_motions,
     name_faults,
     stack_heights,
+    warn_of_faults,
 )
 from affordance.experiments.preparation import (
     check_looks_differ,
@@ -49,8 +49,6 @@ from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import SURPRISE, TrialRecord, get_runner
 from affordance.visual_prior import predict_object
 from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
-
-_LOG = logging.getLogger(__name__)
 
 NAME = "com"
 # Masses that differ by less than this fraction are equal: what is left is rounding.
@@ -169,15 +167,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     arrays = run_repeats(kept, partial(run_repeat, config, experience), repeats=repeats, jobs=jobs, description=NAME)
     shown = run_test_pass(config, experience.recall(RUN_SHOWN, experience.num_trials), RUN_SHOWN)
     numbers = compute_metrics(config, experience, arrays)
-    honest = int(numbers["trials_surprising_test"][:-1].sum())
-    if honest or numbers["samples_rejected_test"].any():
-        _LOG.warning(
-            "%s: %d samples were refused, and %d of %d trials with honest objects are grossly surprising",
-            NAME,
-            numbers["samples_rejected_test"].sum(),
-            honest,
-            repeats * (len(config.tools) - 1),
-        )
+    warn_of_faults(NAME, numbers["samples_rejected_test"], numbers["trials_surprising_test"], repeats)
     _write_trajectories(folder / "trajectories.nc", config, arrays, shown)
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)

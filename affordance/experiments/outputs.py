@@ -1,5 +1,6 @@
 """What the experiments write alike: heights, motions, faults and provenance."""
 
+import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from typing import Any
@@ -12,6 +13,8 @@ from affordance.report import Section
 from affordance.results import list_versions
 from affordance.trajectories import Labelled
 from affordance.trial import TrialRecord
+
+_LOG = logging.getLogger(__name__)
 
 # Heights that a trial logs, and of which point of the tool they are.
 HEIGHTS = {
@@ -78,6 +81,26 @@ def name_faults(section: Section, faults: Faults, remark: str = "") -> Section:
     named = ", ".join(active)
     summary = " ".join(filter(None, (section.summary, f"Run with faults: {named}.", remark)))
     return section._replace(title=f"{section.title} (with faults: {named})", summary=summary)
+
+
+def warn_of_faults(name: str, rejected: NDArray[np.int_], surprising: NDArray[np.int_], repeats: int) -> None:
+    """Says that samples were refused, or that trials with honest objects were grossly surprising.
+
+    Args:
+        name: The experiment.
+        rejected: Refused samples by object, the decoy last.
+        surprising: Grossly surprising trials by object; those with the decoy are meant to be.
+        repeats: How many trials there were with each.
+    """
+    honest = int(surprising[:-1].sum())
+    if honest or rejected.any():
+        _LOG.warning(
+            "%s: %d samples were refused, and %d of %d trials with honest objects are grossly surprising",
+            name,
+            rejected.sum(),
+            honest,
+            repeats * (len(surprising) - 1),
+        )
 
 
 def describe_run(config: Any, *, seed: int, repeats: int, wall_s: float) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from affordance.experiments.modes import compare_modes
 from affordance.experiments.preparation import switch_faults_on
 from affordance.faults import load_faults
 from affordance.report import write_report
-from affordance.results import prepare_folder, remove_leftovers
+from affordance.results import end_processes, prepare_folder, remove_leftovers
 from affordance.seeing.frames import save_frame
 from affordance.settings import Sight
 
@@ -63,6 +63,7 @@ def run_suite(
             remove_leftovers(out)
             for name, folder in folders.items():
                 EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+                end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     compare_modes(out)

@@ -5,7 +5,6 @@ Each is put into the outstretched hand and held; what is felt updates the belief
 is seen.
 """
 
-import logging
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,6 +27,7 @@ from affordance.experiments.outputs import (
     label_motions,
     name_faults,
     stack_heights,
+    warn_of_faults,
 )
 from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
 from affordance.experiments.sights import show_sights
@@ -40,8 +40,6 @@ from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
 from affordance.trajectories import Labelled, write_trajectories
 from affordance.trial import SURPRISE, TrialRecord, get_runner
 from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
-
-_LOG = logging.getLogger(__name__)
 
 NAME = "weight"
 QUARTILES = (0.25, 0.5, 0.75)
@@ -156,15 +154,7 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     arrays = run_repeats(kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=NAME)
     records, _ = run_observer(config, RUN_SHOWN)
     numbers = compute_metrics(config, arrays)
-    honest = int(numbers["trials_surprising"][:-1].sum())
-    if honest or numbers["samples_rejected"].any():
-        _LOG.warning(
-            "%s: %d samples were refused, and %d of %d trials with honest objects are grossly surprising",
-            NAME,
-            numbers["samples_rejected"].sum(),
-            honest,
-            repeats * (len(config.tools) - 1),
-        )
+    warn_of_faults(NAME, numbers["samples_rejected"], numbers["trials_surprising"], repeats)
     _write_trajectories(folder / "trajectories.nc", config, arrays, records)
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from affordance.belief import DensityBelief
 from affordance.choice import Choice, pick_cheapest
-from affordance.experience import ExperienceConfig, draw_order
+from affordance.experience import ExperienceConfig, run_trials
 from affordance.experiments.decisions import count_correct
 from affordance.experiments.preparation import switch_faults_on
 from affordance.experiments.reach import ReachConfig, build_choices, execute, load_config
@@ -49,31 +49,24 @@ HEADER = [
 
 
 def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs an observer's trials, as ``gain_experience`` does, and notes what a fault may spoil.
+    """Runs an observer's trials, and notes what a fault may spoil.
 
     Returns: ``precision`` (K + 1, M, M) and ``shift`` (K + 1, M); and over K trials, (K,) each, samples ``rejected``
         and ``accepted``, ``surprising``, ``overstep`` beyond the range of a joint, [rad], and ``rate`` and ``load``,
         the largest parts of a limit of rate and of torque.
     """
-    runner = get_runner(config.settings)
-    memory = MaterialMemory().meet(config.looks, config.settings.prior)
-    memories, rows = [memory], []
-    for trial, index in enumerate(draw_order(config, repeat)):
-        tool = config.tools[index]
-        limits = runner.get_diagram(tool).arm.limits
-        record = runner.run_hold(tool, memory, duration=config.duration, seed=(config.seed, repeat, trial))
-        memory = record.memory
-        memories.append(memory)
-        beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max()
-        rate, load = (np.abs(record.v) / limits.v_max).max(), (np.abs(record.tau) / limits.tau_max).max()
-        counts = (record.samples.rejected, record.samples.accepted, record.surprising)
-        rows.append((*counts, max(0.0, beyond), rate, load))
-    columns = np.array(rows, dtype=float).T
-    names = ("rejected", "accepted", "surprising", "overstep", "rate", "load")
+    limits = get_runner(config.settings).get_diagram(config.tools[0]).arm.limits
+    memories, records = run_trials(config, repeat)
+    beyond = [np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max() for record in records]
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "shift": np.stack([memory.belief.shift for memory in memories]),
-        **dict(zip(names, columns, strict=True)),
+        "rejected": np.array([record.samples.rejected for record in records]),
+        "accepted": np.array([record.samples.accepted for record in records]),
+        "surprising": np.array([record.surprising for record in records]),
+        "overstep": np.maximum(beyond, 0.0),
+        "rate": np.array([(np.abs(record.v) / limits.v_max).max() for record in records]),
+        "load": np.array([(np.abs(record.tau) / limits.tau_max).max() for record in records]),
     }
 
 
