@@ -14,8 +14,8 @@ import joblib
 
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.suite import EXPERIMENTS, run_suite
-from affordance.settings import Sight
-from affordance.tools import MODELS
+from affordance.files.model_folder import MODELS
+from affordance.vision.features import FeatureSource
 
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
@@ -42,8 +42,8 @@ def build_parser() -> argparse.ArgumentParser:
     parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
     parser.add_argument(
         "--vision",
-        choices=[sight.value for sight in Sight],
-        default=Sight.FEATURES.value,
+        choices=[feature_source.value for feature_source in FeatureSource],
+        default=FeatureSource.FEATURES.value,
         help="features of objects as they are (default), or seen in a picture of each; vision always sees pictures",
     )
     parser.add_argument(
@@ -84,7 +84,7 @@ def main() -> int:
             jobs=arguments.jobs,
             faults=arguments.fault,
             cluster=arguments.cluster,
-            sight=Sight(arguments.vision),
+            feature_source=FeatureSource(arguments.vision),
         )
         print(f"The report: {report}")
     except AffordanceError as error:

@@ -1,16 +1,19 @@
 """Visual inertial affordances: see an object, guess its inertia, hold it, feel it, guess better."""
 
-from affordance.belief import DensityBelief, Point, Prior
-from affordance.choice import Option, RankedOption, Ranking, list_options, rank
+from affordance.belief.density_belief import DensityBelief, PointEstimate, Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import Hammer, load_hammer
+from affordance.choice.options import Option, list_options
+from affordance.choice.ranking import RankedOption, Ranking, rank
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, BadValueError, ModelFileError
-from affordance.memory import MaterialMemory
-from affordance.noise import WeberNoise, WhiteNoise
-from affordance.paths import TimedPath, load_path
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Material, Tool
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import Settings
-from affordance.tasks.hammer import Hammer, load_hammer
-from affordance.tasks.reach import Reach
-from affordance.tools import MODELS, Material, Tool, load_materials, load_tools
-from affordance.trial import TrialRecord, TrialRunner
+from affordance.simulation.trial import TrialRecord, TrialRunner
 
 __all__ = [
     "MODELS",
@@ -22,7 +25,7 @@ __all__ = [
     "MaterialMemory",
     "ModelFileError",
     "Option",
-    "Point",
+    "PointEstimate",
     "Prior",
     "RankedOption",
     "Ranking",

@@ -4,26 +4,18 @@ They were fixed before any experiment was run and are not tuned to its outcome; 
 what it is. A study of sensitivity replaces them one at a time.
 """
 
-import enum
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 from pydrake.systems.analysis import SimulatorConfig
 
-from affordance.acceleration_program import MpcSettings
-from affordance.arm import ARM
-from affordance.belief import Point, Prior
-from affordance.faults import NO_FAULTS, Faults
-from affordance.noise import NoiseModel, WeberNoise
-from affordance.vision import VisionError
-
-
-class Sight(enum.Enum):
-    """Where the features of an object come from."""
-
-    FEATURES = "features"  # the object itself, with the error of measuring them (paper, IV-A)
-    PIXELS = "pixels"  # a colour and depth picture of it, and nothing else
+from affordance.belief.density_belief import PointEstimate, Prior
+from affordance.control.problem import MpcSettings
+from affordance.plant.arm import ARM
+from affordance.proprioception.faults import NO_FAULTS, Faults
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
+from affordance.vision.features import FeatureSource, VisionError
 
 
 @dataclass(frozen=True)
@@ -35,11 +27,11 @@ class Settings:
         prior: What is believed of a material never felt.
         noise: How well joints feel torque.
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
-        sight: Whether features are measured or seen in pictures; vision_error is for those that are measured.
+        feature_source: Whether features are measured or seen in pictures; vision_error is for those measured.
         mpc: Horizon, steps and weights of the controller.
         angle_margin: What the controller keeps clear of the joints' limits of angle, [rad].
-        tick: Time between two plans of the controller, [s].
-        point: Which density stands for the belief in control.
+        control_period: Time between two plans of the controller, [s].
+        point_estimate: Which density stands for the belief in control.
         uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
             prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
@@ -64,7 +56,7 @@ class Settings:
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
     vision_error: VisionError = VisionError()
-    sight: Sight = Sight.FEATURES
+    feature_source: FeatureSource = FeatureSource.FEATURES
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
     # docs/decisions/0005-controller.md
     mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)
@@ -72,8 +64,8 @@ class Settings:
     # mrad. docs/decisions/0009-limits-as-met.md
     angle_margin: float = math.radians(0.25)
     # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x tick x 16.
-    tick: float = 0.005
-    point: Point = Point.MODE
+    control_period: float = 0.005
+    point_estimate: PointEstimate = PointEstimate.MODE
     uses_posterior: bool = False
     # Every sample is an exact linear observation of the same object: at 10 Hz the percept differs from that at 100 Hz
     # by a thousandth, a hundredth of its own uncertainty. docs/decisions/0008-percept-as-state.md

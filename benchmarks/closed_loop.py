@@ -16,25 +16,23 @@ from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.controllers import InverseDynamicsController
 from pydrake.systems.framework import DiagramBuilder, OutputPort
 from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource, ZeroOrderHold
 from pydrake.trajectories import PiecewisePolynomial
 
-from affordance.arm import Arm, add_arm, load_arm
-from affordance.belief import DensityBelief
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.control.systems import MpcController
 from affordance.experiments.weight import WeightConfig, load_config
-from affordance.memory import MaterialMemory
+from affordance.objects.tool import Tool
+from affordance.plant.arm import Arm, add_arm, load_arm
+from affordance.proprioception.systems import DensityEstimator
 from affordance.settings import Settings
-from affordance.systems.density_estimator import DensityEstimator
-from affordance.systems.mpc_controller import MpcController
-from affordance.tools import Tool
-from affordance.trial import TrialRecord, TrialRunner
+from affordance.simulation.trial import TrialRecord, TrialRunner
 from benchmarks.timing import time_by_turns
-
-Array = NDArray[np.float64]
 
 NUM_TURNS = 15
 # How long torques are replayed before the recorded state is set again, [s].
@@ -86,10 +84,12 @@ def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, dur
     # The torque logged at a time is that of the tick which ends there. Breaks lie half a tick before the ticks, so
     # that no rounding makes a tick read the row before its own.
     tau = np.vstack([record.tau[1:], record.tau[-1:]])
-    steps = PiecewisePolynomial.ZeroOrderHold((record.times - 0.5 * settings.tick).tolist(), list(tau[:, :, None]))
+    steps = PiecewisePolynomial.ZeroOrderHold(
+        (record.times - 0.5 * settings.control_period).tolist(), list(tau[:, :, None])
+    )
     source = builder.AddSystem(TrajectorySource(steps))
     starts = np.arange(0.0, duration, _REPLAYED_AT_ONCE)
-    states = np.hstack([record.q, record.v])[np.round(starts / settings.tick).astype(int)]
+    states = np.hstack([record.q, record.v])[np.round(starts / settings.control_period).astype(int)]
     return _finish_diagram(builder, arm, source.get_output_port(), tool, settings, duration, (starts, states))
 
 
@@ -103,7 +103,7 @@ def _finish_diagram(
     starts: tuple[Array, Array],
 ) -> Callable[[], None]:
     """Holds the torque for a tick, adds the logs, and builds; starts are times, and the states to set there."""
-    held = builder.AddSystem(ZeroOrderHold(settings.tick, arm.num_joints))
+    held = builder.AddSystem(ZeroOrderHold(settings.control_period, arm.num_joints))
     builder.Connect(tau, held.get_input_port())
     builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
     for port in ("state", "net_actuation"):
@@ -153,7 +153,7 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
 def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, float]:
     """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
     memory = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
-    every_tick = dataclasses.replace(config.settings, log_period=config.settings.tick)
+    every_tick = dataclasses.replace(config.settings, log_period=config.settings.control_period)
     record = TrialRunner(every_tick).run_hold(tool, memory, duration=config.duration, seed=(0,))
     runner = TrialRunner(config.settings)
     runner.get_diagram(tool)

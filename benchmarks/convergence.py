@@ -10,11 +10,11 @@ import time
 
 import numpy as np
 
-from affordance.belief import DensityBelief
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.weight import WeightConfig, load_config
-from affordance.memory import MaterialMemory
 from affordance.settings import Settings
-from affordance.trial import TrialRecord, TrialRunner
+from affordance.simulation.trial import TrialRecord, TrialRunner
 from benchmarks.tables import format_table
 
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")
@@ -46,8 +46,8 @@ def measure() -> list[list[str]]:
     reference, _ = run_trials(
         config, dataclasses.replace(config.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
     )
-    tick = config.settings.tick
-    cases = [(scheme, accuracy, tick) for scheme in SCHEMES for accuracy in ACCURACIES]
+    control_period = config.settings.control_period
+    cases = [(scheme, accuracy, control_period) for scheme in SCHEMES for accuracy in ACCURACIES]
     cases += [(config.settings.integration_scheme, config.settings.accuracy, step) for step in MAX_STEPS]
     rows = []
     given_up: set[str] = set()

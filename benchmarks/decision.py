@@ -11,23 +11,24 @@ import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
-from affordance.arm import ArmModel, load_arm
-from affordance.belief import DensityBelief
-from affordance.blow import deal_blow
-from affordance.choice import NO_OPTION, Choice, list_options, pick_cheapest
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.motion_cost import NUM_NODES, MotionCost
+from affordance.choice.options import list_options
+from affordance.choice.ranking import NO_OPTION, Choice, pick_cheapest
 from affordance.exceptions import AffordanceError
-from affordance.experience import ExperienceConfig, gain_experience
-from affordance.experiments import hammer, reach
-from affordance.experiments.hammer_blows import FORCE_TOLERANCE, get_energies
-from affordance.memory import MaterialMemory
-from affordance.planned_motion import NUM_NODES, MotionEnergies
-from affordance.rollout import roll_out
-from affordance.tools import Colour
+from affordance.experiments import reach
+from affordance.experiments.hammer import experiment as hammer
+from affordance.experiments.hammer.blows import FORCE_TOLERANCE, get_costs
+from affordance.experiments.shared.experience import ExperienceConfig, gain_experience
+from affordance.objects.colour import Colour
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.simulation.blow import simulate_blow
+from affordance.simulation.rollout import roll_out
 from benchmarks.timing import time_by_turns
 
-Array = NDArray[np.float64]
 # Simulates one grip, by its index, under densities by colour: its work, [J], and whether it did what was asked.
 Simulate = Callable[[int, Mapping[Colour, float]], tuple[float, bool]]
 
@@ -44,7 +45,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     settings, tool = config.experience.settings, config.novel.plain
 
     def follow_path(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
-        rollout = roll_out(tool.hold_by(tool.grips[grip]), config.task, densities, settings)
+        rollout = roll_out(tool.gripped_by(tool.grips[grip]), config.task, densities, settings)
         return rollout.work, rollout.error <= config.task.path.tolerance
 
     start = time.perf_counter()
@@ -53,11 +54,11 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     for_reach += [f"{100 * measure_quadrature(choice, config):.3f} %"]
 
     blow = hammer.load_config()
-    energies = list(get_energies(blow, tool := blow.novel.plain).values())
+    cost_model = list(get_costs(blow, tool := blow.novel.plain).values())
 
     def strike(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
         try:
-            done = deal_blow(tool.hold_by(tool.grips[grip]), energies[grip], densities, settings)
+            done = simulate_blow(tool.gripped_by(tool.grips[grip]), cost_model[grip], densities, settings)
         except AffordanceError:
             return np.inf, False
         return done.work, abs(done.force / blow.task.force - 1.0) <= FORCE_TOLERANCE
@@ -94,17 +95,21 @@ def compare(
     """
     arrays, rng = gain_experience(experience, 0), np.random.default_rng(0)
     memories = [
-        MaterialMemory(experience.looks, DensityBelief(arrays["precision"][trial], arrays["shift"][trial]))
+        MaterialMemory(
+            experience.colours, DensityBelief(arrays["precision"][trial], arrays["information_vector"][trial])
+        )
         for trial in (0, 1)
     ]
     deviation = choice.settings.prior.deviation_sd
-    rho = np.vstack([memory.belief.spread(deviation).draw_samples(rng, NUM_ROLLOUTS // 2) for memory in memories])
+    rho = np.vstack(
+        [memory.belief.add_object_variation(deviation).draw_samples(rng, NUM_ROLLOUTS // 2) for memory in memories]
+    )
     planned = choice.compute_costs(choice.compute_parameters(memories[0], rho))
     works, done = np.empty_like(planned.work), np.empty_like(planned.feasible)
     start = time.perf_counter()
     for k, densities in enumerate(rho):
         for grip in range(len(choice.options)):
-            works[grip, k], done[grip, k] = simulate(grip, dict(zip(experience.looks, densities, strict=True)))
+            works[grip, k], done[grip, k] = simulate(grip, dict(zip(experience.colours, densities, strict=True)))
     brute_seconds = (time.perf_counter() - start) / NUM_ROLLOUTS
     coin = np.random.default_rng(0)
     fast, brute = pick_cheapest(planned, coin), pick_cheapest(planned._replace(work=works, feasible=done), coin)
@@ -133,12 +138,12 @@ def compare(
 
 def measure_quadrature(choice: Choice, config: reach.ReachConfig) -> float:
     """Largest error of the work by the nodes of the quadrature, as a part of it, under densities of the prior."""
-    memory = MaterialMemory().meet(config.experience.looks, choice.settings.prior)
+    memory = MaterialMemory().add_colours(config.experience.colours, choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))
     error = 0.0
     for option, parameters, coarse in zip(choice.options, pi, choice.compute_costs(pi).work, strict=True):
-        motion = config.task.build_energies(model, option.gripped, choice.settings).motion
-        every_tick = MotionEnergies(model, motion, num_nodes=len(motion.q)).compute(parameters).work
+        motion = config.task.build_cost(model, option.gripped, choice.settings).motion
+        every_tick = MotionCost(model, motion, num_nodes=len(motion.q)).compute(parameters).work
         error = max(error, float(np.abs(coarse / every_tick - 1.0).max()))
     return error

@@ -6,22 +6,20 @@ Offsets are in units of the posterior's standard deviation; coverage is of the o
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.stats import norm, truncnorm
 
-from affordance.arm import load_arm
-from affordance.belief import Prior
-from affordance.estimator import infer
+from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.weight import load_config
-from affordance.memory import MaterialMemory
-from affordance.noise import WeberNoise
+from affordance.plant.arm import load_arm
+from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.static_hold import StaticHold
-from affordance.vision import VisionError, observe
-from affordance.visual_prior import predict_object
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
 from benchmarks.tables import format_table
-
-Array = NDArray[np.float64]
 
 NUM_PERCEPTS = 2000
 GRID = np.linspace(0.0, 40_000.0, 20_001)[1:]
@@ -48,16 +46,18 @@ def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array
         cover the truth, (N, 2) each.
     """
     hold = StaticHold(load_arm())
-    features = observe(load_config().tools[2], VisionError(), np.random.default_rng(0))
+    features = measure_features(load_config().tools[2], VisionError(), np.random.default_rng(0))
     belief = predict_object(features, MaterialMemory(), prior)
     offsets: list[Array] = []
     covered: list[list[bool]] = []
     covered_by_grid: list[list[bool]] = []
     for number, true in enumerate(true_densities):
-        percept = hold.feel(belief, np.array([true]), noise, (number,))
-        posterior = infer(belief, percept, len(hold.tau_arm), noise, prior.deviation_sd).posterior.densities
+        statistics = hold.measure(belief, np.array([true]), noise, (number,))
+        posterior = compute_posterior(
+            belief, statistics, len(hold.tau_arm), noise, prior.deviation_sd
+        ).posterior.densities
         ours = posterior.compute_percentiles(FRACTIONS)[:, 0]
-        tau = percept.features[: len(hold.tau_arm)]
+        tau = statistics.features[: len(hold.tau_arm)]
         grid = compute_grid_percentiles(hold, belief.geometry.Phi[:, 0], tau, noise, prior)
         offsets.append((ours - grid) / np.sqrt(posterior.covariance[0, 0]))
         for percentiles, verdicts in ((ours, covered), (grid, covered_by_grid)):

@@ -13,17 +13,16 @@ OSQP best: accelerations only, goal and limits hard. That one cannot always be m
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.solvers import ChooseBestSolver, MakeSolver, MathematicalProgram, OsqpSolver, SolverOptions
 
-from affordance.acceleration_program import MpcSettings, TerminalGoal, compute_responses
-from affordance.arm import ArmModel, JointLimits, load_arm
-from affordance.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.arrays import Array
+from affordance.control.hold import Hold
+from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
+from affordance.plant.arm import JointLimits, load_arm
+from affordance.plant.arm_model import ArmModel
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.tasks.hold import Hold
 from benchmarks.timing import time_by_turns
-
-Array = NDArray[np.float64]
 
 NUM_FREE = 100
 NUM_LIMITED = 40
@@ -83,8 +82,8 @@ class HardOsqp:
         program = MathematicalProgram()
         vdot = program.NewContinuousVariables(N * n)
         program.AddQuadraticCost(2.0 / N * np.eye(N * n), np.zeros(N * n), vdot, is_convex=True)
-        endless = np.full(2 * N * n, np.inf)
-        self._limit = program.AddLinearConstraint(self._motion, -endless, endless, vdot)
+        unbounded = np.full(2 * N * n, np.inf)
+        self._limit = program.AddLinearConstraint(self._motion, -unbounded, unbounded, vdot)
         self._goal = program.AddLinearEqualityConstraint(self._terminal, np.zeros(2 * n), vdot)
         self._torque = program.AddLinearConstraint(one, -np.ones(n), np.ones(n), vdot[:n])
         self._program, self._vdot = program, vdot
@@ -144,7 +143,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     ]
     goal = hold.compute_goal(model, states[0], 0.0, 0.24)
 
-    def tick() -> None:
+    def control_period() -> None:
         for x in states:
             model.set_state(x)
             mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
@@ -168,7 +167,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
             "bare algebra, inverse kept": repeat(keeping),
             "Drake's equality-constrained solver, program kept": repeat(by_drake),
             "plan and its motion": repeat(mpc.solve_free),
-            "tick: state, goal, plan, limits, torques": tick,
+            "tick: state, goal, plan, limits, torques": control_period,
         },
         calls_per_turn=5,
     )

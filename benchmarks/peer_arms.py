@@ -6,11 +6,9 @@ from xml.etree import ElementTree
 import numpy as np
 import pinocchio
 import roboticstoolbox
-from numpy.typing import NDArray
 
-from affordance.tools import MODELS
-
-Array = NDArray[np.float64]
+from affordance.arrays import Array
+from affordance.files.model_folder import MODELS
 
 
 class LinkData(NamedTuple):

@@ -7,19 +7,17 @@ import time
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.geometry import DefaultProximityProperties, SceneGraphConfig
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context, Diagram, DiagramBuilder, EventStatus
 from pydrake.systems.primitives import LogVectorOutput
 
-from affordance.arm import ARM, attach_tool, parse_arm
-from affordance.nail import STICTION_TOLERANCE, NailPlacement, add_nail
-from affordance.systems.nail_resistance import NailResistance
-from affordance.tools import Tool
-
-Array = NDArray[np.float64]
+from affordance.arrays import Array
+from affordance.objects.tool import Tool
+from affordance.plant.arm import ARM, attach_tool, parse_arm
+from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
+from affordance.plant.nail_system import NailResistance
 
 # Of both bodies: under the peak of a blow they then approach as far as with point contact. Two spheres of radii R_1
 # and R_2 resist by about pi E R_1 R_2 / (R_1 + R_2)^2 times the approach squared, [Pa].
@@ -57,12 +55,12 @@ class Strip(NamedTuple):
     Attributes:
         x: State of the arm at its beginning, (2 num_joints,).
         tau: Torques of each of its K ticks, (K, num_joints), [N m].
-        tick: Their duration, [s].
+        control_period: Their duration, [s].
     """
 
     x: Array
     tau: Array
-    tick: float
+    control_period: float
 
 
 def measure_blow(times: Array, travel: Array, resistance: Array, contact: Array, seconds: float) -> Blow:
@@ -151,7 +149,7 @@ class PlainBlow:
         for i, tau in enumerate(strip.tau):
             self._plant.get_actuation_input_port().FixValue(plant_context, tau)
             left = patience - (time.perf_counter() - begun)
-            if not advance(simulator, self._diagram, (i + 1) * strip.tick, left):
+            if not advance(simulator, self._diagram, (i + 1) * strip.control_period, left):
                 return None
         seconds = time.perf_counter() - begun
         state, resistance, contact = (np.array(log.FindLog(context).data()) for log in self._logs)

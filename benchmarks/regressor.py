@@ -7,9 +7,10 @@ space of joint torques.
 import numpy as np
 import pinocchio
 
-from affordance.arm import ArmModel, load_arm
-from affordance.kinematics import build_chain
-from affordance.regressor import compute_payload_regressor, compute_payload_regressors
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressor, compute_payload_regressors
+from affordance.plant.serial_chain import build_chain
 from benchmarks.peer_arms import build_pinocchio
 from benchmarks.timing import time_by_turns
 

@@ -8,7 +8,8 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 import importlib.metadata
 from pathlib import Path
 
-from affordance.results import list_versions, write_json, write_text
+from affordance.files.atomic import write_json, write_text
+from affordance.runs.repeats import list_versions
 from benchmarks import closed_loop, decision, mpc_tick, regressor, strike
 from benchmarks.tables import format_table
 

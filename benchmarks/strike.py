@@ -5,6 +5,7 @@ simulated, controller, estimator and loggers in place, from starts that differ i
 millimetre to either side along the blow, so that it is struck up to 0.3 ms before or after a tick, at other moments
 of steps. The swing is simulated once for each; every setting then takes over a copy of its Context 20 ms before the
 planned strike, and goes on to 35 ms after it. The reference is implicit Euler at 1e-6 with steps of at most 10 us,
+from affordance.arrays import Array
 from one start for each grip; an explicit integrator would need steps of 20 ns, as the resistance is so stiff at rest.
 
 What is slow is simulated from fewer starts. Times are wall times: run it when nobody else needs the cores.
@@ -20,24 +21,26 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.multibody.plant import ContactModel
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 from pydrake.systems.framework import Context
 
-from affordance.arm import ArmModel, load_arm
-from affordance.diagram import TrialDiagram
-from affordance.memory import MaterialMemory
-from affordance.nail import STICTION_TOLERANCE, Nail
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import load_hammer
+from affordance.control.strike import Strike
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.nail import STICTION_TOLERANCE, Nail
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.tasks.hammer import load_hammer
-from affordance.tasks.strike import Strike
-from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
-from affordance.trial import TrialRunner, read_nail_record
+from affordance.simulation.blow_trial import read_nail_record
+from affordance.simulation.diagram import TrialDiagram
+from affordance.simulation.trial import TrialRunner
 from benchmarks.plain_blow import Blow, PlainBlow, Strip, advance, free_joints, measure_blow
 from benchmarks.tables import format_row, format_table
-
-Array = NDArray[np.float64]
 
 _MEASURES = [
     "grip",
@@ -52,7 +55,7 @@ _MEASURES = [
 ]
 HEADER = ["integrator", "accuracy", "largest step (us)", *_MEASURES]
 # Rows of the logs at every tick, for the torques that are fed to plain blows; steps end at ticks anyway.
-SETTINGS = dataclasses.replace(DEFAULT_SETTINGS, log_period=DEFAULT_SETTINGS.tick)
+SETTINGS = dataclasses.replace(DEFAULT_SETTINGS, log_period=DEFAULT_SETTINGS.control_period)
 NUM_STARTS = 12
 # How far the nail stands from where it is believed to stand, along the blow, [m].
 SHIFTS = np.linspace(-1e-3, 1e-3, NUM_STARTS)
@@ -109,17 +112,17 @@ def prepare_starts(
     """
     materials = load_materials(MODELS / "materials.yaml")
     stick = load_tools(MODELS / "tools" / "novel.yaml", materials)[0]
-    memory = MaterialMemory.know(list_densities([stick]))
+    memory = MaterialMemory.from_densities(list_densities([stick]))
     hammer, model, runner = load_hammer(MODELS / "nail.yaml"), ArmModel(load_arm()), TrialRunner(SETTINGS)
     grips = {}
     for grip in stick.grips:
-        tool = stick.hold_by(grip)
-        planned = hammer.build_energies(model, tool.components, SETTINGS).plan(model, tool.parameters, SETTINGS)
+        tool = stick.gripped_by(grip)
+        planned = hammer.build_cost(model, tool.components, SETTINGS).plan(model, tool.parameters, SETTINGS)
         starts = []
         for shift in shifts:
             nail, p_WNo, direction_W = planned.placement
             placement = planned.placement._replace(nail=change_nail(nail), p_WNo=p_WNo + shift * direction_W)
-            strike = Strike(planned.swing, placement, SETTINGS.tick)
+            strike = Strike(planned.swing, placement, SETTINGS.control_period)
             trial = runner.get_diagram(tool, placement)
             free_joints(trial.arm.plant)
             simulator = runner.prepare(trial, tool, strike, memory, (0,))
@@ -162,8 +165,8 @@ def find_strip(start: Start) -> Strip:
     x = np.concatenate([plant.GetPositions(plant_context)[:n], plant.GetVelocities(plant_context)[:n]])
     log = start.trial.tau_log.FindLog(done[1])
     # A row's torques are those of the tick that ends then.
-    since = np.array(log.sample_times()) > start.context.get_time() + 0.5 * SETTINGS.tick
-    return Strip(x, log.data().T[since], SETTINGS.tick)
+    since = np.array(log.sample_times()) > start.context.get_time() + 0.5 * SETTINGS.control_period
+    return Strip(x, log.data().T[since], SETTINGS.control_period)
 
 
 def strike_plainly(start: Start, *, model: ContactModel = ContactModel.kPoint, time_step: float = 0.0) -> Blow | None:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from affordance.diagram import build_trial_diagram
-from affordance.diagram_picture import save_diagram
 from affordance.experiments import weight
+from affordance.reporting.diagram_picture import save_diagram
+from affordance.simulation.diagram import build_trial_diagram
 
 
 def main() -> None:

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from affordance.arm import Arm, ArmModel, load_arm
 from affordance.experiments.weight import WeightConfig, load_config
-from affordance.kinematics import SerialChain, build_chain
-from affordance.trial import TrialRunner
+from affordance.plant.arm import Arm, load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.simulation.trial import TrialRunner
 
 
 @pytest.fixture

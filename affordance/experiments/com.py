@@ -14,14 +14,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance import figures, metrics
-from affordance.arm import ARM
-from affordance.diagram_picture import save_diagram
-from affordance.drawings import Drawing, draw_objects
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experience import Experience, ExperienceConfig, collect_experience
-from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import (
+from affordance.experiments.shared.camera_views import add_camera_views
+from affordance.experiments.shared.checks import (
+    check_looks_differ,
+    check_tools_are_honest,
+    check_tools_can_be_held,
+    check_tools_have_one_grip,
+)
+from affordance.experiments.shared.experience import Experience, ExperienceConfig, collect_experience
+from affordance.experiments.shared.outputs import (
     RUN_SHOWN,
     describe_run,
     label_heights,
@@ -30,25 +33,27 @@ from affordance.experiments.outputs import (
     stack_heights,
     warn_of_faults,
 )
-from affordance.experiments.preparation import (
-    check_looks_differ,
-    check_tools_are_honest,
-    check_tools_can_be_held,
-    check_tools_have_one_grip,
-)
-from affordance.experiments.sights import show_sights
-from affordance.eye import look
-from affordance.memory import MaterialMemory
-from affordance.replay import Scene, write_replay
-from affordance.report import Claim, Picture, Section, write_section
-from affordance.results import compute_key, run_repeats, write_json
-from affordance.seed_streams import Stream
-from affordance.settings import Settings, Sight
-from affordance.tools import MODELS, Tool, list_densities, load_materials, load_tools
-from affordance.trajectories import Labelled, write_trajectories
-from affordance.trial import SURPRISE, TrialRecord, get_runner
-from affordance.visual_prior import predict_object
-from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
+from affordance.experiments.vision_comparison import save_vision_metrics
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+from affordance.files.netcdf import Labelled, write_trajectories
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import ARM
+from affordance.random_streams import Stream
+from affordance.reporting import figures
+from affordance.reporting import statistics as metrics
+from affordance.reporting.diagram_picture import save_diagram
+from affordance.reporting.object_drawings import Drawing, draw_objects
+from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.report import Claim, Picture, Section, write_section
+from affordance.reporting.wording import introduce_observers, show_beside, warn_of_few_observers
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import Settings
+from affordance.simulation.trial import SURPRISE, TrialRecord, get_runner
+from affordance.vision.features import FeatureSource
+from affordance.vision.observe import observe
+from affordance.vision.visual_prior import predict_object
 
 NAME = "com"
 # Masses that differ by less than this fraction are equal: what is left is rounding.
@@ -105,7 +110,9 @@ def load_objects(models: Path = MODELS) -> tuple[Tool, Tool, Tool]:
     return first, second, decoy
 
 
-def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ComConfig:
+def load_config(
+    models: Path = MODELS, seed: int = 0, feature_source: FeatureSource = FeatureSource.FEATURES
+) -> ComConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -113,7 +120,7 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     *honest, decoy = load_objects(models)
-    settings = Settings(arm=models / ARM.name, sight=sight)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
     check_tools_can_be_held(models / "tools" / "com.yaml", (*honest, decoy), settings)
     return ComConfig(ExperienceConfig(tuple(honest), seed, settings), decoy)
 
@@ -131,7 +138,7 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     """Runs an observer's test pass.
 
     Returns: Arrays over the three objects: ``times`` (N,), heights (3, N); ``parameters_predicted`` (3, 10), at the
-        most probable densities; ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``p_value`` (3,).
+        most probable densities; ``periods_limited``, ``periods_failed``, ``rejected`` and ``p_value`` (3,).
     """
     settings = config.experience.settings
     memory = experience.recall(repeat, experience.num_trials)
@@ -139,13 +146,13 @@ def run_repeat(config: ComConfig, experience: Experience, repeat: int) -> dict[s
     parameters = []
     for trial, tool in enumerate(config.tools):
         rng = np.random.default_rng([config.experience.seed, repeat, Stream.TEST, trial, _PREDICTED])
-        belief = predict_object(look(tool, settings, rng), memory, settings.prior)
+        belief = predict_object(observe(tool, settings, rng), memory, settings.prior)
         parameters.append(belief.compute_parameters(belief.densities.compute_mode()))
     return {
         **stack_heights(records),
         "parameters_predicted": np.array(parameters),
-        "ticks_limited": np.array([record.counts.limited for record in records]),
-        "ticks_failed": np.array([record.counts.failed for record in records]),
+        "periods_limited": np.array([record.counts.limited for record in records]),
+        "periods_failed": np.array([record.counts.failed for record in records]),
         "rejected": np.array([record.samples.rejected for record in records]),
         "p_value": np.array([record.p_value for record in records]),
     }
@@ -172,7 +179,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     save_diagram(get_runner(settings).get_diagram(config.decoy).diagram, folder, "diagram")
     _draw(config, arrays, folder)
     section = name_faults(describe(config, numbers, repeats), settings.faults)
-    write_section(folder, show_sights(section, folder, config.tools, settings, config.experience.seed))
+    write_section(folder, add_camera_views(section, folder, config.tools, settings, config.experience.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, shown, strict=True)
@@ -180,7 +187,7 @@ def run(config: ComConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation II, seed {config.experience.seed}, after {experience.num_trials} trials"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title)
     described = describe_run(config, seed=config.experience.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings, seed=config.experience.seed, repeats=repeats)
+    save_vision_metrics(folder, numbers, settings, seed=config.experience.seed, repeats=repeats)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
@@ -212,14 +219,14 @@ def compute_metrics(config: ComConfig, experience: Experience, arrays: Mapping[s
         "deviation_m": deviation.mean,
         "deviation_m_ci95": deviation.ci95,
         "density_median": dict(zip(names, medians, strict=True)),
-        "density_true": {name: densities[look] for name, look in zip(names, experience.looks, strict=True)},
+        "density_true": {name: densities[observe] for name, observe in zip(names, experience.colours, strict=True)},
         "mass_error": np.median(mass_error),
         "com_error_m": np.median(com_error),
         "inertia_error": np.median(inertia_error),
         "height_extreme_grip_m": metrics.compute_excursion(arrays["height_grip"]).mean(axis=0),
         "height_extreme_com_m": metrics.compute_excursion(arrays["height_com"]).mean(axis=0),
-        "ticks_limited": arrays["ticks_limited"].sum(axis=0),
-        "ticks_failed": arrays["ticks_failed"].sum(axis=0),
+        "periods_limited": arrays["periods_limited"].sum(axis=0),
+        "periods_failed": arrays["periods_failed"].sum(axis=0),
         **experience.count_faults(),
         "samples_rejected_test": arrays["rejected"].sum(axis=0),
         "trials_surprising_test": (arrays["p_value"] < SURPRISE).sum(axis=0),

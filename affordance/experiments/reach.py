@@ -16,13 +16,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance import figures
-from affordance.diagram_picture import save_diagram
-from affordance.drawings import Drawing, draw_objects
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experience import ExperienceConfig, collect_experience
-from affordance.experiments import right_grip, sensitivity
-from affordance.experiments.decisions import (
+from affordance.experiments.shared import correct_grip as right_grip
+from affordance.experiments.shared import sensitivity
+from affordance.experiments.shared.camera_views import add_camera_views
+from affordance.experiments.shared.correct_grip import (
+    check_one_grip_is_cheaper,
+    find_cheaper_grip,
+    find_grip_of_densest,
+)
+from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,
     Choices,
     compute_proportions,
@@ -35,22 +40,26 @@ from affordance.experiments.decisions import (
     plan_choices,
     run_repeat,
 )
-from affordance.experiments.modes import keep_mode
-from affordance.experiments.novel_objects import NovelObjects, hold, load_subjects
-from affordance.experiments.outputs import describe_run, label_motions, name_faults
-from affordance.experiments.right_grip import check_one_grip_is_cheaper, find_cheaper_grip, find_grip_of_densest
-from affordance.experiments.sights import show_sights
-from affordance.paths import load_path
-from affordance.replay import Scene, write_replay
-from affordance.report import Claim, Picture, Section, write_section
-from affordance.results import compute_key, run_repeats, write_json
-from affordance.rollout import Rollout, roll_out
-from affordance.settings import Settings, Sight
-from affordance.tasks.reach import Reach
-from affordance.tools import MODELS, Colour, Tool
-from affordance.trajectories import Labelled, write_trajectories
-from affordance.trial import get_runner
-from affordance.wording import count_observers, introduce_observers, show_beside, warn_of_few_observers
+from affordance.experiments.shared.experience import ExperienceConfig, collect_experience
+from affordance.experiments.shared.novel_objects import NovelObjects, hold, load_subjects
+from affordance.experiments.shared.outputs import describe_run, label_motions, name_faults
+from affordance.experiments.vision_comparison import save_vision_metrics
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+from affordance.files.netcdf import Labelled, write_trajectories
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.reporting import figures
+from affordance.reporting.diagram_picture import save_diagram
+from affordance.reporting.object_drawings import Drawing, draw_objects
+from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.report import Claim, Picture, Section, write_section
+from affordance.reporting.wording import count_observers, introduce_observers, show_beside, warn_of_few_observers
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import Settings
+from affordance.simulation.rollout import Rollout, roll_out
+from affordance.simulation.trial import get_runner
+from affordance.vision.features import FeatureSource
 
 NAME = "reach"
 
@@ -70,14 +79,16 @@ class ReachConfig:
     task: Reach
 
 
-def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> ReachConfig:
+def load_config(
+    models: Path = MODELS, seed: int = 0, feature_source: FeatureSource = FeatureSource.FEATURES
+) -> ReachConfig:
     """Reads arm, objects and path from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, sight)
+    experience, novel = load_subjects(models, seed, feature_source)
     path = models / "paths" / "reach.yaml"
     config = ReachConfig(experience, novel, Reach(load_path(path)))
     # What cannot be planned or carried out is refused here, before anything is written.
@@ -86,9 +97,11 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     except AffordanceError as error:
         raise BadValueError(path, "points", f"cannot be followed: {error}") from error
     for choice in choices:
-        for option, energies in zip(choice.options, choice.energies, strict=True):
-            if energies.obstacle:
-                raise BadValueError(path, "points", f"cannot be followed: the {option.name} {energies.obstacle}")
+        for option, cost_model in zip(choice.options, choice.cost_models, strict=True):
+            if cost_model.infeasible_reason:
+                raise BadValueError(
+                    path, "points", f"cannot be followed: the {option.name} {cost_model.infeasible_reason}"
+                )
     for tool in (novel.plain, novel.headed):
         executed = execute(config, tool)
         for grip, rollout in executed.items():
@@ -150,7 +163,9 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     _draw(config, numbers, executed, folder, repeats)
     sensitivity.save_drawing(studied, folder, repeats)
     section = name_faults(describe(config, numbers, repeats), settings.faults, right_grip.WITHOUT_FAULTS)
-    write_section(folder, show_sights(section, folder, (config.novel.plain, config.novel.headed), settings, seed))
+    write_section(
+        folder, add_camera_views(section, folder, (config.novel.plain, config.novel.headed), settings, seed)
+    )
     scenes = [
         Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
         for grip, rollout in executed.items()
@@ -159,7 +174,7 @@ def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     title = f"Simulation III: {config.novel.plain.name}"
     write_replay(folder / "replay.html", settings.arm, scenes, title=title, p_WG=path)
     described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, settings, seed=seed, repeats=repeats)
+    save_vision_metrics(folder, numbers, settings, seed=seed, repeats=repeats)
     # Last: where it is, the rest is too.
     write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": studied, **described})
 
@@ -192,7 +207,7 @@ def compute_metrics(
         "energy_ratio_true": max(done.work for done in executed.values()) / executed[correct_grip].work,
         "energy_true_headed_tool": {grip: rollout.work for grip, rollout in executed_headed.items()},
         "effort_true": {grip: rollout.effort for grip, rollout in executed.items()},
-        "ticks_limited": {grip: rollout.record.counts.limited for grip, rollout in executed.items()},
+        "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in executed.items()},
         "path_error_m": {grip: rollout.error for grip, rollout in executed.items()},
     }
 

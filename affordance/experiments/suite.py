@@ -4,17 +4,20 @@ from collections.abc import Sequence
 from contextlib import nullcontext
 from pathlib import Path
 
-from affordance.arm import ARM, load_arm
-from affordance.cluster import use_cluster
 from affordance.exceptions import SeeingError
-from affordance.experiments import com, hammer, reach, vision, weight
-from affordance.experiments.modes import compare_modes
-from affordance.experiments.preparation import switch_faults_on
-from affordance.faults import load_faults
-from affordance.report import write_report
-from affordance.results import end_processes, prepare_folder, remove_leftovers
-from affordance.seeing.frames import save_frame
-from affordance.settings import Sight
+from affordance.experiments import com, reach, weight
+from affordance.experiments.hammer import experiment as hammer
+from affordance.experiments.shared.checks import switch_faults_on
+from affordance.experiments.vision import experiment as vision
+from affordance.experiments.vision_comparison import compare_feature_sources
+from affordance.files.atomic import remove_leftovers
+from affordance.plant.arm import ARM, load_arm
+from affordance.proprioception.faults import load_faults
+from affordance.reporting.report import write_report
+from affordance.runs.cluster import use_cluster
+from affordance.runs.repeats import end_processes, prepare_folder
+from affordance.vision.features import FeatureSource
+from affordance.vision.pixels.failed_frames import save_frame
 
 EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer, vision)}
 
@@ -29,7 +32,7 @@ def run_suite(
     jobs: int,
     faults: Sequence[str] = (),
     cluster: str | None = None,
-    sight: Sight = Sight.FEATURES,
+    feature_source: FeatureSource = FeatureSource.FEATURES,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -42,7 +45,7 @@ def run_suite(
         jobs: Processes, at least 1; of no account with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
-        sight: Where the features of objects come from.
+        feature_source: Where the features of objects come from.
 
     Returns: Path of the report.
 
@@ -52,7 +55,7 @@ def run_suite(
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
     """
-    configs = {name: EXPERIMENTS[name].load_config(models, seed, sight) for name in names}
+    configs = {name: EXPERIMENTS[name].load_config(models, seed, feature_source) for name in names}
     if faults:
         switched_on = load_faults(models / "faults.yaml", faults, load_arm(models / ARM.name).joint_names)
         configs = {name: switch_faults_on(config, switched_on) for name, config in configs.items()}
@@ -66,5 +69,5 @@ def run_suite(
                 end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
-    compare_modes(out)
+    compare_feature_sources(out)
     return write_report(out)

@@ -15,12 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance import figures, metrics
-from affordance.arm import ARM
-from affordance.diagram_picture import save_diagram
+from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experiments.modes import keep_mode
-from affordance.experiments.outputs import (
+from affordance.experiments.shared.camera_views import add_camera_views
+from affordance.experiments.shared.checks import check_tools_can_be_held, check_tools_have_one_grip
+from affordance.experiments.shared.outputs import (
     RUN_SHOWN,
     describe_run,
     label_heights,
@@ -29,17 +28,24 @@ from affordance.experiments.outputs import (
     stack_heights,
     warn_of_faults,
 )
-from affordance.experiments.preparation import check_tools_can_be_held, check_tools_have_one_grip
-from affordance.experiments.sights import show_sights
-from affordance.memory import MaterialMemory
-from affordance.replay import Scene, write_replay
-from affordance.report import Claim, Picture, Section, write_section
-from affordance.results import compute_key, run_repeats, write_json
-from affordance.settings import DEFAULT_SETTINGS, Settings, Sight
-from affordance.tools import MODELS, Colour, Tool, load_materials, load_tools
-from affordance.trajectories import Labelled, write_trajectories
-from affordance.trial import SURPRISE, TrialRecord, get_runner
-from affordance.wording import introduce_observers, show_beside, warn_of_few_observers
+from affordance.experiments.vision_comparison import save_vision_metrics
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+from affordance.files.netcdf import Labelled, write_trajectories
+from affordance.objects.colour import Colour
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
+from affordance.plant.arm import ARM
+from affordance.reporting import figures
+from affordance.reporting import statistics as metrics
+from affordance.reporting.diagram_picture import save_diagram
+from affordance.reporting.replay import Scene, write_replay
+from affordance.reporting.report import Claim, Picture, Section, write_section
+from affordance.reporting.wording import introduce_observers, show_beside, warn_of_few_observers
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.trial import SURPRISE, TrialRecord, get_runner
+from affordance.vision.features import FeatureSource
 
 NAME = "weight"
 QUARTILES = (0.25, 0.5, 0.75)
@@ -67,7 +73,9 @@ class WeightConfig:
         return self.tools[0].components[0].looks_like.colour
 
 
-def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATURES) -> WeightConfig:
+def load_config(
+    models: Path = MODELS, seed: int = 0, feature_source: FeatureSource = FeatureSource.FEATURES
+) -> WeightConfig:
     """Reads arm and objects from a folder of models.
 
     Raises:
@@ -95,7 +103,7 @@ def load_config(models: Path = MODELS, seed: int = 0, sight: Sight = Sight.FEATU
     if density >= look.density * (1.0 - 1e-9):  # equal, but for rounding, is not less
         problem = f"has a density of {density:g} kg/m^3, must be less than the {look.density:g} of {look.name}"
         raise BadValueError(path, f"tools: {decoy.name}", f"{problem}, which it looks like")
-    settings = Settings(arm=models / ARM.name, sight=sight)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
     check_tools_can_be_held(path, tools, settings)
     return WeightConfig(tools, seed, settings)
 
@@ -110,7 +118,7 @@ def run_observer(config: WeightConfig, repeat: int) -> tuple[list[TrialRecord], 
     Returns: The K trials' records, and the K + 1 memories before the first and after each trial.
     """
     runner = get_runner(config.settings)
-    memory = MaterialMemory().meet([config.colour], config.settings.prior)
+    memory = MaterialMemory().add_colours([config.colour], config.settings.prior)
     memories = [memory]
     records = []
     for trial, tool in enumerate(config.tools):
@@ -124,7 +132,7 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer and keeps what is needed of it.
 
     Returns: Arrays over the K trials: ``times`` (N,), ``height_centre``, ``height_grip``, ``height_com`` (K, N),
-        ``log_evidence``, ``ticks_limited``, ``ticks_failed``, ``rejected`` and ``p_value`` (K,); and over the
+        ``log_evidence``, ``periods_limited``, ``periods_failed``, ``rejected`` and ``p_value`` (K,); and over the
         K + 1 moments between them, ``density_quartiles`` (K + 1, 3) and ``density_mode`` (K + 1,).
     """
     records, memories = run_observer(config, repeat)
@@ -133,8 +141,8 @@ def run_repeat(config: WeightConfig, repeat: int) -> dict[str, NDArray[Any]]:
         "density_quartiles": np.stack([memory.belief.compute_percentiles(QUARTILES)[:, 0] for memory in memories]),
         "density_mode": np.array([memory.belief.compute_mode()[0] for memory in memories]),
         "log_evidence": np.array([record.log_evidence for record in records]),
-        "ticks_limited": np.array([record.counts.limited for record in records]),
-        "ticks_failed": np.array([record.counts.failed for record in records]),
+        "periods_limited": np.array([record.counts.limited for record in records]),
+        "periods_failed": np.array([record.counts.failed for record in records]),
         "rejected": np.array([record.samples.rejected for record in records]),
         "p_value": np.array([record.p_value for record in records]),
     }
@@ -159,14 +167,14 @@ def run(config: WeightConfig, folder: Path, *, repeats: int, jobs: int) -> None:
     save_diagram(get_runner(config.settings).get_diagram(config.tools[0]).diagram, folder, "diagram")
     _draw(config, arrays, folder)
     section = name_faults(describe(config, numbers, repeats), config.settings.faults)
-    write_section(folder, show_sights(section, folder, config.tools, config.settings, config.seed))
+    write_section(folder, add_camera_views(section, folder, config.tools, config.settings, config.seed))
     scenes = [
         Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg")
         for tool, record in zip(config.tools, records, strict=True)
     ]
     write_replay(folder / "replay.html", config.settings.arm, scenes, title=f"Simulation I, seed {config.seed}")
     described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    keep_mode(folder, numbers, config.settings, seed=config.seed, repeats=repeats)
+    save_vision_metrics(folder, numbers, config.settings, seed=config.seed, repeats=repeats)
     write_json(folder / "metrics.json", {**numbers, **described})  # last: where it is, the rest is too
 
 
@@ -198,8 +206,8 @@ def compute_metrics(config: WeightConfig, arrays: Mapping[str, NDArray[Any]]) ->
         "decoy_rises": (excursion[:, -1] > 0.0).mean(),
         "decoy_density_true": decoy.components[0].material.density,
         "log_evidence": arrays["log_evidence"].mean(axis=0),
-        "ticks_limited": arrays["ticks_limited"].sum(axis=0),
-        "ticks_failed": arrays["ticks_failed"].sum(axis=0),
+        "periods_limited": arrays["periods_limited"].sum(axis=0),
+        "periods_failed": arrays["periods_failed"].sum(axis=0),
         "samples_rejected": arrays["rejected"].sum(axis=0),
         "trials_surprising": (arrays["p_value"] < SURPRISE).sum(axis=0),
     }

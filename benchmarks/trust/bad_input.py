@@ -26,8 +26,8 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
 from affordance.experiments.suite import EXPERIMENTS
-from affordance.faults import Faults
-from affordance.tools import MODELS
+from affordance.files.model_folder import MODELS
+from affordance.proprioception.faults import Faults
 from run_experiments import main
 
 # Of which some 700 differ; those that were tried already are not counted.

@@ -16,22 +16,24 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chisquare, norm, truncnorm
 
-from affordance.arm import ArmModel, load_arm
-from affordance.belief import DensityBelief
-from affordance.estimator import infer
-from affordance.memory import MaterialMemory
-from affordance.noise import NoiseModel, WeberNoise, WhiteNoise
-from affordance.results import compute_key, run_repeats
-from affordance.seed_streams import Stream
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
+from affordance.random_streams import Stream
+from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.static_hold import StaticHold
-from affordance.tools import MODELS, Tool, load_materials, load_tools
-from affordance.trial import get_runner
-from affordance.vision import VisionError, observe
-from affordance.visual_prior import predict_object
+from affordance.simulation.trial import get_runner
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
 from benchmarks.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
-
-Array = NDArray[np.float64]
 
 # What calibrations are called, in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
@@ -102,7 +104,7 @@ def load_stick() -> Tool:
 def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> CalibrationConfig:
     """The stick under the settings of all simulations, with a noise model."""
     tool = load_stick()
-    return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.hold_by(tool.grips[0]), moves, seed)
+    return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves, seed)
 
 
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
@@ -138,9 +140,9 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
     settings = config.settings
     noise, prior = settings.noise, settings.prior
     colours = [part.looks_like.colour for part in config.tool.components]
-    tool = config.tool.make_of(dict(zip(colours, own, strict=True)))
-    memory = MaterialMemory().meet(colours, prior)
-    prediction = predict_object(observe(tool, VisionError(), np.random.default_rng(0)), memory, prior)
+    tool = config.tool.with_densities(dict(zip(colours, own, strict=True)))
+    memory = MaterialMemory().add_colours(colours, prior)
+    prediction = predict_object(measure_features(tool, VisionError(), np.random.default_rng(0)), memory, prior)
     Phi = prediction.geometry.Phi
     if config.moves:
         record = get_runner(settings).run_hold(tool, memory, duration=DURATION, seed=(config.seed, number))
@@ -148,9 +150,9 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
         bound = compute_bound(felt, Phi, own, noise, prior)
         return Learned(record.memory.belief, record.p_value, bound)
     hold = get_hold(settings.arm)
-    percept = hold.feel(prediction, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
-    found = infer(prediction, percept, len(hold.tau_arm), noise, prior.deviation_sd)
-    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, percept.num_samples), Phi, own, noise, prior)
+    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
+    found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation_sd)
+    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples), Phi, own, noise, prior)
     return Learned(found.posterior.memory.belief, found.p_value, bound)
 
 
@@ -169,7 +171,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
         "own": own,
         "rank": (samples < mean).sum(axis=0),
         "sample_mean": samples.mean(axis=0),
-        "centre": belief.centre,
+        "centre": belief.untruncated_mean,
         "variance": np.diag(belief.covariance),
         "bound": bound,
         "p_value": np.array(p_value),
@@ -216,8 +218,8 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     if not isinstance(noise, WeberNoise):
         raise ValueError(f"noise is {noise}, must be a WeberNoise")
     hold = get_hold(config.settings.arm)
-    memory = MaterialMemory().meet([part.looks_like.colour for part in config.tool.components], prior)
-    features = observe(config.tool, VisionError(), np.random.default_rng(0))
+    memory = MaterialMemory().add_colours([part.looks_like.colour for part in config.tool.components], prior)
+    features = measure_features(config.tool, VisionError(), np.random.default_rng(0))
     belief = predict_object(features, memory, prior)
     H = hold.Y @ belief.geometry.Phi  # (num_joints, 2)
     one, other = np.meshgrid(_GRID, _GRID, indexing="ij")
@@ -229,8 +231,8 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
     positions = np.empty((draws, 2))
     for number in range(draws):
         _, own = draw_truth(config, number)
-        percept = hold.feel(belief, own, noise, (config.seed, number, 1))
-        tau = percept.features[: len(hold.tau_arm)]
+        statistics = hold.measure(belief, own, noise, (config.seed, number, 1))
+        tau = statistics.features[: len(hold.tau_arm)]
         logs = constant - 0.5 * ((tau[:, None, None] - predicted) ** 2 / variance).sum(axis=0)
         weights = np.exp(logs - logs.max())
         for axis in range(2):

@@ -7,18 +7,16 @@ nothing with the estimator but the noise model and the geometry.
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from affordance.arm import ArmModel
-from affordance.belief import Prior
-from affordance.inertia import NUM_PARAMETERS
-from affordance.kinematics import build_chain
-from affordance.noise import NoiseModel, WeberNoise
-from affordance.regressor import compute_payload_regressors
+from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressors
+from affordance.plant.serial_chain import build_chain
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
-from affordance.trial import TrialRecord
-
-Array = NDArray[np.float64]
+from affordance.simulation.trial import TrialRecord
 
 
 class Felt(NamedTuple):

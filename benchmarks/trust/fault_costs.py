@@ -14,22 +14,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief import DensityBelief
-from affordance.choice import Choice, pick_cheapest
-from affordance.experience import ExperienceConfig, run_trials
-from affordance.experiments.decisions import count_correct
-from affordance.experiments.preparation import switch_faults_on
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.ranking import Choice, pick_cheapest
 from affordance.experiments.reach import ReachConfig, build_choices, execute, load_config
-from affordance.experiments.right_grip import find_cheaper_grip
-from affordance.faults import load_faults
-from affordance.memory import MaterialMemory
-from affordance.results import compute_key, run_repeats
-from affordance.seed_streams import Stream
-from affordance.tools import MODELS, list_densities
-from affordance.trial import get_runner
-from affordance.yaml_records import read_record
-
-Array = NDArray[np.float64]
+from affordance.experiments.shared.checks import switch_faults_on
+from affordance.experiments.shared.correct_grip import find_cheaper_grip
+from affordance.experiments.shared.decisions import count_correct
+from affordance.experiments.shared.experience import ExperienceConfig, run_trials
+from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_record
+from affordance.objects.tool import list_densities
+from affordance.proprioception.faults import load_faults
+from affordance.random_streams import Stream
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.simulation.trial import get_runner
 
 NUM_OBSERVERS = 50
 # Densities drawn for each observer: what one choice drawn by the paper's rule is right with, on average.
@@ -51,16 +50,16 @@ HEADER = [
 def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs an observer's trials, and notes what a fault may spoil.
 
-    Returns: ``precision`` (K + 1, M, M) and ``shift`` (K + 1, M); and over K trials, (K,) each, samples ``rejected``
-        and ``accepted``, ``surprising``, ``overstep`` beyond the range of a joint, [rad], and ``rate`` and ``load``,
-        the largest parts of a limit of rate and of torque.
+    Returns: ``precision`` (K + 1, M, M) and ``information_vector`` (K + 1, M); and over K trials, (K,) each, samples
+        ``rejected`` and ``accepted``, ``surprising``, ``violation`` of a joint's range, [rad], and ``rate`` and
+        ``load``, the largest parts of a limit of velocity and of torque.
     """
     limits = get_runner(config.settings).get_diagram(config.tools[0]).arm.limits
     memories, records = run_trials(config, repeat)
     beyond = [np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max() for record in records]
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
-        "shift": np.stack([memory.belief.shift for memory in memories]),
+        "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
         "rejected": np.array([record.samples.rejected for record in records]),
         "accepted": np.array([record.samples.accepted for record in records]),
         "surprising": np.array([record.surprising for record in records]),
@@ -74,16 +73,16 @@ def compute_cost(
     config: ReachConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
 ) -> dict[str, Any]:
     """What a fault did, of the arrays of all observers."""
-    looks = config.experience.looks
+    colours = config.experience.colours
     densities = list_densities(config.experience.tools)
-    true = np.array([densities[look] for look in looks])
-    num_observers, num_moments = arrays["shift"].shape[:2]
+    true = np.array([densities[look] for look in colours])
+    num_observers, num_moments = arrays["information_vector"].shape[:2]
     right, medians, valid = np.empty((num_observers, num_moments)), np.empty((num_observers, len(true))), True
     for repeat in range(num_observers):
         for moment in range(num_moments):
-            belief = DensityBelief(arrays["precision"][repeat, moment], arrays["shift"][repeat, moment])
+            belief = DensityBelief(arrays["precision"][repeat, moment], arrays["information_vector"][repeat, moment])
             rng = np.random.default_rng([repeat, moment, Stream.FAULT_CHOICES])
-            parameters = choice.draw_parameters(MaterialMemory(looks, belief), rng, NUM_CHOICES)
+            parameters = choice.draw_parameters(MaterialMemory(colours, belief), rng, NUM_CHOICES)
             chosen = pick_cheapest(choice.compute_costs(parameters), rng)
             right[repeat, moment] = count_correct(chosen, correct) / NUM_CHOICES
             percentiles = belief.compute_percentiles([0.05, 0.5, 0.95])

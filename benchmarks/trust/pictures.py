@@ -6,14 +6,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator
-from numpy.typing import NDArray
 from scipy.stats import binom
 
-from affordance.figures import OBJECT_COLOURS
+from affordance.reporting.figures import OBJECT_COLOURS
 from benchmarks.trust.calibration import COVERAGES, NUM_BINS, Calibration
 from benchmarks.trust.soak import DURATION, NUM_BLOCKS, Soak
-
-Array = NDArray[np.float64]
 
 # What a bin of a rank histogram keeps within, where all is right.
 _BAND = 0.99

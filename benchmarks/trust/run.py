@@ -15,10 +15,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from affordance.figures import save_figure
-from affordance.report import write_report, write_section
-from affordance.results import compute_key, list_versions, set_aside, write_json, write_text
-from affordance.tools import MODELS
+from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.model_folder import MODELS
+from affordance.reporting.figures import save_figure
+from affordance.reporting.report import write_report, write_section
+from affordance.runs.repeats import compute_key, list_versions
 from benchmarks.tables import format_table
 from benchmarks.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
 from benchmarks.trust.section import describe
@@ -127,7 +128,7 @@ def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
     except FileNotFoundError:
         return None
     except (ValueError, RecursionError) as error:
-        set_aside(path, f"is not what a study found ({error})")
+        quarantine(path, f"is not what a study found ({error})")
         return None
     return content
 

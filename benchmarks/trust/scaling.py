@@ -8,24 +8,22 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from affordance.arm import load_arm
-from affordance.choice import Choice, list_options
-from affordance.estimator import infer
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.options import list_options
+from affordance.choice.ranking import Choice
 from affordance.experiments.reach import load_config as load_reach_config
 from affordance.experiments.weight import load_config, run_repeat
-from affordance.inertia import Ellipsoid
-from affordance.memory import MaterialMemory
-from affordance.results import run_repeats
-from affordance.static_hold import StaticHold
-from affordance.tools import Component, Material, Tool
-from affordance.trial import TrialRunner
-from affordance.vision import VisionError, observe
-from affordance.visual_prior import predict_object
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Material, Tool
+from affordance.plant.arm import load_arm
+from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.runs.repeats import run_repeats
+from affordance.simulation.trial import TrialRunner
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
 from benchmarks.timing import time_by_turns
-
-Array = NDArray[np.float64]
 
 NUM_REPEATS = 16
 MATERIALS = (1, 2, 4, 8, 16)
@@ -55,11 +53,11 @@ def time_materials() -> list[float]:
     hold = StaticHold(load_arm(settings.arm))
     calls: dict[str, Callable[[], object]] = {}
     for number in MATERIALS:
-        features = observe(build_bar(16, number), VisionError(), np.random.default_rng(0))
+        features = measure_features(build_bar(16, number), VisionError(), np.random.default_rng(0))
         belief = predict_object(features, MaterialMemory(), settings.prior)
-        percept = hold.feel(belief, np.full(number, 1000.0), settings.noise, (0,))
+        statistics = hold.measure(belief, np.full(number, 1000.0), settings.noise, (0,))
         calls[str(number)] = partial(
-            infer, belief, percept, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
+            compute_posterior, belief, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
         )
     return list(time_by_turns(calls, turns=7, calls_per_turn=3).values())
 

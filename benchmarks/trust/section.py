@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Any
 
-from affordance.report import Claim, Picture, Section
+from affordance.reporting.report import Claim, Picture, Section
 from benchmarks.trust import calibration
 
 

@@ -6,13 +6,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import psutil
-from numpy.typing import NDArray
 
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.weight import load_config
-from affordance.memory import MaterialMemory
-from affordance.trial import TrialRunner
-
-Array = NDArray[np.float64]
+from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
 NUM_BLOCKS = 20

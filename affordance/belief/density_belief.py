@@ -1,0 +1,233 @@
+"""Beliefs about material densities: normal in information form, restricted to positive densities.
+
+    p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) where rho > 0, and zero elsewhere
+
+with Lambda the precision and eta the shift. Evidence adds to both, so the order of updates does not matter.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from affordance.arrays import Array
+from affordance.belief import truncated_normal as positive_gaussian
+
+
+class Prior(NamedTuple):
+    """What is believed of a material never felt, the same for all of them.
+
+    Attributes:
+        mode: Most probable density, [kg/m^3].
+        sd: Standard deviation of the unrestricted normal distribution, [kg/m^3].
+        deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
+    """
+
+    mode: float
+    sd: float
+    deviation_sd: float
+
+
+class PointEstimate(enum.Enum):
+    """Which single density stands for a belief when a controller needs one."""
+
+    MODE = "mode"  # the most probable density (paper, IV-A)
+    SAMPLE = "sample"  # one drawn from the distribution (paper, III)
+    MEAN = "mean"  # for the sensitivity study only
+    MEDIAN = "median"  # for the sensitivity study only
+
+
+# No point used for control lies below the lightest solids one handles, foamed polystyrene, [kg/m^3].
+DENSITY_FLOOR = 10.0
+
+
+class Likelihood(NamedTuple):
+    """log p(data | rho) = -rho^T precision rho / 2 + shift^T rho + log_constant, for M densities.
+
+    Attributes:
+        precision: Shape (M, M).
+        information_vector: Shape (M,).
+        log_constant: Log density of the data under densities of zero.
+        log_peak: Log density of data without error, the largest there can be; for how surprising data are.
+        num_values: How many numbers were measured.
+    """
+
+    precision: Array
+    information_vector: Array
+    log_constant: float
+    log_peak: float = np.nan
+    num_values: int = 0
+
+    def marginalise_deviation(self, deviation_sd: float) -> "Likelihood":
+        """Likelihood of material means mu where rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
+
+        The constant is not carried over: the evidence of a trial is that of the object's own densities.
+        """
+        spread = np.eye(len(self.information_vector)) + deviation_sd**2 * self.precision
+        precision = np.linalg.solve(spread, self.precision)
+        return Likelihood(0.5 * (precision + precision.T), np.linalg.solve(spread, self.information_vector), np.nan)
+
+
+@dataclass(frozen=True)
+class DensityBelief:
+    """A distribution over M densities, [kg/m^3].
+
+    Attributes:
+        precision: Lambda of the unrestricted normal distribution, shape (M, M), read-only.
+        information_vector: eta, shape (M,), read-only.
+    """
+
+    precision: Array
+    information_vector: Array
+
+    def __post_init__(self) -> None:
+        """Keeps read-only copies.
+
+        Raises:
+            ValueError: Something is not finite, or the precision is not positive definite.
+        """
+        precision, information_vector = (
+            np.array(self.precision, dtype=float),
+            np.array(self.information_vector, dtype=float),
+        )
+        if not (np.isfinite(precision).all() and np.isfinite(information_vector).all()):
+            raise ValueError("precision and shift of a belief must be finite")
+        if information_vector.size and np.linalg.eigvalsh(precision)[0] <= 0.0:
+            raise ValueError("precision of a belief must be positive definite")
+        precision.setflags(write=False)
+        information_vector.setflags(write=False)
+        object.__setattr__(self, "precision", precision)
+        object.__setattr__(self, "information_vector", information_vector)
+
+    @classmethod
+    def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
+        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M)."""
+        precision = np.linalg.inv(covariance)
+        precision = 0.5 * (precision + precision.T)
+        return cls(precision, precision @ mean)
+
+    @property
+    def size(self) -> int:
+        """Number of densities M."""
+        return len(self.information_vector)
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the unrestricted normal distribution, shape (M, M)."""
+        covariance = np.linalg.inv(self.precision)
+        return 0.5 * (covariance + covariance.T)
+
+    @cached_property
+    def untruncated_mean(self) -> Array:
+        """Mean of the unrestricted normal distribution, shape (M,); may be negative."""
+        untruncated_mean: Array = self.covariance @ self.information_vector
+        return untruncated_mean
+
+    def condition(self, likelihood: Likelihood) -> "DensityBelief":
+        """Applies Bayes' rule."""
+        return DensityBelief(
+            self.precision + likelihood.precision, self.information_vector + likelihood.information_vector
+        )
+
+    def extend(self, prior: Prior, count: int) -> "DensityBelief":
+        """Adds ``count`` materials never felt."""
+        size = self.size + count
+        precision = np.eye(size) / prior.sd**2
+        precision[: self.size, : self.size] = self.precision
+        information_vector = np.full(size, prior.mode / prior.sd**2)
+        information_vector[: self.size] = self.information_vector
+        return DensityBelief(precision, information_vector)
+
+    def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
+        """Adds a material that is one of those known, or one never felt.
+
+        Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions.
+
+        Args:
+            probabilities: That it is each of the M known ones and, last, that it is none of them, shape (M + 1,).
+            prior: What is believed of it if it is none of them.
+        """
+        known, covariance = self.untruncated_mean, self.covariance
+        means = np.append(known, prior.mode)
+        variances = np.append(np.diag(covariance), prior.sd**2)
+        mean = probabilities @ means
+        extended = np.zeros((self.size + 1, self.size + 1))
+        extended[:-1, :-1] = covariance
+        extended[-1, :-1] = extended[:-1, -1] = covariance @ probabilities[:-1]
+        extended[-1, -1] = probabilities @ (variances + (means - mean) ** 2)
+        return DensityBelief.from_moments(np.append(known, mean), extended)
+
+    def add_object_variation(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
+        """Belief about the densities of objects, mu + delta each, with deltas ~ N(0, deviation_sd^2 I) of their own.
+
+        Returns: The joint belief of size num_objects * M, object by object.
+        """
+        covariance = np.tile(self.covariance, (num_objects, num_objects))
+        covariance[np.diag_indices(len(covariance))] += deviation_sd**2
+        return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
+
+    def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
+        """Chooses the densities that stand for the belief, none below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        match point_estimate:
+            case PointEstimate.MODE:
+                return self.compute_mode()
+            case PointEstimate.SAMPLE:
+                rho = self.draw_samples(rng, 1)[0]
+            case PointEstimate.MEAN:
+                rho = self.compute_mean()
+            case PointEstimate.MEDIAN:
+                rho = self.compute_percentiles([0.5])[0]
+        floored: Array = np.maximum(rho, DENSITY_FLOOR)
+        return floored
+
+    def compute_mode(self) -> Array:
+        """Most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        return positive_gaussian.compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
+
+    def compute_mean(self) -> Array:
+        """Mean densities, shape (M,), [kg/m^3]."""
+        return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
+
+    def compute_percentiles(self, fractions: Sequence[float]) -> Array:
+        """Percentiles of each density, shape (len(fractions), M), [kg/m^3]."""
+        return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, np.asarray(fractions))
+
+    def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
+        """Independent samples, shape (num_samples, M), [kg/m^3]."""
+        return positive_gaussian.draw_samples(self.untruncated_mean, self.covariance, rng, num_samples)
+
+    def compute_log_evidence(self, likelihood: Likelihood) -> float:
+        """Log probability of data under this belief, log of integral p(data | rho) p(rho) drho over rho > 0."""
+        posterior = self.condition(likelihood)
+        return float(
+            likelihood.log_constant
+            + 0.5
+            * (
+                posterior.information_vector @ posterior.untruncated_mean
+                - self.information_vector @ self.untruncated_mean
+            )
+            + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
+            + positive_gaussian.compute_log_mass(posterior.untruncated_mean, posterior.covariance)
+            - positive_gaussian.compute_log_mass(self.untruncated_mean, self.covariance)
+        )
+
+    def compute_p_value(self, likelihood: Likelihood) -> float:
+        """Probability of data at least as surprising as these under this belief, by their evidence.
+
+        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared number
+        with as many degrees of freedom as there are measured numbers. That densities are positive is left out here.
+        """
+        posterior = self.condition(likelihood)
+        distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
+        distance += float(
+            self.information_vector @ self.untruncated_mean
+            - posterior.information_vector @ posterior.untruncated_mean
+        )
+        return float(chi2.sf(distance, likelihood.num_values))
+
+
+EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

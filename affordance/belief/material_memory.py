@@ -1,0 +1,90 @@
+"""Memory of materials: what is believed of the density of everything that looks alike.
+
+A material is known by its look, not by its name: whoever sees a brass-coloured object recalls what brass-coloured
+objects weighed. A look never seen before gets the broad prior.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from affordance.belief.colour_recognition import compute_colour_probabilities
+from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
+from affordance.objects.colour import Colour, is_same_colour
+
+# What is more probable than this is taken for certain; the rest of the probability is let go.
+CERTAIN = 0.95
+# Standard deviation of what is known for certain, [kg/m^3].
+_CERTAIN_SD = 1e-3
+
+
+@dataclass(frozen=True)
+class MaterialMemory:
+    """Beliefs about the mean density of each look met so far.
+
+    Attributes:
+        colours: The colours, in the order they were met.
+        belief: Belief about their mean densities, of size len(looks).
+    """
+
+    colours: tuple[Colour, ...] = ()
+    belief: DensityBelief = EMPTY_BELIEF
+
+    @classmethod
+    def from_densities(cls, densities: Mapping[Colour, float]) -> "MaterialMemory":
+        """The memory of one who knows materials as well as can be, by colour, [kg/m^3]."""
+        known = np.array(list(densities.values()), dtype=float)
+        return cls(tuple(densities), DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+
+    def find(self, colour: Colour) -> int | None:
+        """Returns the index of a look, or None if it was never met."""
+        for index, look in enumerate(self.colours):
+            if is_same_colour(look, colour):
+                return index
+        return None
+
+    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[MaterialMemory, int]":
+        """Finds which look a measured colour is, or makes it a look of its own.
+
+        A colour that may be of several materials becomes a look whose density has mean and covariances of the mixture
+        of theirs: what is felt of it then teaches about each of them by its share. That normal distribution stands
+        for the mixture is an approximation (docs/decisions/0015-vision-from-pixels.md).
+
+        Args:
+            colour: The colour as measured.
+            colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
+            prior: What is believed of materials never met.
+
+        Returns: The memory, which has met the colour, and the index of its look.
+        """
+        if colour_sd == 0.0:
+            memory = self.add_colours([colour], prior)
+            index = memory.find(colour)
+            assert index is not None
+            return memory, index
+        probabilities = compute_colour_probabilities(colour, colour_sd, self.colours)
+        best = int(np.argmax(probabilities))
+        if probabilities[best] >= CERTAIN and best < len(self.colours):
+            return self, best
+        return MaterialMemory((*self.colours, colour), self.belief.extend_by_mixture(probabilities, prior)), len(
+            self.colours
+        )
+
+    def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
+        """Returns the memory with these looks only, all of which it has met, in their order."""
+        if tuple(colours) == self.colours:
+            return self
+        indices = [self.colours.index(look) for look in colours]
+        covariance = self.belief.covariance[np.ix_(indices, indices)]
+        return MaterialMemory(
+            tuple(colours), DensityBelief.from_moments(self.belief.untruncated_mean[indices], covariance)
+        )
+
+    def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
+        """Returns the memory extended by the prior for those colours that were never met."""
+        memory = self
+        for colour in colours:
+            if memory.find(colour) is None:
+                memory = MaterialMemory((*memory.colours, colour), memory.belief.extend(prior, 1))
+        return memory

@@ -1,0 +1,71 @@
+"""What is believed of one object: its densities, and what they say of its inertia by its geometry."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """What shape alone says of an object's inertia: pi = Phi rho, with first-order uncertainty.
+
+    Attributes:
+        Phi: Inertia map, shape (10, M).
+        Phi_errors: Change of Phi by one standard deviation of each uncertain measurement, shape (G, 10, M).
+    """
+
+    Phi: Array
+    Phi_errors: Array
+
+    def compute_parameters(self, rho: Array, errors: Array) -> Array:
+        """Inertial parameters of N objects, shape (N, 10).
+
+        Args:
+            rho: Their densities, shape (N, M), [kg/m^3].
+            errors: How far each uncertain measurement was off, in its standard deviations, shape (N, G).
+        """
+        parameters: Array = rho @ self.Phi.T
+        if len(self.Phi_errors):
+            parameters += np.einsum("ng,gpm,nm->np", errors, self.Phi_errors, rho, optimize=True)
+        return parameters
+
+    def compute_covariance(self, rho: Array) -> Array:
+        """Covariance of pi from the uncertain geometry at densities rho, shape (10, 10)."""
+        errors = self.Phi_errors @ rho  # (G, 10)
+        return errors.T @ errors
+
+
+@dataclass(frozen=True)
+class ObjectBelief:
+    """What is believed of the object at hand.
+
+    Attributes:
+        memory: Beliefs about all materials, those of this object included.
+        densities: Belief about this object's own densities, in the order of memory.looks; materials it is not made
+            of stand there too, and have zero columns in Phi.
+        geometry: Phi and its uncertainty.
+    """
+
+    memory: MaterialMemory
+    densities: DensityBelief
+    geometry: Geometry
+
+    def compute_parameters(self, rho: Array) -> Array:
+        """Inertial parameters pi = Phi rho, shape (10,), or (N, 10) for N densities."""
+        return rho @ self.geometry.Phi.T
+
+    @cached_property
+    def parameter_mean(self) -> Array:
+        """Predictive mean of pi, shape (10,)."""
+        return self.compute_parameters(self.densities.compute_mean())
+
+    def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
+        """Samples of pi from its predictive distribution, geometry's error included, shape (num_samples, 10)."""
+        rho = self.densities.draw_samples(rng, num_samples)
+        errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
+        return self.geometry.compute_parameters(rho, errors)

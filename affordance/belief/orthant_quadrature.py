@@ -1,0 +1,125 @@
+"""Nested quadrature of a normal distribution over positive values, for the few coordinates where it is affordable.
+
+P(x > 0) is the integral, over the first coordinate, of its density times the probability that all others are positive
+given it, which is again such an integral. Each is taken in logs and on a window found for it: a mass of exp(-1000) or
+a correlation of 0.999999 costs no digits.
+"""
+
+from functools import cache
+
+import numpy as np
+from scipy.special import log_ndtr
+
+from affordance.arrays import Array
+
+# An integrand is followed down to exp(-40) of its largest value: what lies beyond is less than rounding error.
+_LOG_DROP = 40.0
+# Nodes in each of the three parts of an interval: where the window begins, what is within it, where it ends.
+_NODES_A_PART = 12
+# Each search narrows the ends eleven times, so after these they are known to rounding error.
+_MAX_SEARCHES = 20
+# Masses begin with the smaller number of nodes; they double it until half of them agree with all, or the larger one.
+# Tables of a marginal have the larger one. The rule's error decreases by squares, so what agrees to this is exact.
+_NUM_NODES = 129
+_MAX_NODES = 1025
+_AGREEMENT = 1e-8
+
+
+def compute_log_mass(mean: Array, covariance: Array) -> float:
+    """Computes log P(x > 0) for x ~ N(mean, covariance)."""
+    return float(_compute_log_masses(mean[None], np.linalg.cholesky(covariance))[0])
+
+
+def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
+    """Tabulates the marginal of coordinate i given x > 0.
+
+    Args:
+        mean: Mean of the unrestricted distribution, shape (M,).
+        covariance: Its covariance, shape (M, M).
+        i: Index of the coordinate.
+
+    Returns: Nodes, increasing, shape (K,); the share of the probability that each stands for, up to a factor, shape
+        (K,). As a function of the node's number shares are smooth, and they fade out at either end.
+    """
+    order = np.append(i, np.delete(np.arange(len(mean)), i))
+    root = np.linalg.cholesky(covariance[np.ix_(order, order)])
+    nodes, log_shares = _place_nodes(mean[None, order], root, _MAX_NODES)
+    return nodes[0], np.exp(log_shares[0] - log_shares.max())
+
+
+def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) -> Array:
+    """Computes log P(x > 0) for several means, shape (N, M), and one covariance L L^T; shape (N,)."""
+    if means.shape[1] == 1:
+        log_mass: Array = log_ndtr(means[:, 0] / root[0, 0])
+        return log_mass
+    _, log_shares = _place_nodes(means, root, num_nodes)
+    largest = log_shares.max(axis=1)
+    shares = np.exp(log_shares - largest[:, None])
+    log_masses: Array = largest + np.log(shares.sum(axis=1))
+    if num_nodes < _MAX_NODES:
+        rough = np.abs(2.0 * shares[:, ::2].sum(axis=1) / shares.sum(axis=1) - 1.0) > _AGREEMENT
+        if rough.any():
+            log_masses[rough] = _compute_log_masses(means[rough], root, 2 * num_nodes - 1)
+    return log_masses
+
+
+def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Array]:
+    """Places nodes in the first coordinate; returns them and the log of each one's part of P(x > 0), both (N, K).
+
+    Log densities are concave. Where one bends within a short distance it falls off within a few such distances, so an
+    integrand has its narrow features at the ends of its window, and there the rule has most of its nodes.
+    """
+    lower, upper = _find_windows(means, root)
+    positions, weights = _build_rule(num_nodes)
+    nodes = lower + (upper - lower) * positions
+    return nodes, _compute_log_marginal(nodes, means, root) + np.log(weights * (upper - lower))
+
+
+def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
+    """Bounds what contributes to the integral over the first coordinate; lower and upper ends, both (N, 1).
+
+    A concave function exceeds a level on one interval. It begins between the first node that exceeds it and the node
+    before, and ends between the last and the node after. More nodes go there until either end is close: where the
+    function has fallen no further than twice as far.
+    """
+    even = np.linspace(0.0, 1.0, _NODES_A_PART)
+    nodes = (np.maximum(means[:, :1], 0.0) + 12.0 * root[0, 0]) * _build_rule(3 * _NODES_A_PART)[0]
+    nodes[:, 0] = 0.0
+    lower, upper = np.empty((2, len(means), 1))
+    unsettled = np.arange(len(means))
+    for _ in range(_MAX_SEARCHES):
+        log_density = _compute_log_marginal(nodes, means[unsettled], root)
+        fall = log_density.max(axis=1, keepdims=True) - log_density
+        first = (fall < _LOG_DROP).argmax(axis=1)
+        last = nodes.shape[1] - 1 - (fall < _LOG_DROP)[:, ::-1].argmax(axis=1)
+        # Other coordinates can drag this one far above its own mean.
+        is_open = last == nodes.shape[1] - 1
+        before, after = np.maximum(first - 1, 0), np.where(is_open, last, last + 1)
+        rows = np.arange(len(nodes))
+        ends = np.where(is_open, 8.0 * nodes[:, -1], nodes[rows, after])
+        parts = np.stack([nodes[rows, before], nodes[rows, first], nodes[rows, last], ends])[:, :, None]  # (4, N, 1)
+        lower[unsettled], upper[unsettled] = parts[0], parts[3]
+        is_far = is_open | (np.maximum(fall[rows, before], fall[rows, after]) > 2.0 * _LOG_DROP)
+        if not is_far.any():
+            break
+        unsettled, parts = unsettled[is_far], parts[:, is_far]
+        nodes = np.concatenate(parts[:-1] + np.diff(parts, axis=0) * even, axis=1)
+    return lower, upper
+
+
+def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
+    """Log of the unrestricted density of the first coordinate times P(all others > 0 | it), shape (N, K)."""
+    z = (nodes - means[:, :1]) / root[0, 0]
+    conditional_means = means[:, None, 1:] + z[..., None] * root[1:, 0]  # (N, K, M - 1)
+    log_others = _compute_log_masses(conditional_means.reshape(-1, len(root) - 1), root[1:, 1:]).reshape(z.shape)
+    log_marginal: Array = log_others - 0.5 * z**2 - np.log(root[0, 0] * np.sqrt(2.0 * np.pi))
+    return log_marginal
+
+
+@cache
+def _build_rule(num_nodes: int) -> tuple[Array, Array]:
+    """Builds the double-exponential rule (Takahasi & Mori 1974) for (0, 1): positions and weights, both (K,)."""
+    # Beyond 3.2 weights are below rounding error.
+    t, step = np.linspace(-3.2, 3.2, num_nodes, retstep=True)
+    positions = 1.0 / (1.0 + np.exp(-np.pi * np.sinh(t)))
+    return positions, step * np.pi * np.cosh(t) * positions * positions[::-1]

@@ -1,0 +1,1 @@
+"""Which object to take and how to grip it: options, what they cost, and ranking them."""

@@ -1,0 +1,154 @@
+"""What a planned motion costs, for ten thousand believed inertias at once.
+
+A plan of minimum angular acceleration is made of joint accelerations: while no torque limit is active it is the same
+whatever the tool is believed to weigh, and only its torques differ, linearly in the tool's inertial parameters
+(regressor.py). So one kinematic roll-out serves all of them, and their energies are one matrix product (design 1).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.control.task import Task
+from affordance.exceptions import NoPlanError
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressors
+from affordance.plant.serial_chain import build_chain
+from affordance.settings import Settings
+
+# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/test_reach_task.py).
+NUM_NODES = 50
+# Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which caches hold.
+_CHUNK = 2000
+
+
+class PlannedMotion(NamedTuple):
+    """A motion of K ticks, each of constant joint acceleration.
+
+    Attributes:
+        control_period: Duration of each, [s].
+        q: Joint angles at the beginning of each, (K, num_joints), [rad].
+        v: Joint rates at the beginning of each, (K, num_joints), [rad/s].
+        vdot: Joint accelerations, (K, num_joints), [rad/s^2].
+    """
+
+    control_period: float
+    q: Array
+    v: Array
+    vdot: Array
+
+
+class Costs(NamedTuple):
+    """What a motion costs under each of S inertias.
+
+    Attributes:
+        work: Mechanical work without recovery, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4).
+        effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
+        feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
+    """
+
+    work: Array
+    effort: Array
+    feasible: NDArray[np.bool_]
+
+
+def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
+    """Rolls the controller out, from rest in the home posture, on the double integrator it plans with.
+
+    Args:
+        model: The arm; its state is set.
+        task: What is to be done.
+        duration: For how long, [s].
+        settings: Those of the controller; torque limits are left aside.
+
+    Raises:
+        NoPlanError: The controller finds no plan.
+    """
+    unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
+    limits = model.arm.shrink_limits(settings.angle_margin)._replace(tau_max=unbounded)
+    mpc = MinimumAccelerationMpc(limits, settings.mpc)
+    control_period, horizon = settings.control_period, settings.mpc.horizon
+    num_ticks = round(duration / control_period)
+    q, v = model.arm.home, np.zeros(model.arm.num_joints)
+    rows = []
+    for k in range(num_ticks):
+        x = np.concatenate([q, v])
+        model.set_state(x)
+        solution = mpc.solve(x, task.compute_goal(model, x, k * control_period, horizon), model)
+        if solution.status is MpcStatus.FAILED:
+            raise NoPlanError(k * control_period)
+        vdot = solution.vdot[0]
+        rows.append((q, v, vdot))
+        q, v = q + control_period * v + 0.5 * control_period**2 * vdot, v + control_period * vdot
+    angles, rates, accelerations = (np.array(column) for column in zip(*rows, strict=True))
+    return PlannedMotion(control_period, angles, rates, accelerations)
+
+
+class MotionCost:
+    """The costs of a planned motion as a function of the tool's inertial parameters.
+
+    Attributes:
+        motion: The motion.
+        infeasible_reason: Why the motion does not do what is asked, whatever the tool weighs; empty if it does.
+    """
+
+    def __init__(
+        self, model: ArmModel, motion: PlannedMotion, num_nodes: int = NUM_NODES, infeasible_reason: str = ""
+    ) -> None:
+        """Computes torques of the arm and regressors at the nodes.
+
+        Args:
+            model: The arm; its state and payload are set.
+            motion: The motion.
+            num_nodes: Nodes of the midpoint rule, at most one a tick.
+            infeasible_reason: Why the motion does not do what is asked; it is then feasible with no tool.
+        """
+        self.motion = motion
+        self.infeasible_reason = infeasible_reason
+        num_ticks = len(motion.q)
+        num_nodes = min(num_nodes, num_ticks)
+        nodes = ((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes).astype(int)
+        self._weight = motion.control_period * num_ticks / num_nodes
+        vdot = motion.vdot[nodes]
+        # Halfway through the tick.
+        v = motion.v[nodes] + 0.5 * motion.control_period * vdot
+        q = motion.q[nodes] + 0.5 * motion.control_period * (motion.v[nodes] + v) * 0.5
+        model.set_payload(np.zeros(NUM_PARAMETERS))
+        tau_arm = np.empty_like(v)
+        for node in range(num_nodes):
+            model.set_state(np.concatenate([q[node], v[node]]))
+            tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
+        Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
+        # Constant and linear part of all torques, nodes times joints stacked.
+        self._tau_arm = tau_arm.reshape(-1, 1)
+        self._Y = Y.reshape(-1, NUM_PARAMETERS)
+        self._rates = np.abs(v).reshape(-1)
+        self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, num_nodes)[:, None]
+
+    def compute(self, pi: Array) -> Costs:
+        """Computes the costs for S tools of inertial parameters pi about To, expressed in T, shape (S, 10)."""
+        work, effort, load = self.compute_load(pi)
+        return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason))
+
+    def compute_load(self, pi: Array) -> tuple[Array, Array, Array]:
+        """Computes work and effort, and the largest part of a torque limit, (S,) each; argument as of ``compute``."""
+        work, effort, load = np.empty((3, len(pi)))
+        for start in range(0, len(pi), _CHUNK):
+            chunk = slice(start, start + _CHUNK)
+            tau = self._tau_arm + self._Y @ pi[chunk].T
+            effort[chunk] = self._weight * np.einsum("ks,ks->s", tau, tau)
+            np.abs(tau, out=tau)
+            work[chunk] = self._weight * (self._rates @ tau)
+            tau *= self._per_tau_max
+            load[chunk] = tau.max(axis=0)
+        return work, effort, load
+
+    def compute_joint_loads(self, pi: Array) -> Array:
+        """Computes the largest part of each joint's torque limit, (num_joints, S); argument as of ``compute``."""
+        parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
+        loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
+        return loads

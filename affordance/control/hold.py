@@ -1,0 +1,31 @@
+"""Hold: keep hand and object where they were given.
+
+The goal is the hand's pose and, in its null space, the arm's posture. A posture has one pose, so the joint angles
+that come closest to both are exactly those of the posture: nothing needs to be linearised
+(docs/decisions/0010-goal-of-a-hold.md).
+"""
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.control.problem import TerminalGoal
+from affordance.plant.arm_model import ArmModel
+
+
+class Hold:
+    """The task of holding an object where it was given."""
+
+    def __init__(self, q_posture: Array) -> None:
+        """Takes the posture to hold, joint angles of shape (num_joints,), [rad]."""
+        identity = np.eye(len(q_posture))
+        self._goal = TerminalGoal(identity, np.array(q_posture), identity, np.zeros(len(q_posture)))
+        for array in self._goal:
+            array.setflags(write=False)
+
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Returns the longest there is, at all times."""
+        return longest
+
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
+        """Returns the posture at rest, whatever state and time are."""
+        return self._goal

@@ -1,0 +1,179 @@
+"""Model predictive control by minimum angular acceleration (paper, III).
+
+Over a horizon of duration T, in N steps of constant joint acceleration, it minimises
+
+    1/N sum_k |vdot_k|^2  +  goal_weight |e|^2
+
+where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is what the plan misses of the goal at the horizon's end,
+subject to the double integrator and
+
+    q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
+    |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
+
+s is zero wherever these limits can be kept, and else as small as can be: torque comes before angle and rate, these
+before the goal, and the goal before ease. The goal is soft, so that a plan always exists: it is missed by about
+1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
+the optimum.
+"""
+
+import enum
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.control.constrained_qp import LIMIT_TOLERANCE, AccelerationProgram
+from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
+from affordance.plant.arm import JointLimits
+from affordance.plant.arm_model import ArmModel
+
+
+class MpcStatus(enum.Enum):
+    """How a plan was found."""
+
+    FREE = 0  # no limit active: closed form
+    LIMITED = 1  # a limit active: bounded quadratic program
+    FAILED = 2  # the solver failed: the previous plan goes on
+
+
+class MpcSolution(NamedTuple):
+    """A plan.
+
+    Attributes:
+        vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
+        tau: Torques of the first step under the believed inertia, shape (num_joints,), [N m].
+        status: How it was found.
+    """
+
+    vdot: Array
+    tau: Array
+    status: MpcStatus
+
+
+class MinimumAccelerationMpc:
+    """Plans by minimum angular acceleration.
+
+    What it keeps between solves (factors, programs) are functions of the goal's matrices only, so that a solve's
+    result never depends on those before it.
+    """
+
+    def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
+        """Prepares the closed form.
+
+        Raises:
+            ValueError: A setting is not positive.
+        """
+        for name, value in settings._asdict().items():
+            if not value > 0:
+                raise ValueError(f"{name} is {value}, must be greater than 0")
+        self.settings = settings
+        self.limits = limits
+        T, N = settings.horizon, settings.num_steps
+        h = T / N
+        steps = np.arange(1, N + 1)
+        angle_response, rate_response = compute_responses(settings)
+        # The optimal accelerations are vdot = terminal^T y: a combination of the last rows of both.
+        terminal = np.array([angle_response[-1] / T**2, rate_response[-1] / T])  # (2, N)
+        self._gram = terminal @ terminal.T
+        # [vdot; q; v] over all steps = trajectory_map @ [q_0; v_0; y_q; y_v], each row over the joints.
+        self._trajectory_map = np.block(
+            [
+                [np.zeros((N, 2)), terminal.T],
+                [np.ones((N, 1)), h * steps[:, None], angle_response @ terminal.T],
+                [np.zeros((N, 1)), np.ones((N, 1)), rate_response @ terminal.T],
+            ]
+        )
+        lower = np.repeat([limits.q_lower, -limits.v_max], N, axis=0)
+        upper = np.repeat([limits.q_upper, limits.v_max], N, axis=0)
+        self._motion_lower, self._motion_upper = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
+        self._kept_matrices: tuple[Array | None, Array | None] = (None, None)
+        self._programs: dict[tuple[int, int], AccelerationProgram] = {}
+
+    def solve(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
+        """Plans from a state to a goal.
+
+        Args:
+            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            goal: The goal at the end of the horizon.
+            model: The believed dynamics, already at state x.
+
+        Returns: The optimal plan; with status FAILED, a plan and torques of NaN.
+        """
+        trajectory = self.solve_free(x, goal)
+        N = self.settings.num_steps
+        motion = trajectory[N:]
+        if ((motion >= self._motion_lower) & (motion <= self._motion_upper)).all():
+            tau = model.compute_inverse_dynamics(trajectory[0])
+            if (np.abs(tau) <= self.limits.tau_max).all():
+                return MpcSolution(trajectory[:N], tau, MpcStatus.FREE)
+        return self.solve_limited(x, goal, model)
+
+    def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
+        """Plans as if there were no limits, by one linear solve whose factor is kept while C_q and C_v stay.
+
+        Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
+        """
+        if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
+            self._gain = self._compute_gain(goal)
+            # Arrays that can be written to may be others the next time, though they are the same objects.
+            can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
+            self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
+        y = self._gain @ np.concatenate([x, goal.d_q, goal.d_v])
+        trajectory: Array = self._trajectory_map @ np.concatenate([x, y]).reshape(4, -1)
+        return trajectory
+
+    def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
+        """Plans within the limits, by a convex quadratic program.
+
+        Arguments and result are those of ``solve``; where no limit is active it is the same optimum.
+        """
+        num_goal_rows = (len(goal.d_q), len(goal.d_v))
+        if num_goal_rows not in self._programs:
+            self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
+        M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(x) // 2))
+        free = self.solve_free(x, goal)[: self.settings.num_steps]
+        vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, free=free)
+        if vdot is None:
+            return MpcSolution(
+                np.full((self.settings.num_steps, len(bias)), np.nan),
+                np.full(len(bias), np.nan),
+                MpcStatus.FAILED,
+            )
+        return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
+
+    def continue_plan(self, vdot: Array, elapsed: float, model: ArmModel) -> Array:
+        """Computes the torques of an earlier plan, when a new one cannot be had.
+
+        Args:
+            vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].
+            elapsed: Time since it was made, [s]; beyond its end the accelerations are zero.
+            model: The believed dynamics, already at the current state.
+
+        Returns: Torques within their limits, shape (num_joints,), [N m].
+        """
+        # Ticks fall on the beginnings of steps, but for rounding.
+        step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
+        planned = vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
+        return np.clip(model.compute_inverse_dynamics(planned), -self.limits.tau_max, self.limits.tau_max)
+
+    def _compute_gain(self, goal: TerminalGoal) -> Array:
+        """Returns the gain from [x, d_q, d_v] to y, shape (2 n, 2 n + m_q + m_v), for n joints.
+
+        With S = C terminal in the units of e and r = d - C [q + T v, v] what is missing of the goal, in the same, the
+        optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
+        """
+        T = self.settings.horizon
+        m_q, n = goal.C_q.shape
+        m = m_q + len(goal.d_v)
+        C = np.zeros((m, 2 * n))
+        C[:m_q, :n], C[m_q:, n:] = goal.C_q, goal.C_v
+        # The rows of C, each as one of the joints: S S^T is the product of these weighted by the terminal rows' own.
+        rows = np.vstack([goal.C_q, goal.C_v])
+        kinds = np.repeat([0, 1], [m_q, m - m_q])
+        gram = (rows @ rows.T) * self._gram[np.ix_(kinds, kinds)]
+        gram[np.diag_indices(m)] += 1.0 / (self.settings.num_steps * self.settings.goal_weight)
+        units_of_e = np.array([1.0 / T**2, 1.0 / T])[kinds]
+        gain = C.T @ (np.linalg.inv(gram) * units_of_e)
+        coasted = C.copy()  # C [q + T v, v]
+        coasted[:m_q, n:] = T * goal.C_q
+        return np.hstack([-gain @ coasted, gain])

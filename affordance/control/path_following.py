@@ -1,0 +1,56 @@
+"""The task of following a path with the free end of a tool."""
+
+from collections.abc import Iterable
+
+import numpy as np
+from pydrake.trajectories import Trajectory
+
+from affordance.arrays import Array
+from affordance.control.problem import TerminalGoal
+from affordance.plant.arm_model import ArmModel
+
+# Directions in which F moves less than this per radian of the joints are not followed in velocity: a straight arm has
+# one, [m].
+_DAMPING = 0.01
+
+
+class PathFollowing:
+    """The task of following a path with a point F of a certain tool.
+
+    Its goal is F's place on the path where the horizon ends, and of all joint rates that give F the path's velocity
+    there the least: where the rest of the arm goes is its own affair, but it is not to drift. Linear in the joint
+    angles the place is only near some posture: it is linearised where the arm would coast to by then, which errs less
+    by half than at the present posture (docs/decisions/0012-reaching.md).
+    """
+
+    def __init__(self, path: Trajectory, p_WFstart: Array, p_TF: Array, num_joints: int) -> None:
+        """Takes the path relative to its start, the start in W, and the free end in T, shape (3,) each, [m]."""
+        self._path = path
+        self._p_WFstart = p_WFstart
+        self._p_TF = p_TF
+        self._every_joint = np.eye(num_joints)
+
+    def compute_reference(self, time: float) -> tuple[Array, Array]:
+        """Place and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""
+        time = min(max(time, self._path.start_time()), self._path.end_time())
+        return self._p_WFstart + self._path.value(time)[:, 0], self._path.EvalDerivative(time)[:, 0]
+
+    def list_places(self, times: Iterable[float]) -> Array:
+        """Where F is to be at N times, p_WF, (N, 3), [m]."""
+        return np.array([self.compute_reference(time)[0] for time in times])
+
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Returns the longest there is, at all times: beyond its end the path stays where it is."""
+        return longest
+
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
+        """Asks for the path's place and the least rates along it at the horizon's end."""
+        q, v = np.split(x, 2)
+        q_end = q + horizon * v
+        model.set_state(np.concatenate([q_end, v]))
+        p_WF = model.compute_point_position(self._p_TF)
+        J = model.compute_point_jacobian(self._p_TF)
+        model.set_state(x)
+        p_WFend, v_WFend = self.compute_reference(time + horizon)
+        v_least = J.T @ np.linalg.solve(J @ J.T + _DAMPING**2 * np.eye(3), v_WFend)
+        return TerminalGoal(J, p_WFend - p_WF + J @ q_end, self._every_joint, v_least)

@@ -1,0 +1,190 @@
+"""The swing of a blow: from rest to a strike with a given velocity, by minimum angular acceleration.
+
+Among all motions of a duration D from rest at q_0 to angles q_1 with rates v_1, the integral of |vdot|^2 is least for
+the cubic in time, and is then
+
+    12 |d|^2 / D^3 - 12 d^T v_1 / D^2 + 4 |v_1|^2 / D,    d = q_1 - q_0
+
+What remains free of (q_1, v_1), once the striking point is where it is to be, moves as it is to, and meets the target
+squarely, is chosen to make this least, within the joints' limits. A cubic is the motion of minimum acceleration
+between any two of its own points, so that a controller that plans by minimum acceleration to points of it follows it
+exactly.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.solvers import MathematicalProgram, SnoptSolver
+
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm_model import ArmModel
+
+# Moments of a swing at which the limits of angle and rate are kept, as fractions of its duration: between them a
+# joint of 50 rad/s^2 oversteps by a milliradian.
+_CHECKED = np.linspace(0.02, 1.0, 50)
+# Scales of the optimisation: it counts costs in hundreds of rad^2/s^3, and misses in decimetres and m/s.
+_COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
+_MAX_MISS = 1e-5
+# The nail is at rest within 10 ms of the first touch, with either grip and for all forces of the map; then the arm
+# begins to come back, [s].
+FOLLOW_THROUGH = 0.015
+# A controller that plans in steps of 20 ms oversteps a swing's angles by about a degree; swings keep clear of limits
+# by so much, [rad].
+_MARGIN = np.radians(1.0)
+# Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
+# 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
+COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
+# Of the central differences, [rad].
+_STEP = 1e-6
+
+
+class Swing(NamedTuple):
+    """A cubic from rest.
+
+    Attributes:
+        q_start: Joint angles at its beginning, shape (num_joints,), [rad].
+        q_end: Joint angles at the strike, the same shape.
+        v_end: Joint rates at the strike, the same shape, [rad/s].
+        duration: From rest to strike, [s].
+    """
+
+    q_start: Array
+    q_end: Array
+    v_end: Array
+    duration: float
+
+    def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
+        """Angles, rates and accelerations at N times, (N, num_joints) each; beyond its ends the cubic goes on."""
+        D = self.duration
+        u = np.asarray(times)[:, None] / D
+        d = self.q_end - self.q_start
+        square, cube = 3.0 * d - D * self.v_end, D * self.v_end - 2.0 * d
+        q = self.q_start + square * u**2 + cube * u**3
+        return q, (2.0 * square * u + 3.0 * cube * u**2) / D, (2.0 * square + 6.0 * cube * u) / D**2
+
+
+class Target(NamedTuple):
+    """What a blow is to do, with a point S on the tool's surface.
+
+    Attributes:
+        p_TS: The point, shape (3,), [m].
+        normal_T: Outward normal of the tool there, expressed in T, shape (3,).
+        p_WS: Where it is to strike, shape (3,), [m].
+        direction_W: In which direction, and with its normal along it, a unit vector, shape (3,).
+    """
+
+    p_TS: Array
+    normal_T: Array
+    p_WS: Array
+    direction_W: Array
+
+
+class StrikeCondition:
+    """What angles and rates, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+
+    def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
+        """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
+        self._model = model
+        self._target = target
+        self._velocity_W = speed * target.direction_W
+        self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+
+    def compute(self, z: Array) -> Array:
+        """Miss of place, of velocity, and of squareness, shape (8,); z (2 num_joints,)."""
+        model, target, n = self._model, self._target, len(z) // 2
+        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
+        p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
+        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        along = J @ z[n:] - self._velocity_W
+        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, self._across @ normal_W])
+
+    def compute_with_gradient(self, z: Array) -> Array:
+        """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
+        value = ExtractValue(z).ravel()
+        n = len(value) // 2
+        jacobian = np.zeros((8, 2 * n))
+        for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
+            jacobian[:, i] = (self.compute(value + step) - self.compute(value - step)) / (2.0 * _STEP)
+        missed = self.compute(value)
+        jacobian[3:6, n:] = self._model.compute_point_jacobian(self._target.p_TS)
+        with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
+        return with_gradient
+
+    def is_met(self, z: Array) -> bool:
+        """Whether the miss is small enough."""
+        return bool(np.abs(self.compute(z)).max() <= _MAX_MISS)
+
+
+def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array, direction_W: Array) -> Target:
+    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at home.
+
+    Args:
+        model: The arm; its state is set to rest in the home posture.
+        parts: What the tool is made of, posed relative to the hand.
+        offset_W: What is struck, from where the home posture holds the striking point, shape (3,), [m].
+        direction_W: Direction of the blow, a unit vector, shape (3,).
+    """
+    home = model.arm.home
+    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
+    free = max(parts, key=lambda part: float(part.X_TE[0, 3]))
+    R_TE, p_TE = free.X_TE[:3, :3], free.X_TE[:3, 3]
+    p_TS = p_TE + R_TE @ free.shape.find_support(R_TE.T @ normal_T)
+    return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
+
+
+def plan_swing(
+    model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
+) -> Swing:
+    """Plans a swing from rest in the home posture.
+
+    Args:
+        model: The arm; its state is set.
+        target: What is to be struck, and with which point.
+        speed: Of the point at the strike, [m/s].
+        duration: From rest to strike, [s].
+        guess: A swing like the one that is sought, from which to search; from the home posture if None.
+
+    Raises:
+        AffordanceError: No swing within the limits of angle and rate does it.
+    """
+    home, D = model.arm.home, duration
+    limits = model.arm.shrink_limits(_MARGIN)
+    n = len(home)
+    condition = StrikeCondition(model, target, speed)
+    program = MathematicalProgram()
+    z = program.NewContinuousVariables(2 * n, "z")  # q_1 and v_1
+    program.SetInitialGuess(z, _guess_end(model, target, speed) if guess is None else np.hstack(guess[1:3]))
+    of_joint = _COST_SCALE * np.array([[24.0 / D**3, -12.0 / D**2], [-12.0 / D**2, 8.0 / D]])
+    curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
+    from_home = np.concatenate([home, np.zeros(n)])
+    program.AddQuadraticCost(curvature, -curvature @ from_home, z, is_convex=True)
+    program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
+    # Angles and rates at the moments checked are linear in z.
+    u, each = _CHECKED[:, None], np.eye(n)
+    for of_z, at_home, lower, upper in (
+        ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),
+        ([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u], 6.0 * (u**2 - u) / D, -limits.v_max, limits.v_max),
+    ):
+        fixed: Array = np.kron(at_home, each) @ home
+        matrix = np.asarray(np.kron(np.hstack(of_z), each), dtype=float)
+        count = len(_CHECKED)
+        program.AddLinearConstraint(matrix, np.tile(lower, count) - fixed, np.tile(upper, count) - fixed, z)
+    program.AddLinearConstraint(np.hstack([np.eye(n), COASTING_TIME * np.eye(n)]), limits.q_lower, limits.q_upper, z)
+    result = SnoptSolver().Solve(program)
+    found = result.GetSolution(z)
+    if not result.is_success() or not condition.is_met(found):
+        raise AffordanceError(f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s")
+    return Swing(home, found[:n], found[n:], D)
+
+
+def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
+    """Angles of the home posture, with the least rates that give S its velocity there."""
+    home = model.arm.home
+    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    J = model.compute_point_jacobian(target.p_TS)
+    return np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])

@@ -1,0 +1,160 @@
+"""The control system of the paper's figure 2: model predictive control with the believed inertia."""
+
+import logging
+import math
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Context, DiscreteValues
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import PointEstimate
+from affordance.belief.object_belief import ObjectBelief
+from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.control.problem import MpcSettings
+from affordance.control.task import Task
+from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
+
+_LOG = logging.getLogger(__name__)
+
+
+class ControlCounts(NamedTuple):
+    """How many ticks of a trial had a limit active, and in how many the solver failed."""
+
+    limited: int
+    failed: int
+
+
+class MpcController(SampledSystem):
+    """Replans at every tick and holds the first torque until the next.
+
+    Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. The task chooses how
+    far ahead is planned; where it says not at all, the previous plan goes on, and should the solver fail too, with a
+    warning in the log. The seed of a sampled density is a parameter of the Context.
+
+    Input ports:
+        belief: What is believed of the object, ObjectBelief.
+        goal: The Task.
+        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+
+    Output ports:
+        tau: Torques, (num_joints,), [N m].
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        *,
+        settings: MpcSettings,
+        control_period: float,
+        point_estimate: PointEstimate,
+        angle_margin: float,
+    ) -> None:
+        super().__init__()
+        self._model = ArmModel(arm)
+        self._limits = arm.shrink_limits(angle_margin)
+        self._settings = settings
+        self._control_period = control_period
+        # By their horizons in ticks; made when they are first asked for.
+        self._mpcs: dict[int, MinimumAccelerationMpc] = {}
+        self._get_mpc(settings.horizon)
+        self._num_joints = arm.num_joints
+        self._point_estimate = point_estimate
+        n, N = arm.num_joints, settings.num_steps
+        self._shown_payload: Array | None = None
+        self._belief: Source[ObjectBelief] = self.declare_object_input("belief")
+        self._goal: Source[Task] = self.declare_object_input("goal")
+        self._state = self.declare_vector_input("state", 2 * n)
+        tau = self.DeclareDiscreteState(n)
+        self._tau = int(tau)
+        self._plan = int(self.DeclareDiscreteState(N * n))
+        # When the plan was made, and for how long.
+        self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
+        self._counts = int(self.DeclareDiscreteState(2))  # ticks limited, ticks failed
+        self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
+        self._payload = self.declare_cached(
+            "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
+        )
+        self.DeclareStateOutputPort("tau", tau)
+        self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
+
+    def set_seed(self, context: Context, seed: tuple[int, ...]) -> None:
+        """Sets the seed of the density that is drawn if the point of the belief is a sample."""
+        self._seed.set(context, seed)
+
+    def get_counts(self, context: Context) -> ControlCounts:
+        """Returns how many ticks were limited and failed so far."""
+        limited, failed = context.get_discrete_state(self._counts).value()
+        return ControlCounts(int(limited), int(failed))
+
+    def _calc_payload(self, context: Context) -> Array:
+        """The inertial parameters at the chosen point of the belief; computed once per belief."""
+        belief = self._belief.Eval(context)
+        rng = np.random.default_rng(self._seed.get(context))
+        return belief.compute_parameters(belief.densities.compute_point_estimate(self._point_estimate, rng))
+
+    def _update(self, context: Context, discrete_state: DiscreteValues) -> None:
+        payload = self._payload.get(context)
+        if payload is not self._shown_payload:
+            self._model.set_payload(payload)
+            self._shown_payload = payload
+        x = self._state.Eval(context)
+        if not math.isfinite(x @ x):  # Drake ends the process if a plant is set to such a state
+            self._count_failure(context, discrete_state, "the state is not finite")
+            return
+        self._model.set_state(x)
+        now, task = context.get_time(), self._goal.Eval(context)
+        horizon = task.choose_horizon(now, self._settings.horizon)
+        if horizon == 0.0:
+            self._continue_plan(context, discrete_state)
+            return
+        goal = task.compute_goal(self._model, x, now, horizon)
+        solution = self._get_mpc(horizon).solve(x, goal, self._model)
+        if solution.status is MpcStatus.FAILED:
+            self._count_failure(context, discrete_state, "the solver failed")
+            self._continue_plan(context, discrete_state)
+            return
+        discrete_state.set_value(self._tau, solution.tau)
+        discrete_state.set_value(self._plan, solution.vdot.ravel())
+        discrete_state.set_value(self._made, np.array([now, horizon]))
+        if solution.status is MpcStatus.LIMITED:
+            limited, failed = context.get_discrete_state(self._counts).value()
+            discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
+
+    def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
+        ticks = round(horizon / self._control_period)
+        if ticks not in self._mpcs:
+            settings = self._settings._replace(horizon=ticks * self._control_period)
+            self._mpcs[ticks] = MinimumAccelerationMpc(self._limits, settings)
+        return self._mpcs[ticks]
+
+    def _continue_plan(self, context: Context, discrete_state: DiscreteValues) -> None:
+        """Goes on along the previous plan, the model being at the present state."""
+        made, horizon = context.get_discrete_state(self._made).value()
+        plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
+        tau = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made, self._model)
+        discrete_state.set_value(self._tau, tau)
+
+    def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
+        _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", context.get_time(), reason)
+        limited, failed = context.get_discrete_state(self._counts).value()
+        discrete_state.set_value(self._counts, np.array([limited, failed + 1]))
+
+
+class TaskSystem(SampledSystem):
+    """Says what is to be done; the task is a parameter of the Context.
+
+    Output ports:
+        goal: The Task, which computes its goal at any state.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._task: ObjectParameter[Task] = self.declare_object_parameter()
+        self.declare_object_output("goal", self._task.get, {self._task.ticket})
+
+    def set_task(self, context: Context, task: Task) -> None:
+        """Sets the task."""
+        self._task.set(context, task)

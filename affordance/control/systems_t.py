@@ -1,0 +1,1 @@
+"""The task, as a system."""

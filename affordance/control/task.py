@@ -1,0 +1,33 @@
+"""What every task offers to a controller."""
+
+from typing import Protocol
+
+from affordance.arrays import Array
+from affordance.control.problem import TerminalGoal
+from affordance.plant.arm_model import ArmModel
+
+
+class Task(Protocol):
+    """States its goal at the end of a controller's horizon."""
+
+    def choose_horizon(self, time: float, longest: float) -> float:
+        """Chooses how far ahead the controller plans, a multiple of its tick.
+
+        Args:
+            time: Now, [s].
+            longest: What the controller plans unless there is a reason, [s].
+
+        Returns: At most ``longest``; zero to let the previous plan go on.
+        """
+
+    def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
+        """Computes the goal.
+
+        Args:
+            model: The arm, at state x when called and when left.
+            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            time: Now, [s].
+            horizon: How far ahead the goal lies, [s].
+
+        Returns: Linear goal; matrices that stay the same should be the same arrays, whose factor can then be kept.
+        """

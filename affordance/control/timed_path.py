@@ -1,0 +1,83 @@
+"""Paths in space with their timing, read from YAML files in models/paths/."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
+
+from affordance.files.yaml_reader import read_record
+
+# What an arm can be asked for: points within two metres, in a twentieth of a second to a minute.
+_REACH_MAX = 2.0
+_DURATION_MIN, _DURATION_MAX = 0.05, 60.0
+# Points closer than this make a path that stands still, [m].
+_SEPARATION_MIN = 1e-3
+
+
+@dataclass(frozen=True)
+class TimedPath:
+    """A smooth curve through points, run from rest to rest with the timing of minimum jerk.
+
+    Attributes:
+        points: The points after the start, relative to it, in W, at least one.
+        duration: From start to end, [s].
+        tolerance: How far from the path counts as on it, [m].
+    """
+
+    points: tuple[tuple[float, float, float], ...]
+    duration: float
+    tolerance: float
+
+    def describe_error(self, error: float) -> str:
+        """Says that a motion leaves the path by an error, [m]; empty if it keeps within the tolerance."""
+        if error <= self.tolerance:
+            return ""
+        return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
+
+    def name_nearest_point(self, time: float) -> str:
+        """Says in words which point is nearest in space to where the path is at a time, [s]."""
+        place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
+        nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
+        if nearest == 0:
+            return "the start"
+        where = ", ".join(f"{value:g}" for value in self.points[nearest - 1])
+        return f"point {nearest} of {len(self.points)} at [{where}]"
+
+    def build_trajectory(self) -> Trajectory:
+        """Builds position over time relative to the start, (3, 1), [m]; before and after it stands still.
+
+        The curve is a cubic spline over the length of the chords, or a line if there is one point. Its timing is
+        s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).
+        """
+        points = np.array([(0.0, 0.0, 0.0), *self.points])
+        lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        spline = PiecewisePolynomial.CubicWithContinuousSecondDerivatives
+        interpolate = spline if len(points) > 2 else PiecewisePolynomial.FirstOrderHold
+        curve = interpolate(lengths.tolist(), points.T.tolist())
+        u = np.linspace(0.0, 1.0, 6)  # as many as determine a polynomial of fifth order
+        timing = lengths[-1] * (10.0 * u**3 - 15.0 * u**4 + 6.0 * u**5)
+        return PathParameterizedTrajectory(
+            curve,
+            PiecewisePolynomial.LagrangeInterpolatingPolynomial((self.duration * u).tolist(), [timing.tolist()]),
+        )
+
+
+def load_path(path: Path) -> TimedPath:
+    """Reads a path file: ``duration``, ``tolerance`` and ``points``, a list of three coordinates each.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    record = read_record(path)
+    duration = record.number("duration", low=_DURATION_MIN, high=_DURATION_MAX)
+    tolerance = record.number("tolerance", low=1e-4, high=_REACH_MAX)
+    points = record.vectors("points", 3, low=-_REACH_MAX, high=_REACH_MAX)
+    record.finish()
+    steps = np.linalg.norm(np.diff(points, axis=0, prepend=0.0), axis=1)
+    if (steps < _SEPARATION_MIN).any():
+        raise record.error(
+            f"points[{np.argmin(steps)}]",
+            f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m",
+        )
+    return TimedPath(tuple((float(x), float(y), float(z)) for x, y, z in points), duration, tolerance)

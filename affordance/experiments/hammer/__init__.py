@@ -1,0 +1,1 @@
+"""Simulation IV: choosing a grip for hammering."""

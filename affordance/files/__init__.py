@@ -1,0 +1,1 @@
+"""Files: where the models are, reading YAML, writing whole files."""

@@ -1,0 +1,72 @@
+"""Files that appear whole or not at all."""
+
+import json
+import logging
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+_LOG = logging.getLogger(__name__)
+_TEMPORARY = ".writing."
+
+
+def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
+    """Lets a function write a temporary file, which then takes its place in one step.
+
+    Args:
+        path: Where the file is to appear; its folder is made if need be.
+        write: Writes the file at the path it is given, which has the same suffix.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
+    try:
+        write(temporary)
+        temporary.replace(path)
+    finally:
+        temporary.unlink(missing_ok=True)
+
+
+def write_text(path: Path, text: str) -> None:
+    """Writes a text file whole."""
+    write_atomic(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
+
+
+def write_json(path: Path, content: Mapping[str, Any]) -> None:
+    """Writes a JSON file whole; numbers keep all their digits."""
+    write_text(path, json.dumps(to_plain(content), indent=2, allow_nan=False) + "\n")
+
+
+def to_plain(value: Any) -> Any:
+    """Converts configurations and arrays to what JSON knows."""
+    if is_dataclass(value) and not isinstance(value, type):
+        return to_plain(asdict(value))
+    if hasattr(value, "_asdict"):
+        return to_plain(value._asdict())
+    if isinstance(value, Mapping):
+        return {str(key): to_plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray | list | tuple):
+        return [to_plain(entry) for entry in value]
+    if isinstance(value, np.generic):
+        return value.item()
+    if hasattr(value, "value") and hasattr(value, "name"):  # a member of an Enum
+        return value.value
+    if isinstance(value, Path):
+        return value.name
+    return value
+
+
+def remove_leftovers(folder: Path) -> None:
+    """Removes the temporary files of a run that was killed; no other run may be writing to the folder."""
+    for path in folder.rglob(f"{_TEMPORARY}*"):
+        path.unlink(missing_ok=True)
+
+
+def quarantine(path: Path, problem: str) -> None:
+    """Renames a file that is not to be trusted, and says so."""
+    aside = path.with_suffix(".broken")
+    path.replace(aside)
+    _LOG.warning("%s %s; set aside as %s", path, " ".join(problem.split()), aside.name)

@@ -1,0 +1,45 @@
+"""Colours as they are perceived, and what of them shading leaves alone.
+
+Colours are red, green and blue in [0, 1] as a picture holds them (sRGB); perceived colours are CIELAB: lightness L*
+and the two opponent coordinates a* and b*, in which equal distances look about equally different. A shade multiplies
+the light that a surface sends back; as a picture holds a power of the light, it multiplies red, green and blue there
+alike.
+"""
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+
+type Colour = tuple[float, float, float]
+
+# Two colours that differ by less than this in CIELAB cannot be told apart by eye (Mahy, Van Eycken and Oosterlinck
+# 1994, Color Research and Application 19:105-121).
+JUST_NOTICEABLE = 2.3
+
+
+def convert_to_lab(colours: NDArray[np.floating]) -> Array:
+    """CIELAB coordinates L*, a*, b* of colours in [0, 1], shape (..., 3)."""
+    if not np.size(colours):  # OpenCV refuses it
+        return np.zeros(np.shape(colours))
+    flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
+    lab: Array = cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
+    return lab
+
+
+def compute_tints(colours: NDArray[np.floating]) -> Array:
+    """What shading leaves of colours (..., 3): a* and b* in the light that just saturates a channel, (..., 2)."""
+    brightest = np.maximum(colours.max(axis=-1, keepdims=True), 1.0 / 255.0)
+    tints: Array = convert_to_lab(colours / brightest)[..., 1:]
+    return tints
+
+
+# Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps, and
+# half a step so that rounding does not decide.
+SAME_COLOUR = 5.5 / 255
+
+
+def is_same_colour(one: Colour, other: Colour) -> bool:
+    """Says whether two colours are the same look."""
+    return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR

@@ -1,0 +1,148 @@
+"""Inertial parameters of rigid sets of solid bodies, linear in their densities.
+
+The ten inertial parameters of a body, about a point To and expressed in T, are
+
+    pi = [m, m p_ToTcm (3), Ixx, Iyy, Izz, Ixy, Ixz, Iyz]            [kg, kg m, kg m^2]
+
+with Ixy the *product* of inertia -integral(x y dm), as in Drake. For a set of solid parts pi(rho) = Phi rho, with
+rho the densities of its materials and Phi pure geometry. Poses are homogeneous 4 x 4 matrices X_TE. All
+transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
+
+    J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from pydrake.multibody.tree import SpatialInertia, UnitInertia
+
+from affordance.arrays import Array
+
+NUM_PARAMETERS = 10
+
+
+class Shape(Protocol):
+    """A solid whose inertia at unit density is known; nothing else asks what kind of solid it is."""
+
+    @property
+    def sizes(self) -> Array:
+        """The lengths that an eye would measure, shape (num_sizes,), [m]."""
+
+    @property
+    def volume(self) -> float:
+        """Volume, [m^3]."""
+
+    def with_sizes(self, sizes: Array) -> "Shape":
+        """Returns the same kind of solid with other sizes."""
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Pseudo-inertia at a density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+
+    def find_support(self, direction_E: Array) -> Array:
+        """The point of the solid that lies farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
+
+
+@dataclass(frozen=True)
+class Ellipsoid:
+    """A solid ellipsoid centred at Eo, its axes along those of E.
+
+    Attributes:
+        semi_axes: Half the lengths along Ex, Ey, Ez, [m].
+    """
+
+    semi_axes: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        """Refuses impossible ellipsoids.
+
+        Raises:
+            ValueError: A semi-axis is not finite and positive.
+        """
+        if not all(np.isfinite(a) and a > 0 for a in self.semi_axes):
+            raise ValueError(f"semi_axes are {self.semi_axes}, each must be finite and greater than 0")
+
+    @property
+    def sizes(self) -> Array:
+        """The three semi-axes, shape (3,), [m]."""
+        return np.array(self.semi_axes)
+
+    @property
+    def volume(self) -> float:
+        """Volume, [m^3]."""
+        return 4.0 / 3.0 * np.pi * float(np.prod(self.semi_axes))
+
+    def with_sizes(self, sizes: Array) -> "Ellipsoid":
+        """Returns the ellipsoid with other semi-axes, shape (3,), [m]."""
+        a, b, c = (float(size) for size in sizes)
+        return Ellipsoid((a, b, c))
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/5 diag(a^2, b^2, c^2), shape (4, 4)."""
+        return self.volume * np.diag([*(self.sizes**2 / 5.0), 1.0])
+
+    def find_support(self, direction_E: Array) -> Array:
+        """The point whose outward normal is the direction: a^2 d / |a d|, for semi-axes a, shape (3,), [m]."""
+        stretched = self.sizes * direction_E
+        support: Array = self.sizes * stretched / np.linalg.norm(stretched)
+        return support
+
+
+def build_inertia_map(
+    shapes: Sequence[Shape], poses_TE: Sequence[Array], material_indices: Sequence[int], num_materials: int
+) -> Array:
+    """Builds Phi: pi = Phi rho (design 1).
+
+    Args:
+        shapes: The solid parts E of a tool T.
+        poses_TE: X_TE of each part, each shape (4, 4).
+        material_indices: Which entry of rho is each part's density.
+        num_materials: Length of rho; materials that no part is made of get a column of zeros.
+
+    Returns: Phi about To, expressed in T, shape (10, num_materials), [m^3, m^4, m^5].
+    """
+    Phi = np.zeros((NUM_PARAMETERS, num_materials))
+    for shape, X_TE, index in zip(shapes, poses_TE, material_indices, strict=True):
+        Phi[:, index] += parameters_from_pseudo_inertia(X_TE @ shape.unit_pseudo_inertia() @ X_TE.T)
+    return Phi
+
+
+def build_transform_map(X_GT: Array) -> Array:
+    """Builds the map from parameters about To, expressed in T, to those about Go, expressed in G, shape (10, 10)."""
+    columns = []
+    for mass, *rest in np.eye(NUM_PARAMETERS):
+        xx, yy, zz, xy, xz, yz = rest[3:]
+        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+        J = np.zeros((4, 4))
+        J[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
+        J[:3, 3] = J[3, :3] = rest[:3]
+        J[3, 3] = mass
+        columns.append(parameters_from_pseudo_inertia(X_GT @ J @ X_GT.T))
+    return np.column_stack(columns)
+
+
+def parameters_from_pseudo_inertia(J: Array) -> Array:
+    """Converts a pseudo-inertia, shape (4, 4), to the ten parameters pi, shape (10,)."""
+    Sigma, first_moment, mass = J[:3, :3], J[:3, 3], J[3, 3]
+    moments = np.trace(Sigma) - np.diag(Sigma)
+    return np.array([mass, *first_moment, *moments, -Sigma[0, 1], -Sigma[0, 2], -Sigma[1, 2]])
+
+
+def spatial_inertia_from_parameters(pi: Array) -> SpatialInertia:
+    """Converts the ten parameters to Drake's spatial inertia M_TTo_T.
+
+    Raises:
+        RuntimeError: Drake finds the parameters physically impossible.
+    """
+    mass = float(pi[0])
+    if mass == 0.0:
+        return SpatialInertia.Zero()
+    Gxx, Gyy, Gzz, Gxy, Gxz, Gyz = (float(value) / mass for value in pi[4:])
+    return SpatialInertia(mass, pi[1:4] / mass, UnitInertia(Gxx, Gyy, Gzz, Gxy, Gxz, Gyz))
+
+
+def parameters_from_spatial_inertia(M_TTo_T: SpatialInertia) -> Array:
+    """Converts Drake's spatial inertia about To to the ten parameters, shape (10,)."""
+    inertia = M_TTo_T.CalcRotationalInertia()
+    return np.array([M_TTo_T.get_mass(), *M_TTo_T.CalcComMoment(), *inertia.get_moments(), *inertia.get_products()])

@@ -1,0 +1,218 @@
+"""The plant of an arm and the tool in its hand, and the same arm as an internal model.
+
+Frames, here and everywhere: W the world, H the hand (where it grips, Hx pointing out of it), T the tool (coincides
+with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm serves that a
+directives file describes (see models/arm.dmd.yaml); nothing here knows how many joints it has.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import Ellipsoid as EllipsoidGeometry
+from pydrake.math import RigidTransform
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import (
+    AddMultibodyPlantSceneGraph,
+    ContactModel,
+    CoulombFriction,
+    MultibodyPlant,
+)
+from pydrake.multibody.tree import (
+    Frame,
+    Joint,
+    RevoluteJoint,
+    RigidBody,
+    SpatialInertia,
+)
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from affordance.arrays import Array
+from affordance.exceptions import ModelFileError
+from affordance.files.model_folder import MODELS
+from affordance.objects.inertia import Ellipsoid, spatial_inertia_from_parameters
+from affordance.objects.tool import Tool
+from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
+
+ARM = MODELS / "arm.dmd.yaml"
+HAND_FRAME = "hand_grip"
+# Contact between bodies: dry skin or wood on metal (Drake's own default is frictionless).
+FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
+
+
+class JointLimits(NamedTuple):
+    """Limits of the joints, each of shape (num_joints,); infinite where there is none."""
+
+    q_lower: Array  # [rad]
+    q_upper: Array  # [rad]
+    v_max: Array  # on |v|, [rad/s]
+    tau_max: Array  # on |tau|, [N m]
+
+
+@dataclass(frozen=True)
+class Arm:
+    """A finalized plant of an arm that holds a tool, with the handles others need.
+
+    Attributes:
+        source: The file that describes it.
+        plant: The continuous plant; its context carries the tool's inertia as parameters.
+        hand: Frame H.
+        tool: Body T, welded to H.
+        home: Joint angles of the holding posture, shape (num_joints,), [rad].
+        limits: Joint limits.
+        nail: The joint along which a nail slides, whose position and rate come after the arm's in the plant's state;
+            None where there is no nail.
+    """
+
+    source: Path
+    plant: MultibodyPlant
+    hand: Frame
+    tool: RigidBody
+    home: Array
+    limits: JointLimits
+    nail: Joint | None = None
+
+    @property
+    def num_joints(self) -> int:
+        """Number of the arm's joints, each with one degree of freedom and one actuator."""
+        return len(self.home)
+
+    @property
+    def joint_names(self) -> list[str]:
+        """Names of the joints, in the order of q."""
+        return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
+
+    def shrink_limits(self, margin: float) -> JointLimits:
+        """The limits, those of angle nearer by a margin, [rad]; the home posture always keeps them."""
+        return self.limits._replace(
+            q_lower=np.minimum(self.home, self.limits.q_lower + margin),
+            q_upper=np.maximum(self.home, self.limits.q_upper - margin),
+        )
+
+    def set_payload(self, plant_context: Context, pi: Array) -> None:
+        """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
+        self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
+
+
+def add_arm(
+    builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None, nail: NailPlacement | None = None
+) -> Arm:
+    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and a nail if one is given.
+
+    Args:
+        builder: Receives the systems ``plant`` and ``scene_graph``.
+        directives: Drake model directives of the arm.
+        tool: Gives geometry and, as default, inertia; None for an empty hand.
+        nail: The nail and where it stands; None for none.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+    """
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    return _finish_plant(plant, directives, tool, nail)
+
+
+def load_arm(directives: Path = ARM) -> Arm:
+    """Loads an arm alone, without geometry, for use as an internal model.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+    """
+    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
+
+
+def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
+    """Adds the arm of a directives file to a plant.
+
+    Returns: The hand's frame H.
+
+    Raises:
+        ModelFileError: The file cannot be loaded or has no frame for the hand.
+    """
+    parser = Parser(plant)
+    parser.SetStrictParsing()  # or a mass of nan would quietly become one of 1 kg
+    package = directives.parent / "package.xml"
+    try:
+        if package.exists():
+            parser.package_map().AddPackageXml(str(package))
+        parser.AddModels(str(directives))
+        return plant.GetFrameByName(HAND_FRAME)
+    except RuntimeError as error:
+        raise ModelFileError(directives, str(error)) from error
+
+
+def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
+    """Welds a body to the hand, with the tool's inertia and, if the plant has geometry at all, its shape."""
+    inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
+    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
+    plant.WeldFrames(hand, body.body_frame())
+    if tool is not None and plant.geometry_source_is_registered():
+        for i, component in enumerate(tool.components):
+            if not isinstance(component.shape, Ellipsoid):
+                raise NotImplementedError(f"no Drake geometry for {type(component.shape).__name__}")
+            X_TE = RigidTransform(component.X_TE)
+            shape = EllipsoidGeometry(*component.shape.semi_axes)
+            colour = np.array([*component.looks_like.colour, 1.0])
+            plant.RegisterVisualGeometry(body, X_TE, shape, f"{name}_visual_{i}", colour)
+            plant.RegisterCollisionGeometry(body, X_TE, shape, f"{name}_collision_{i}", FRICTION)
+    return body
+
+
+def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, nail: NailPlacement | None) -> Arm:
+    hand = parse_arm(plant, directives)
+    body = attach_tool(plant, hand, tool)
+    # Last, so that the arm's joints come first in the plant's state.
+    joint = None if nail is None else add_nail(plant, nail)
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.Finalize()
+    if nail is not None:
+        plant.set_stiction_tolerance(STICTION_TOLERANCE)
+    num_joints = plant.num_velocities() - (joint is not None)
+    _check_fitness(plant, directives, num_joints)
+    tau_max = np.array([plant.get_joint_actuator(index).effort_limit() for index in plant.GetJointActuatorIndices()])
+    limits = JointLimits(
+        plant.GetPositionLowerLimits()[:num_joints],
+        plant.GetPositionUpperLimits()[:num_joints],
+        plant.GetVelocityUpperLimits()[:num_joints],
+        tau_max,
+    )
+    home = plant.GetPositions(plant.CreateDefaultContext())[:num_joints]
+    for index, joint_of in enumerate(plant.GetJointActuatorIndices()):
+        name = plant.get_joint_actuator(joint_of).joint().name()
+        low, high = limits.q_lower[index], limits.q_upper[index]
+        if not low <= home[index] <= high:
+            problem = f"has {name} at {home[index]:g} rad in the home posture, must be from {low:g} to {high:g}"
+            raise ModelFileError(directives, problem)
+        if not limits.v_max[index] > 0.0:
+            problem = f"has {name} with a limit of rate of {limits.v_max[index]:g} rad/s, must be more than 0"
+            raise ModelFileError(directives, problem)
+    for array in (home, *limits):
+        array.setflags(write=False)
+    return Arm(directives, plant, hand, body, home, limits, joint)
+
+
+def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
+    """Refuses arms whose joints are not revolute, or do not pair off one to one with actuators."""
+    moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
+    # The nail's comes last.
+    joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]
+    for joint in joints:
+        if joint.child_body().is_floating_base_body():
+            problem = f"leaves {joint.child_body().name()} floating, must weld it to the world with add_weld"
+            raise ModelFileError(directives, problem)
+        if joint.type_name() != RevoluteJoint.kTypeName:
+            problem = f"has {joint.name()} of type {joint.type_name()}, must be {RevoluteJoint.kTypeName}"
+            raise ModelFileError(directives, problem)
+    driven = [plant.get_joint_actuator(index).joint().name() for index in plant.GetJointActuatorIndices()]
+    names = [joint.name() for joint in joints]
+    idle = [name for name in names if name not in driven]
+    if idle:
+        problem = f"has no actuator for {', '.join(idle)}; in a URDF Drake makes one of every <transmission>"
+        raise ModelFileError(directives, f"{problem}, in an SDF of every joint with an effort limit other than 0")
+    if not names or len(driven) > len(names):
+        raise ModelFileError(
+            directives, f"has {len(names)} joints and {len(driven)} actuators, must have one for each"
+        )
+    if not np.allclose(plant.MakeActuationMatrix()[:num_joints], np.eye(num_joints)):
+        raise ModelFileError(directives, "must list its actuators in the order of its joints")

@@ -1,0 +1,78 @@
+"""An internal model: an arm with a payload it believes in, at the state last set."""
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.tree import (
+    JacobianWrtVariable,
+    MultibodyForces,
+)
+
+from affordance.arrays import Array
+from affordance.plant.arm import Arm
+
+
+class ArmModel:
+    """An internal model: an arm with a payload it believes in, at the state last set.
+
+    Not thread-safe and cheap to make; every owner has one of its own, so that no owner sees another's state.
+
+    Attributes:
+        arm: The arm.
+        gravity: Acceleration of gravity in W, shape (3,), [m/s^2].
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        """Starts with an empty hand at the zero state."""
+        self.arm = arm
+        self._plant = arm.plant
+        self._context = arm.plant.CreateDefaultContext()
+        self._forces = MultibodyForces(arm.plant)
+        self._world = arm.plant.world_frame()
+        self.gravity: Array = arm.plant.gravity_field().gravity_vector()
+        self._origin = np.zeros(3)
+        self.set_payload(np.zeros(10))
+
+    def set_payload(self, pi: Array) -> None:
+        """Sets the believed inertial parameters of the tool about To, expressed in T, shape (10,)."""
+        self.arm.set_payload(self._context, pi)
+
+    def set_state(self, x: Array) -> None:
+        """Sets joint angles and rates, stacked to shape (2 num_joints,), [rad, rad/s]."""
+        self._plant.SetPositionsAndVelocities(self._context, x)
+
+    def compute_inverse_dynamics(self, vdot: Array) -> Array:
+        """Torques that give the joint accelerations, shape (num_joints,), [N m] (paper, eq. 2)."""
+        self._plant.CalcForceElementsContribution(self._context, self._forces)
+        return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
+
+    def compute_mass_matrix(self) -> Array:
+        """Mass matrix M, shape (num_joints, num_joints), [kg m^2]."""
+        return self._plant.CalcMassMatrix(self._context)
+
+    def compute_hand_pose(self) -> RigidTransform:
+        """Pose of the hand X_WH."""
+        return self.arm.hand.CalcPoseInWorld(self._context)
+
+    def compute_hand_jacobian(self) -> Array:
+        """Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""
+        return self._plant.CalcJacobianSpatialVelocity(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
+        )
+
+    def compute_point_position(self, p_TQ: Array) -> Array:
+        """Place p_WQ of a point Q fixed to the tool, shape (3,); p_TQ (3,), [m]."""
+        X_WH = self.compute_hand_pose()
+        position: Array = X_WH.translation() + X_WH.rotation().matrix() @ p_TQ
+        return position
+
+    def compute_point_jacobian(self, p_TQ: Array) -> Array:
+        """Jacobian Jv_v_WQ of the velocity of a point Q fixed to the tool, shape (3, num_joints); p_TQ (3,), [m]."""
+        return self._plant.CalcJacobianTranslationalVelocity(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, p_TQ, self._world, self._world
+        )
+
+    def compute_hand_bias_acceleration(self) -> Array:
+        """Spatial acceleration of the hand at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
+        return self._plant.CalcBiasSpatialAcceleration(
+            self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
+        ).get_coeffs()

@@ -1,0 +1,41 @@
+"""The mass that a blow meets at the striking point: 1 / (n^T J M^-1 J^T n) (design 4)."""
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.control.swing import Target
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressors
+from affordance.plant.serial_chain import build_chain
+
+
+class EffectiveMass:
+    """The effective mass along the blow at one posture, as a function of the tool's inertial parameters.
+
+    The mass matrix is linear in them: a column of the payload's share is what the payload regressor says of a unit
+    acceleration of one joint, less what it says of rest.
+    """
+
+    def __init__(self, model: ArmModel, target: Target, q: Array) -> None:
+        """Computes mass matrices of arm and payload.
+
+        Args:
+            model: The arm; its state and payload are set.
+            target: What is struck, and with which point.
+            q: The posture, shape (num_joints,), [rad].
+        """
+        n = len(q)
+        model.set_payload(np.zeros(NUM_PARAMETERS))
+        model.set_state(np.concatenate([q, np.zeros(n)]))
+        self._M_arm = model.compute_mass_matrix()
+        self._along = target.direction_W @ model.compute_point_jacobian(target.p_TS)
+        vdot = np.vstack([np.zeros(n), np.eye(n)])
+        Y = compute_payload_regressors(build_chain(model.arm), np.tile(q, (n + 1, 1)), np.zeros((n + 1, n)), vdot)
+        self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
+
+    def compute(self, pi: Array) -> Array:
+        """Computes it for S tools of inertial parameters pi about To, expressed in T, (S, 10); shape (S,), [kg]."""
+        M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
+        mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
+        return mass

@@ -1,0 +1,73 @@
+"""Torques of a motion and how they change with it: inverse dynamics of the arm on Drake's AutoDiff."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.autodiffutils import AutoDiffXd, ExtractGradient, ExtractValue, InitializeAutoDiff
+from pydrake.multibody.tree import MultibodyForces_
+
+from affordance.arrays import Array
+from affordance.plant.arm_model import ArmModel
+
+
+class TorqueGradients(NamedTuple):
+    """Torques at N states, and their derivatives.
+
+    Attributes:
+        tau: (N, num_joints), [N m].
+        by_q: (N, num_joints, num_joints), [N m/rad].
+        by_v: The same shape, [N m s/rad].
+        by_vdot: The same shape: the mass matrices, [kg m^2].
+    """
+
+    tau: Array
+    by_q: Array
+    by_v: Array
+    by_vdot: Array
+
+
+class InverseDynamics:
+    """Inverse dynamics of an arm that holds a known tool, along whole motions."""
+
+    def __init__(self, model: ArmModel, pi: Array) -> None:
+        """Translates the plant to AutoDiff.
+
+        Args:
+            model: The arm; its state and payload are set with every use.
+            pi: The tool's inertial parameters about To, expressed in T, shape (10,).
+        """
+        self._model = model
+        self._pi = pi
+        # Any: Drake's stubs take it for a System.
+        self._plant: Any = model.arm.plant.ToAutoDiffXd()
+        self._context = self._plant.CreateDefaultContext()
+        self._forces = MultibodyForces_[AutoDiffXd](self._plant)
+        plain = model.arm.plant.CreateDefaultContext()
+        model.arm.set_payload(plain, pi)
+        self._context.SetTimeStateAndParametersFrom(plain)
+
+    def compute(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Torques at N states, shape (N, num_joints), [N m]; q, v and vdot of that shape."""
+        self._model.set_payload(self._pi)
+        tau = np.empty_like(q)
+        for i, x in enumerate(np.hstack([q, v])):
+            self._model.set_state(x)
+            tau[i] = self._model.compute_inverse_dynamics(vdot[i])
+        return tau
+
+    def compute_gradients(self, q: Array, v: Array, vdot: Array) -> TorqueGradients:
+        """Torques and their derivatives at N states; q, v and vdot of shape (N, num_joints)."""
+        n = q.shape[1]
+        tau, by_vdot = np.empty_like(q), np.empty((*q.shape, n))
+        by_x = np.empty((*q.shape, 2 * n))
+        self._model.set_payload(self._pi)
+        for i, x in enumerate(np.hstack([q, v])):
+            self._plant.SetPositionsAndVelocities(self._context, InitializeAutoDiff(x))
+            self._plant.CalcForceElementsContribution(self._context, self._forces)
+            # Linear in the accelerations, by the mass matrix: carrying them along would cost a third more.
+            vdot_i = np.array([AutoDiffXd(value) for value in vdot[i]])
+            with_gradient = self._plant.CalcInverseDynamics(self._context, vdot_i, self._forces)
+            tau[i], by_x[i] = ExtractValue(with_gradient).ravel(), ExtractGradient(with_gradient)
+            self._model.set_state(x)
+            by_vdot[i] = self._model.compute_mass_matrix()
+        return TorqueGradients(tau, by_x[..., :n], by_x[..., n:], by_vdot)

@@ -1,0 +1,167 @@
+"""The nail that Simulation IV drives: its data, and its bodies in a plant.
+
+The nail slides along its own axis in a block that stands still. Its resistance is a system of its own
+(systems/nail_resistance.py), for Drake's joints know damping but no dry friction.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, SpatialInertia
+
+from affordance.arrays import Array
+from affordance.files.yaml_reader import Record
+
+# Load that withdraws a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
+# wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
+_WITHDRAWAL = 54.12e6
+# Under 500 N tool and head approach by half a millimetre, a thirtieth of what the nail moves; what a contact of this
+# stiffness stores takes 1.2 % off the peak, [N/m].
+CONTACT_STIFFNESS = 1e6
+# Hunt and Crossley's; wood takes back most of what a contact stores, [s/m].
+_CONTACT_DISSIPATION = 1.0
+_FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
+# Slip at which friction has its full value: below it, it is smoothed. In the 5 ms of a blow this lets the tool creep
+# by 50 um on the nail; at Drake's own 1e-3 the integrator's Newton iteration fails where slipping turns to sticking,
+# and a blow takes up to three times as long (6000 steps instead of 500 have been seen), for a peak that is the same
+# to 0.3 %, [m/s].
+STICTION_TOLERANCE = 1e-2
+_BLOCK = 0.1  # edge of the block that is drawn, [m]
+
+
+@dataclass(frozen=True)
+class Nail:
+    """A nail in wood, and what is asked of one blow.
+
+    Attributes:
+        diameter: [m].
+        length: [m].
+        density: [kg/m^3].
+        head_radius: Of its round head, [m].
+        wood_specific_gravity: Of the wood it is driven into.
+        depth_set: How deep it stands before the blow, [m].
+        depth_demanded: How deep it is to stand after it, [m].
+        yield_force: Resistance that does not depend on depth, in place of skin friction, which does; None for skin
+            friction, [N].
+    """
+
+    diameter: float
+    length: float
+    density: float
+    head_radius: float
+    wood_specific_gravity: float
+    depth_set: float
+    depth_demanded: float
+    yield_force: float | None = None
+
+    @property
+    def mass(self) -> float:
+        """Of shank and head, [kg]."""
+        shank = np.pi / 4.0 * self.diameter**2 * self.length
+        return float(self.density * (shank + 4.0 / 3.0 * np.pi * self.head_radius**3))
+
+    @property
+    def stiffness(self) -> float:
+        """Growth of the resistance with depth k_n, [N/m]."""
+        return float(_WITHDRAWAL * self.wood_specific_gravity**2.5 * self.diameter)
+
+    @property
+    def force_demanded(self) -> float:
+        """Resistance at the depth that is asked for, [N]."""
+        return float(self.stiffness * self.depth_demanded)
+
+    def compute_resistance(self, depth: float) -> float:
+        """Resistance of the moving nail at a depth; none once it is pulled out, [N]."""
+        if self.yield_force is not None:
+            return self.yield_force if depth > 0.0 else 0.0
+        return self.stiffness * max(0.0, depth)
+
+    def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
+        """Speed of the tip at the strike that gives a peak of the skin friction, [m/s].
+
+        All kinetic energy at the tip is lost to friction between the two depths: m v^2 = (F^2 - F_set^2) / k_n, with
+        the few grams of the nail left aside (design 4).
+
+        Args:
+            force: Peak resistance, [N]; below that of the depth it is set to, no speed is needed.
+            effective_mass: Of the tip along the nail, 1 / (n^T J M^-1 J^T n), [kg]; any shape that broadcasts.
+        """
+        gained = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2)
+        speed: Array = np.sqrt(gained / (self.stiffness * effective_mass))
+        return speed
+
+
+class NailPlacement(NamedTuple):
+    """A nail where it stands.
+
+    Attributes:
+        nail: The nail.
+        p_WNo: The highest point of its head, shape (3,), [m].
+        direction_W: Where it is driven to, a unit vector, shape (3,).
+    """
+
+    nail: Nail
+    p_WNo: Array
+    direction_W: Array
+
+
+def read_nail(record: Record) -> Nail:
+    """Takes a nail out of a record of a file.
+
+    Raises:
+        BadValueError: One of its values is wrong; the message says which and how.
+    """
+    length = record.number("length", low=5e-3, high=0.3)
+    depth_set = record.number("depth_set", low=1e-4, high=length)
+    return Nail(
+        diameter=record.number("diameter", low=5e-4, high=0.02),
+        length=length,
+        density=record.number("density", low=500.0, high=25_000.0),
+        head_radius=record.number("head_radius", low=5e-4, high=0.05),
+        wood_specific_gravity=record.number("wood_specific_gravity", low=0.1, high=1.3),
+        depth_set=depth_set,
+        depth_demanded=record.number("depth_demanded", low=depth_set, high=length),
+    )
+
+
+def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
+    """Adds a nail to a plant that is not finalized.
+
+    Args:
+        plant: The plant.
+        placement: The nail and where it stands.
+        name: Of its body, joint and model instance; what belongs to it in the world begins with it.
+
+    Returns: The joint along which it slides; its position is how far it was driven since it was set.
+    """
+    nail = placement.nail
+    # Frame N: at the top of the head, Nz along the direction it is driven to.
+    X_WN = RigidTransform(RotationMatrix.MakeFromOneVector(placement.direction_W, 2), placement.p_WNo)
+    start = plant.AddFrame(FixedOffsetFrame(f"{name}_start", plant.world_frame(), X_WN))
+    inertia = SpatialInertia.SolidCylinderWithMass(
+        nail.mass, 0.5 * nail.diameter, nail.length, np.array([0.0, 0.0, 1.0])
+    ).Shift(np.array([0.0, 0.0, -0.5 * nail.length]))
+    body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
+    joint = plant.AddJoint(PrismaticJoint(name, start, body.body_frame(), np.array([0.0, 0.0, 1.0])))
+    if plant.geometry_source_is_registered():
+        head = RigidTransform(np.array([0.0, 0.0, nail.head_radius]))
+        material = ProximityProperties()
+        AddContactMaterial(
+            dissipation=_CONTACT_DISSIPATION,
+            point_stiffness=CONTACT_STIFFNESS,
+            friction=_FRICTION,
+            properties=material,
+        )
+        plant.RegisterCollisionGeometry(body, head, Sphere(nail.head_radius), "head", material)
+        grey, wood = np.array([0.45, 0.47, 0.5, 1.0]), np.array([0.85, 0.72, 0.53, 1.0])
+        plant.RegisterVisualGeometry(body, head, Sphere(nail.head_radius), "head_visual", grey)
+        shank = RigidTransform(np.array([0.0, 0.0, 0.5 * nail.length]))
+        plant.RegisterVisualGeometry(body, shank, Cylinder(0.5 * nail.diameter, nail.length), "shank", grey)
+        surface = nail.length - nail.depth_set
+        block = X_WN @ RigidTransform(np.array([0.0, 0.0, surface + 0.5 * _BLOCK]))
+        plant.RegisterVisualGeometry(plant.world_body(), block, Box(_BLOCK, _BLOCK, _BLOCK), f"{name}_block", wood)
+    return joint

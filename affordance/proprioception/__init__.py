@@ -1,0 +1,1 @@
+"""What the joints measure, and what it says of the object in the hand."""

@@ -1,0 +1,157 @@
+"""Faults of sensors and of the arm's model, as data that can be switched on; by default there is none.
+
+Faults of sensors distort what joints feel, after the noise of feeling; the reflex sees the true state, as always. A
+sample that does not arrive is NaN at every joint. The heavier arm is the one that is moved: models keep their own.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+from pydrake.multibody.tree import SpatialInertia
+from pydrake.systems.framework import Context
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.yaml_reader import Record, read_record
+from affordance.plant.arm import Arm
+
+# Bounds of what a file may ask for; beyond them an arm is no longer the arm, or a slip of units was made.
+_TORQUE_MAX = 1e4  # [N m]
+_BIAS_MAX = 100.0
+_DELAY_MAX = 100
+_MASS_FACTORS = (0.5, 2.0)
+
+
+@dataclass(frozen=True)
+class Faults:
+    """What is wrong; several can be at once.
+
+    Attributes:
+        nan_probability: That in a sample one joint, any, reads NaN.
+        drop_probability: That a sample does not arrive.
+        spike_probability: That in a sample one joint, any, reads a spike.
+        spike_height: A spike adds something between minus and plus this, each equally probable, [N m].
+        stuck_joint: Name of a joint whose sensor reads one torque whatever it carries; empty for none.
+        stuck_torque: What it reads, [N m].
+        bias_sd: Every joint reads this many standard deviations of its noise too much.
+        delay_samples: Torques arrive this many samples late, beside angles and rates that do not.
+        arm_mass_factor: Mass and inertia of the arm that is moved, over those of its models.
+    """
+
+    nan_probability: float = 0.0
+    drop_probability: float = 0.0
+    spike_probability: float = 0.0
+    spike_height: float = 0.0
+    stuck_joint: str = ""
+    stuck_torque: float = 0.0
+    bias_sd: float = 0.0
+    delay_samples: int = 0
+    arm_mass_factor: float = 1.0
+
+    def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
+        """Returns what the sensors report in place of the torques felt, shape (num_joints,), [N m].
+
+        Args:
+            felt: Torques with the noise of feeling, shape (num_joints,), [N m]; a sample that is NaN at every joint
+                did not arrive, and no fault brings it back.
+            sd: Standard deviations of that noise, shape (num_joints,), [N m].
+            stuck: Index of ``stuck_joint``; None if there is none.
+            seed: Determines what is random in this sample.
+        """
+        if np.isnan(felt).all():
+            return felt.copy()
+        rng = np.random.default_rng(seed)
+        if rng.random() < self.drop_probability:
+            return np.full_like(felt, np.nan)
+        reported: Array = felt + self.bias_sd * sd
+        if stuck is not None:
+            reported[stuck] = self.stuck_torque
+        if rng.random() < self.spike_probability:
+            reported[rng.integers(len(felt))] += rng.uniform(-self.spike_height, self.spike_height)
+        if rng.random() < self.nan_probability:
+            reported[rng.integers(len(felt))] = np.nan
+        return reported
+
+    def find_stuck(self, joint_names: Sequence[str]) -> int | None:
+        """Returns the index of the joint whose sensor is stuck, or None.
+
+        Raises:
+            BadValueError: The arm has no such joint.
+        """
+        if not self.stuck_joint:
+            return None
+        if self.stuck_joint not in joint_names:
+            known = ", ".join(joint_names)
+            raise BadValueError("faults", "stuck_joint", f"is {self.stuck_joint!r}, must be one of {known}")
+        return list(joint_names).index(self.stuck_joint)
+
+    def change_arm(self, arm: Arm, plant_context: Context) -> None:
+        """Makes the bodies of the arm, not the tool, as heavy as they are in truth."""
+        if self.arm_mass_factor == 1.0:
+            return
+        instance = arm.hand.body().model_instance()
+        for index in arm.plant.GetBodyIndices(instance):
+            body = arm.plant.get_body(index)
+            M = body.CalcSpatialInertiaInBodyFrame(plant_context)
+            heavier = SpatialInertia(self.arm_mass_factor * M.get_mass(), M.get_com(), M.get_unit_inertia())
+            body.SetSpatialInertiaInBodyFrame(plant_context, heavier)
+
+
+NO_FAULTS = Faults()
+
+
+def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
+    """Reads named faults from a file, all of which is checked, and puts those asked for together.
+
+    Args:
+        path: A mapping from names to the fields of Faults that differ from their defaults.
+        names: Which of them to switch on; none gives NO_FAULTS.
+        joint_names: Those of the arm.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong, a name is not in it, or two faults set one field.
+    """
+    known = {name: _read_faults(record, joint_names) for name, record in read_record(path).named_records()}
+    together: dict[str, Any] = {}
+    for name in dict.fromkeys(names):
+        if name not in known:
+            raise BadValueError("--fault", "", f"is {name!r}, must be one of {', '.join(known)}")
+        for field in fields(Faults):
+            value = getattr(known[name], field.name)
+            if value == field.default:
+                continue
+            if field.name in together:
+                raise BadValueError("--fault", "", f"{name!r} sets {field.name}, which another fault sets already")
+            together[field.name] = value
+    return Faults(**together)
+
+
+def _read_faults(record: Record, joint_names: Sequence[str]) -> Faults:
+    bounds = {
+        "nan_probability": (0.0, 1.0),
+        "drop_probability": (0.0, 1.0),
+        "spike_probability": (0.0, 1.0),
+        "spike_height": (0.0, _TORQUE_MAX),
+        "stuck_torque": (-_TORQUE_MAX, _TORQUE_MAX),
+        "bias_sd": (-_BIAS_MAX, _BIAS_MAX),
+        "arm_mass_factor": _MASS_FACTORS,
+    }
+    numbers = {
+        name: record.number(name, low=low, high=high) for name, (low, high) in bounds.items() if record.has(name)
+    }
+    faults = Faults(**cast(dict[str, Any], numbers))
+    if record.has("delay_samples"):
+        delay = record.number("delay_samples", low=0, high=_DELAY_MAX)
+        if not delay.is_integer():
+            raise record.error("delay_samples", f"is {delay:g}, must be a whole number")
+        faults = replace(faults, delay_samples=int(delay))
+    if record.has("stuck_joint"):
+        joint = record.text("stuck_joint")
+        if joint not in joint_names:
+            raise record.error("stuck_joint", f"is {joint!r}, must be one of {', '.join(joint_names)}")
+        faults = replace(faults, stuck_joint=joint)
+    record.finish()
+    return faults

@@ -1,0 +1,46 @@
+"""What an object held still feels like, without simulating the hold: for studies of the estimator by the thousand.
+
+The arm rests in its home posture, so the percept is the mean torque of a hold in which nothing moves.
+"""
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import ObjectBelief
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.proprioception.estimator import TorqueStatistics
+from affordance.proprioception.torque_noise import NoiseModel
+
+
+class StaticHold:
+    """The arm at rest in its home posture.
+
+    Attributes:
+        Y: Payload regressor, shape (num_joints, 10).
+        tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        """Computes regressor and torque once."""
+        model = ArmModel(arm)
+        at_rest = np.zeros(arm.num_joints)
+        self.Y = compute_payload_regressor(model, np.concatenate([arm.home, at_rest]), at_rest)
+        self.tau_arm = model.compute_inverse_dynamics(at_rest)
+
+    def measure(self, belief: ObjectBelief, rho: Array, noise: NoiseModel, seed: tuple[int, ...]) -> TorqueStatistics:
+        """Draws the percept of an object.
+
+        Args:
+            belief: Gives the object's geometry.
+            rho: Its true densities, in the order of the belief, shape (M,), [kg/m^3].
+            noise: How well joints feel.
+            seed: Determines the errors of the trial; errors of single samples are left out.
+
+        Returns: The percept, of one sample.
+        """
+        tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
+        gain, offset = noise.draw_trial_errors(seed, len(tau))
+        features = noise.compute_features(tau * (1.0 + gain) + offset, self.tau_arm, self.Y)
+        return TorqueStatistics(features, 1)

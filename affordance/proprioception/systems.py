@@ -1,0 +1,185 @@
+"""The proprioceptive system of the paper's figure 2: the recursive Bayesian estimator."""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import ObjectBelief
+from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.proprioception.estimator import Inference, TorqueStatistics, compute_posterior
+from affordance.proprioception.faults import NO_FAULTS, Faults
+from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
+from affordance.proprioception.torque_noise import NoiseModel
+
+
+class SampleCounts(NamedTuple):
+    """How many samples of a trial were refused, and why, and how many were taken."""
+
+    missing: int
+    not_finite: int
+    impossible: int
+    accepted: int
+
+    @property
+    def rejected(self) -> int:
+        """How many were refused."""
+        return self.missing + self.not_finite + self.impossible
+
+
+class DensityEstimator(SampledSystem):
+    """Averages what is felt sample by sample, and applies Bayes' rule to it when asked.
+
+    Its discrete state is the percept: the mean features felt so far, and how many samples they are the mean of; and
+    counts of samples that were refused and taken.
+
+    Input ports:
+        prior: Belief before anything was felt, ObjectBelief.
+        measurement: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+
+    Output ports:
+        posterior: Belief after what was felt, ObjectBelief.
+        log_evidence: Log probability of what was felt, (1,).
+        p_value: Probability of evidence as low as this, under what was believed, (1,).
+    """
+
+    def __init__(self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
+        super().__init__()
+        self._model = ArmModel(arm)
+        self._num_joints = arm.num_joints
+        self._noise = noise
+        self._deviation_sd = deviation_sd
+        self._prior: Source[ObjectBelief] = self.declare_object_input("prior")
+        self._measurement = self.declare_vector_input("measurement", 4 * arm.num_joints)
+        statistics = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
+        self._statistics = int(statistics)
+        self._counts = int(self.DeclareDiscreteState(len(SampleStatus)))
+        self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_statistics)
+        self._inference = self.declare_cached(
+            "inference", self._compute_inference, {self.discrete_state_ticket(statistics), self.input_ticket("prior")}
+        )
+        self.declare_object_output("posterior", self._calc_posterior, {self._inference.ticket})
+        self.DeclareVectorOutputPort(
+            "log_evidence", 1, self._calc_log_evidence, prerequisites_of_calc={self._inference.ticket}
+        )
+        self.DeclareVectorOutputPort("p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket})
+
+    def get_counts(self, context: Context) -> SampleCounts:
+        """Returns what became of the samples so far."""
+        return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
+
+    def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
+        n = self._num_joints
+        measurement = self._measurement.Eval(context)
+        tau, x, vdot = measurement[:n], measurement[n : 3 * n], measurement[3 * n :]
+        status = check_reading(tau)
+        if status is SampleStatus.ACCEPTED:
+            Y = compute_payload_regressor(self._model, x, vdot)
+            tau_arm = self._model.compute_inverse_dynamics(vdot)
+            status = check_torque(tau, tau_arm, Y, self._prior.Eval(context).geometry, self._noise)
+        counts = np.array(context.get_discrete_state(self._counts).value())
+        counts[status.value] += 1.0
+        discrete_state.set_value(self._counts, counts)
+        if status is SampleStatus.ACCEPTED:
+            statistics = self._get_statistics(context).add(self._noise.compute_features(tau, tau_arm, Y))
+            discrete_state.set_value(self._statistics, np.append(statistics.features, statistics.num_samples))
+
+    def _get_statistics(self, context: Context) -> TorqueStatistics:
+        state = context.get_discrete_state(self._statistics).value()
+        return TorqueStatistics(state[:-1], int(state[-1]))
+
+    def _compute_inference(self, context: Context) -> Inference:
+        statistics = self._get_statistics(context)
+        return compute_posterior(
+            self._prior.Eval(context), statistics, self._num_joints, self._noise, self._deviation_sd
+        )
+
+    def _calc_posterior(self, context: Context) -> ObjectBelief:
+        return self._inference.get(context).posterior
+
+    def _calc_log_evidence(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.array([self._inference.get(context).log_evidence]))
+
+    def _calc_p_value(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.array([self._inference.get(context).p_value]))
+
+
+class Proprioception(SampledSystem):
+    """Adds the noise of feeling to the joints' torques; angles, rates and accelerations are felt as they are.
+
+    The errors that last a trial and the seed of those that do not are parameters of the Context. Where torques arrive
+    late, those on their way are its discrete state. A torque that did not arrive is NaN.
+
+    Input ports:
+        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+        tau: True torques, (num_joints,), [N m].
+        vdot: True joint accelerations, (num_joints,), [rad/s^2].
+
+    Output ports:
+        measurement: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+    """
+
+    def __init__(
+        self,
+        num_joints: int,
+        noise: NoiseModel,
+        sample_period: float,
+        faults: Faults = NO_FAULTS,
+        stuck: int | None = None,
+    ) -> None:
+        super().__init__()
+        self._faults = faults
+        self._stuck = stuck
+        self._num_joints = num_joints
+        self._noise = noise
+        self._sample_period = sample_period
+        self._state = self.declare_vector_input("state", 2 * num_joints)
+        self._tau = self.declare_vector_input("tau", num_joints)
+        self._vdot = self.declare_vector_input("vdot", num_joints)
+        self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
+        self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
+        self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
+        self.DeclareVectorOutputPort("measurement", 4 * num_joints, self._calc_measurement)
+        if faults.delay_samples:
+            self._late = int(self.DeclareDiscreteState(np.full(faults.delay_samples * num_joints, np.nan)))
+            self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_late)
+
+    def draw_errors(self, context: Context, seed: tuple[int, ...]) -> None:
+        """Draws the errors of a trial from a seed."""
+        gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
+        context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
+        context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
+        self._seed.set(context, seed)
+
+    def _calc_measurement(self, context: Context, output: BasicVector) -> None:
+        felt = self._feel(context)
+        if self._faults != NO_FAULTS:
+            # Longer by one than the seeds of errors of feeling, so that the two are drawn apart.
+            seed = (*self._seed.get(context), self._count_samples(context), 1)
+            if self._faults.delay_samples:
+                felt = context.get_discrete_state(self._late).value()[: self._num_joints]
+            felt = self._faults.distort(felt, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)
+        output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
+
+    def _feel(self, context: Context) -> Array:
+        """Torques with the noise of feeling, (num_joints,), [N m]."""
+        tau = self._tau.Eval(context)
+        gain = context.get_numeric_parameter(self._gain_error).value()
+        offset = context.get_numeric_parameter(self._offset_error).value()
+        felt = tau * (1.0 + gain) + offset
+        # The trial's seed and the sample's number decide, so that replays of a Context agree.
+        seed = (*self._seed.get(context), self._count_samples(context))
+        error = self._noise.draw_sample_error(seed, self._num_joints)
+        return felt if error is None else felt + error
+
+    def _count_samples(self, context: Context) -> int:
+        return round(context.get_time() / self._sample_period)
+
+    def _update_late(self, context: Context, discrete_state: DiscreteValues) -> None:
+        """Sends off what is felt now, behind what is on its way."""
+        on_their_way = context.get_discrete_state(self._late).value()
+        discrete_state.set_value(self._late, np.concatenate([on_their_way[self._num_joints :], self._feel(context)]))

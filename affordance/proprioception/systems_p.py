@@ -1,0 +1,1 @@
+"""Proprioception: what the joints feel."""

@@ -1,0 +1,25 @@
+"""Numbers that keep random draws of different kinds apart: each stands in a seed beside root, observer and trial.
+
+They are larger than the numbers of observers or trials that stand in the same place of other seeds. None is 0: a
+trailing 0 adds nothing to a NumPy seed of up to four numbers.
+"""
+
+import enum
+
+
+@enum.unique
+class Stream(enum.IntEnum):
+    """What is drawn."""
+
+    TEST = 10**5  # in place of the trial: holds that test what was learned (com)
+    ORDER = 10**6  # the order in which an observer is given objects
+    PAPER = 10**6 + 1  # choices by the paper's rule
+    BAYES = 10**6 + 2  # choices by least expected work
+    PRIOR = 10**6 + 3  # choices before any experience
+    STATIC = 10**6 + 4  # the study of sensitivity
+    LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
+    SHOWN = 10**6 + 6  # pictures of objects for the report
+    OBSERVATION = 10**6 + 7  # the look at an object that is chosen about, with its name
+    CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
+    CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
+    FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)

@@ -1,0 +1,1 @@
+"""Figures, replays, pages and statistics."""

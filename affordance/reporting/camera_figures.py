@@ -1,0 +1,146 @@
+"""Pictures of seeing: what the camera saw and what was made of it, how well it is seen, and what that costs."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+from scipy.stats import norm
+
+from affordance.arrays import Array
+from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
+from affordance.vision.pixels.pipeline import Detection, draw_outline
+from affordance.vision.pixels.rgbd import Camera, Picture
+from affordance.vision.pixels.rig import DEFAULT_RIG
+
+# How much of the picture is shown around the object, [pixels].
+_ROOM = 25
+_TITLE_WIDTH = 55  # [characters]
+
+
+class CameraView(NamedTuple):
+    """A look at an object.
+
+    Attributes:
+        title: What it is.
+        picture: What the camera saw.
+        detection: What was made of it; None if it could not be made out.
+        note: Stands beside the title.
+    """
+
+    title: str
+    picture: Picture
+    detection: Detection | None
+    note: str = ""
+
+
+def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
+    """Draws looks, one a row: picture, depth, parts, and fitted outlines over the picture."""
+    figure = Figure(figsize=(12.0, 1.9 * len(views) + 0.3))
+    rows = figure.subplots(len(views), 4, squeeze=False)
+    for axes, view in zip(rows, views, strict=True):
+        _draw_camera_view(axes, view, camera)
+    for axes, heading in zip(rows[0], ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
+        axes.annotate(heading, (0.5, 1.16), xycoords="axes fraction", ha="center", fontsize=10)
+    return figure
+
+
+def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
+    """Draws numbers of several ways of doing the same, one panel a number, trial by trial.
+
+    Args:
+        panels: What is shown, with its unit, and its values by way, shape (K,) each.
+    """
+    figure = Figure(figsize=(3.3 * len(panels), 3.4))
+    all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):
+        for k, (way, values) in enumerate(ways.items()):
+            colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+            style = f"{MARKERS[k % len(MARKERS)]}{LINE_STYLES[k % len(LINE_STYLES)]}"
+            axes.plot(range(len(values)), values, style, color=colour, label=way)
+        axes.set_ylim(0.0, None)
+        axes.set_xticks(range(len(values)))
+        axes.set_xlabel("trial")
+        axes.set_ylabel(label)
+        axes.legend(frameon=False)
+    tidy(*all_axes)
+    return figure
+
+
+def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
+    """Draws how large errors of seeing are, and whether they are as large as the eye itself says.
+
+    Args:
+        errors: Absolute relative errors by what they are of.
+        targets: What the median of each is to be at most.
+        claimed: Errors of predicted masses in the standard deviations that were claimed.
+    """
+    figure = Figure(figsize=(11.0, 3.8))
+    left, right = figure.subplots(1, 2)
+    for k, (label, values) in enumerate(errors.items()):
+        colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+        left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
+        left.plot(100.0 * targets[label], 0.5, MARKERS[k % len(MARKERS)], color=colour)
+    left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
+    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
+    left.set_xscale("log")
+    left.set_xlim(0.01, 100.0)
+    left.set_ylim(0.0, 1.4)
+    left.set_xlabel("error at most (%)")
+    left.set_ylabel("proportion of cases")
+    left.legend(frameon=False, fontsize=8, loc="upper left")
+    levels = np.linspace(0.0, 1.0, 101)[1:-1]
+    covered = [(np.abs(claimed) <= norm.ppf(0.5 + 0.5 * level)).mean() for level in levels]
+    right.plot(levels, levels, ":", color="#000000", label="exact")
+    right.plot(levels, covered, color=OBJECT_COLOURS[0], label=f"predicted mass, {len(claimed)} objects")
+    right.plot([0.9, 0.9], [0.85, 0.95], color=OBJECT_COLOURS[2], linewidth=3.0, label="target")
+    right.set_xlabel("interval claimed to hold the truth with probability")
+    right.set_ylabel("proportion of intervals that do")
+    right.legend(frameon=False)
+    tidy(left, right)
+    return figure
+
+
+def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera) -> None:
+    window = _find_window(view)
+    colour, depth = view.picture.colour[window], view.picture.depth[window]
+    shown: list[Axes] = list(row)
+    shown[0].imshow(colour)
+    read = depth[depth > 0.0]
+    shown[1].imshow(np.where(depth > 0.0, depth, np.nan), cmap="viridis_r", vmin=read.min(), vmax=read.max())
+    parts = np.full((*depth.shape, 3), 245, dtype=np.uint8)
+    shown[3].imshow(colour)
+    if view.detection is not None:
+        for number, fit in enumerate(view.detection.fits):
+            tone = OBJECT_COLOURS[number % len(OBJECT_COLOURS)]
+            parts[view.detection.segmentation.labels[window] == number] = [
+                int(tone[i : i + 2], 16) for i in (1, 3, 5)
+            ]
+            x, y = draw_outline(fit.ellipsoid, camera).T - np.array([[window[1].start], [window[0].start]])
+            shown[3].plot(x, y, color="#FFFFFF", linewidth=2.2)
+            shown[3].plot(x, y, color=tone, linewidth=1.2)
+    shown[2].imshow(parts)
+    for axes in shown:
+        axes.set_xticks([])
+        axes.set_yticks([])
+    title = f"{view.title}: {view.note}" if view.note else view.title
+    shown[0].set_title(textwrap.fill(title, _TITLE_WIDTH), fontsize=8, loc="left")
+
+
+def _find_window(view: CameraView) -> tuple[slice, slice]:
+    """Rows and columns around the object; the whole picture if it was not made out. At least 4 to 3."""
+    height, width = view.picture.depth.shape
+    if view.detection is None:
+        return slice(0, height), slice(0, width)
+    rows, columns = np.nonzero(view.detection.segmentation.labels >= 0)
+    half_height = 0.5 * float(np.ptp(rows)) + _ROOM
+    half_width = max(0.5 * float(np.ptp(columns)) + _ROOM, 4.0 / 3.0 * half_height)
+    half_height = max(half_height, 0.45 * half_width)
+    x, y = 0.5 * float(columns.min() + columns.max()), 0.5 * float(rows.min() + rows.max())
+    return (
+        slice(max(0, int(y - half_height)), min(height, int(y + half_height))),
+        slice(max(0, int(x - half_width)), min(width, int(x + half_width))),
+    )

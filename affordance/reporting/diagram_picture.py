@@ -1,0 +1,93 @@
+"""The block diagram of a Diagram that is really run, drawn to be read as the paper's figure 2.
+
+Systems, ports and connections are read off the Diagram; only grouping and style are added. Ports that nothing is
+connected to are left out, of which a plant has dozens.
+"""
+
+import html
+from collections import defaultdict
+from pathlib import Path
+
+import pygraphviz
+from pydrake.systems.framework import Diagram
+
+from affordance.files.atomic import write_atomic, write_text
+
+# The parts of the paper's figure 2; systems of other names belong to the world.
+_GROUPS = {
+    "Visual system": ("#dbe9f6", {"vision", "material_memory", "visual_prior"}),
+    "Proprioceptive system": ("#e3f1e0", {"proprioception", "density_estimator"}),
+    "Control system": ("#fbe8d3", {"task", "mpc_controller"}),
+    "World": ("#eeeeee", set[str]()),
+}
+# What was felt teaches what is seen, from trial to trial.
+_TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
+# Connections against the flow from seeing over acting to feeling; they do not decide where a system stands.
+_FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
+
+
+def describe_diagram(diagram: Diagram) -> str:
+    """Describes a Diagram in the DOT language; the same Diagram gives the same text."""
+    systems = sorted(diagram.GetSystems(), key=lambda system: str(system.get_name()))
+    inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
+    outputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
+    edges = []
+    for (to_system, to_index), (from_system, from_index) in diagram.connection_map().items():
+        source, sink = from_system.get_output_port(from_index), to_system.get_input_port(to_index)
+        outputs[from_system.get_name()].add((int(from_index), source.get_name()))
+        inputs[to_system.get_name()].add((int(to_index), sink.get_name()))
+        edges.append((from_system.get_name(), source.get_name(), to_system.get_name(), sink.get_name()))
+
+    lines = [
+        f'digraph "{diagram.get_name()}" {{',
+        "  rankdir=LR; nodesep=0.35; ranksep=0.7; splines=spline; fontname=Helvetica;",
+        '  label=<<FONT COLOR="#0072B2">blue: the teaching signal, once at the end of a trial</FONT>>; labelloc=b;',
+        "  node [shape=none, fontname=Helvetica, fontsize=12]; edge [fontname=Helvetica, fontsize=11];",
+    ]
+    for number, (group, (fill, _)) in enumerate(_GROUPS.items()):
+        lines += [
+            f"  subgraph cluster_{number} {{",
+            f'    label=<<B>{group}</B>>; labeljust=l; style="rounded,filled"; color="{fill}"; fillcolor="{fill}";',
+        ]
+        lines += [
+            f"    {name} [label=<{_describe_ports(name, inputs[name], outputs[name])}>];"
+            for name in (system.get_name() for system in systems)
+            if _find_group(name) == group
+        ]
+        lines.append("  }")
+    for edge in sorted(edges):
+        from_name, source_name, to_name, sink_name = edge
+        style = ["constraint=false"] if (from_name, to_name) in _FEEDBACK else []
+        if edge == _TEACHING_SIGNAL:
+            style += ["style=bold", 'color="#0072B2"']
+        elif to_name.endswith("_log"):
+            style += ['color="#999999"']
+        lines.append(f'  {from_name}:"{source_name}":e -> {to_name}:"{sink_name}":w [{", ".join(style)}];')
+    return "\n".join([*lines, "}"]) + "\n"
+
+
+def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
+    """Writes NAME.dot and NAME.svg, each whole."""
+    text = describe_diagram(diagram)
+    write_text(folder / f"{name}.dot", text)
+    write_atomic(folder / f"{name}.svg", lambda path: pygraphviz.AGraph(string=text).draw(str(path), prog="dot"))
+
+
+def _find_group(name: str) -> str:
+    return next((group for group, (_, names) in _GROUPS.items() if name in names), "World")
+
+
+def _describe_ports(name: str, inputs: set[tuple[int, str]], outputs: set[tuple[int, str]]) -> str:
+    """A table: the system's name above its connected ports, inputs on the left and outputs on the right."""
+    left = [port for _, port in sorted(inputs)]
+    right = [port for _, port in sorted(outputs)]
+    rows = [f'<TR><TD COLSPAN="2" BGCOLOR="white"><B>{html.escape(name)}</B></TD></TR>']
+    for row in range(max(len(left), len(right), 1)):
+        cells = "".join(
+            f'<TD BGCOLOR="white" PORT="{ports[row]}">{ports[row]}</TD>'
+            if row < len(ports)
+            else '<TD BORDER="0"></TD>'
+            for ports in (left, right)
+        )
+        rows.append(f"<TR>{cells}</TR>")
+    return f'<TABLE BORDER="0" CELLBORDER="1" CELLSPACING="0" CELLPADDING="4">{"".join(rows)}</TABLE>'

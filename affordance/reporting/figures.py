@@ -1,0 +1,286 @@
+"""Pictures of results. The colours are those of Okabe & Ito, which the colour-blind tell apart; heights are in cm."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from affordance.arrays import Array
+from affordance.files.atomic import write_atomic
+from affordance.reporting.statistics import Estimate
+from affordance.reporting.wording import count_observers, label
+
+# In the order of the paper's figure 4: blue, green, red, cyan; the decoy magenta.
+OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
+DECOY_COLOUR = "#CC79A7"
+# Told apart by these when there are more objects than colours.
+MARKERS = ("o", "s", "^")
+LINE_STYLES = ("-", "--", "-.", ":")
+FONT_SIZE = 10
+# With more objects there is no room for words or units at every one.
+_MOST_WIDE_TICKS = 6
+# Of a legend below a figure, beside the length of its lines, in letters.
+_LEGEND_WIDTH, _LEGEND_LINE = 130, 10
+# A legend within half a figure, in letters.
+_NARROW = 22
+_METRES_TO_CM = 100.0
+
+
+def save_figure(figure: Figure, folder: Path, name: str) -> None:
+    """Writes a figure as NAME.png and NAME.svg, each whole, the same bytes for the same figure."""
+    matplotlib.rcParams["svg.hashsalt"] = "affordance"
+    figure.set_layout_engine("constrained")
+    for text in figure.findobj(Text):  # Tick labels are written when they are drawn: those of powers remain formulae.
+        text.set_parse_math("$" not in text.get_text())
+    write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
+    write_atomic(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
+
+
+def count_columns(labels: Sequence[str]) -> int:
+    """How many names fit beside each other below a figure of 12 inches, 6 at most."""
+    longest = max(len(line) for each in labels for line in each.split("\n"))
+    return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
+
+
+def tidy(*all_axes: Axes) -> None:
+    """Takes away the frame of plots above and to the right."""
+    for axes in all_axes:
+        axes.spines[["top", "right"]].set_visible(False)
+
+
+def draw_density_and_drop(
+    *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
+) -> Figure:
+    """Draws figure 3: the density believed after each trial, and how far the arm dropped in each.
+
+    Args:
+        quartiles: 25th, 50th and 75th percentile before the first and after each trial, shape (K + 1, 3), [kg/m^3].
+        mode: Most probable density at the same moments, which control uses, shape (K + 1,), [kg/m^3].
+        density_true: The true density, [kg/m^3].
+        drop: Drop in each trial, shape (K,), [m].
+        masses: True mass of each object, shape (K,), [kg].
+        num_repeats: How many observers the numbers are of.
+    """
+    figure = Figure(figsize=(9.0, 3.8))
+    left, right = figure.subplots(1, 2)
+    trials = np.arange(len(quartiles))
+    left.axhline(density_true, color="#000000", linewidth=1.2, label="true density")
+    left.plot(trials, quartiles[:, 1], "o-", color=OBJECT_COLOURS[0], label="median of the belief")
+    left.plot(trials, quartiles[:, 2], "--", color=OBJECT_COLOURS[0], label="25th and 75th percentile")
+    left.plot(trials, quartiles[:, 0], "--", color=OBJECT_COLOURS[0])
+    left.plot(trials, mode, "x", color=OBJECT_COLOURS[2], markersize=8.0, label="most probable (used in control)")
+    crowded = len(masses) > _MOST_WIDE_TICKS
+    left.set_xticks(trials, [*trials] if crowded else ["before", *(f"after {k}" for k in trials[1:])])
+    left.set_xlabel("trials so far" if crowded else "trial")
+    left.set_ylabel("density (kg/m³)")
+    left.set_ylim(0.0, 1.2 * max(density_true, quartiles.max()))
+    left.legend(frameon=False, loc="lower right")
+    left.set_title(f"Density believed, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
+
+    positions = np.arange(1, len(masses) + 1)
+    height = _METRES_TO_CM * drop.mean
+    error = _METRES_TO_CM * np.array([drop.mean - drop.low, drop.high - drop.mean])
+    right.bar(
+        positions, height, color=[_style(k)[0] for k in range(len(masses))], yerr=error, capsize=4.0, width=0.65
+    )
+    for position, value, top in zip(positions, height, height + error[1], strict=True):
+        right.annotate(
+            f"{value:.2f}", (position, top), xytext=(0, 4), textcoords="offset points", ha="center", fontsize=9
+        )
+    unit, unit_of_axis = ("", " (kg)") if crowded else (" kg", "")
+    right.set_xticks(positions, [f"{k}\n{mass:.2f}{unit}" for k, mass in zip(positions, masses, strict=True)])
+    right.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
+    right.tick_params(axis="x", labelsize=7 if crowded else None)
+    right.set_ylabel("drop (cm)")
+    right.set_ylim(0.0, 1.15 * (height + error[1]).max())
+    right.set_title(f"Drop of the object, mean of {num_repeats} and 95 % interval", fontsize=FONT_SIZE)
+    tidy(left, right)
+    return figure
+
+
+def draw_heights(
+    *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
+) -> Figure:
+    """Draws figure 4: the height of each object over time; the last is the decoy.
+
+    Args:
+        times: (N,), [s].
+        shown: Heights in one run, shape (K, N), [m].
+        mean: Heights over repeats, shape (K, N), [m].
+        labels: Name of each object.
+        shown_label: Which run is shown.
+        num_repeats: How many observers the mean is of.
+    """
+    figure = Figure(figsize=(12.0, 3.8))
+    one, every, near = figure.subplots(1, 3, sharex=True)
+    styles = [*(_style(k) for k in range(len(labels) - 1)), (DECOY_COLOUR, "-")]
+    names = [label(name) for name in labels]
+    for k, (name, (colour, line)) in enumerate(zip(names, styles, strict=True)):
+        one.plot(times, _METRES_TO_CM * shown[k], line, color=colour, label=name, linewidth=1.6)
+        for axes in (every, near):
+            axes.plot(times, _METRES_TO_CM * mean.mean[k], line, color=colour, linewidth=1.6)
+            _shade(axes, times, mean.low[k], mean.high[k], colour)
+    every.sharey(one)
+    _mark_times(times, one, every, near)
+    # By the curves: with few observers the intervals reach further than all of what is to be enlarged.
+    low, high = every.get_ylim()
+    learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
+    near.set_ylim(max(low, -learned), min(high, learned))
+    one.set_ylabel("height of the object's centre (cm)")
+    one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
+    every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)
+    enlarged = near.get_ylim() != (low, high)
+    near.set_title("The same, enlarged around the goal" if enlarged else "The same", fontsize=FONT_SIZE)
+    figure.legend(frameon=False, loc="outside lower center", ncols=count_columns(names))
+    tidy(one, every, near)
+    return figure
+
+
+def draw_heights_of_points(
+    *,
+    times: Array,
+    shown: Array,
+    mean: Estimate,
+    decoy: dict[str, Estimate],
+    labels: list[str],
+    shown_label: str,
+    num_repeats: int,
+) -> Figure:
+    """Draws figure 6: the height of each object over time, and of several points of the last, the decoy.
+
+    Args:
+        times: (N,), [s].
+        shown: Heights of the centres in one run, shape (K, N), [m].
+        mean: The same over repeats, shape (K, N), [m].
+        decoy: Heights of points of the decoy over repeats by what the points are, shape (N,) each, [m].
+        labels: Name of each object.
+        shown_label: Which run is shown.
+        num_repeats: How many observers the mean is of.
+    """
+    figure = Figure(figsize=(12.0, 4.4))
+    one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
+    # As in the paper's figure 6: red, blue, and green for the decoy.
+    of_decoy, *others = (OBJECT_COLOURS[i] for i in (1, 2, 0, 3, 4, 5))
+    for k in range(len(labels)):
+        colour = of_decoy if k == len(labels) - 1 else others[k % len(others)]
+        one.plot(times, _METRES_TO_CM * shown[k], color=colour, linewidth=1.6)
+        every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=label(labels[k]), linewidth=1.6)
+        _shade(every, times, mean.low[k], mean.high[k], colour)
+    for k, (point, heights) in enumerate(decoy.items()):
+        # All in the decoy's colour, as long as there are lines to tell them apart by.
+        line = LINE_STYLES[k % len(LINE_STYLES)]
+        colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
+        points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=label(point), linewidth=1.6)
+        _shade(points, times, heights.low, heights.high, colour)
+    _mark_times(times, one, every, points)
+    one.set_ylabel("height above the start (cm)")
+    one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
+    every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
+    points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
+    # The first serves two of the three plots.
+    figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
+    figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
+    tidy(one, every, points)
+    return figure
+
+
+def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
+    """Draws figures 8 and 10: how often the cheaper grip is chosen after how many trials of experience.
+
+    Args:
+        curves: Proportions by what they are of, shape (K + 1,) each.
+        title: Says what is chosen.
+    """
+    figure = Figure(figsize=(6.4, 4.2))
+    axes = figure.subplots()
+    spread = 0.06  # that intervals do not hide each other
+    for k, (name, curve) in enumerate(curves.items()):
+        trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
+        error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
+        style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
+        axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
+    axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
+    axes.set_ylim(0.0, 1.04)
+    axes.set_xlabel("trials of experience with other objects")
+    axes.set_ylabel("proportion of correct choices")
+    axes.set_title(title, fontsize=FONT_SIZE)
+    axes.legend(frameon=False, loc="lower right")
+    tidy(axes)
+    return figure
+
+
+def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
+    """Draws paths in space from above and from the side.
+
+    Args:
+        reference: The path that was asked for, (N, 3), [m].
+        paths: Those that were taken, (N, 3) each, [m].
+    """
+    figure = Figure(figsize=(9.0, 4.2))
+    above, aside = figure.subplots(1, 2)
+    for axes, (i, j) in ((above, (0, 1)), (aside, (1, 2))):
+        for k, (name, path) in enumerate(paths.items()):
+            colour, _ = _style(k)
+            line = LINE_STYLES[k % len(LINE_STYLES)]
+            axes.plot(
+                _METRES_TO_CM * path[:, i], _METRES_TO_CM * path[:, j], line, color=colour, label=label(name, _NARROW)
+            )
+        asked = _METRES_TO_CM * reference
+        axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
+        axes.plot(asked[0, i], asked[0, j], "o", color="#000000", markersize=5.0, label="start")
+        axes.set_xlabel(f"{'xyz'[i]} (cm)")
+        axes.set_ylabel(f"{'xyz'[j]} (cm)")
+        axes.set_aspect("equal")
+    above.set_title("From above (x forward, y to the left)", fontsize=FONT_SIZE)
+    aside.set_title("From behind (y to the left, z up)", fontsize=FONT_SIZE)
+    aside.invert_xaxis()
+    above.legend(frameon=False)
+    tidy(above, aside)
+    return figure
+
+
+def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_repeats: int) -> Figure:
+    """Draws how the proportion of correct choices depends on what was assumed.
+
+    Args:
+        panels: Title of each panel, and its curves by label, shape (K + 1,) each.
+        baseline: Label of the setting all simulations use, drawn black in every panel.
+        num_repeats: How many observers each curve is of.
+    """
+    figure = Figure(figsize=(3.1 * len(panels), 3.8))
+    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
+    for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
+        for k, (name, proportions) in enumerate(curves.items()):
+            colour = "#000000" if name.endswith(baseline) else OBJECT_COLOURS[k % 5]
+            line = "o-" if name.endswith(baseline) else f"o{LINE_STYLES[1 + k % 3]}"
+            axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=name)
+        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
+        axes.set_ylim(0.0, 1.04)
+        axes.set_xlabel("trials of experience")
+        axes.set_title(title, fontsize=FONT_SIZE)
+        axes.legend(frameon=False, loc="lower right", fontsize=8)
+    all_axes[0].set_ylabel(f"correct choices of {count_observers(num_repeats)}")
+    tidy(*all_axes)
+    return figure
+
+
+def _mark_times(times: Array, *all_axes: Axes) -> None:
+    """Names the time, and marks where every height began."""
+    for axes in all_axes:
+        axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+        axes.set_xlabel("time (s)")
+        axes.set_xlim(times[0], times[-1])
+
+
+def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> None:
+    """Draws an interval of heights, [m]."""
+    axes.fill_between(times, _METRES_TO_CM * low, _METRES_TO_CM * high, color=colour, alpha=0.3, linewidth=0.0)
+
+
+def _style(k: int) -> tuple[str, str]:
+    """Colour and line of the k-th object."""
+    return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], LINE_STYLES[k // len(OBJECT_COLOURS) % len(LINE_STYLES)]

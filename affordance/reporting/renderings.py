@@ -1,0 +1,185 @@
+"""Photographs of arm, tool and nail, by Drake's own renderer: no screen is needed.
+
+Frames: W the world, C the camera (Cz where it looks, Cy down). The camera looks from the arm's right, where a right
+arm hides nothing of what it holds, and a little from above and ahead.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from pydrake.geometry import (
+    ClippingRange,
+    ColorRenderCamera,
+    LightParameter,
+    MakeRenderEngineVtk,
+    RenderCameraCore,
+    RenderEngineVtkParams,
+    Role,
+    SceneGraph,
+)
+from pydrake.math import RigidTransform, RotationMatrix
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.sensors import CameraInfo
+
+from affordance.arrays import Array
+from affordance.objects.tool import Tool
+from affordance.plant.arm import add_arm
+from affordance.plant.nail import NailPlacement
+
+Picture = NDArray[np.uint8]
+
+_RENDERER = "camera"
+_FIELD_OF_VIEW = np.radians(20.0)  # of the height: a long lens, that near and far things compare
+# From where the camera looks, about the vertical from the arm's right to its front, and above the horizon, [rad].
+_AZIMUTH, _ELEVATION = np.radians(20.0), np.radians(10.0)
+# Left free at each edge, of half a picture.
+_MARGIN = 0.04
+# Pictures are rendered so much larger, and averaged: the renderer leaves edges ragged.
+_OVERSAMPLING = 3
+# Close-ups show so much above and below the highest point of the nail's head, along it, [m].
+_ABOVE, _BELOW = 0.045, 0.06
+# A key light from above the camera's left, one from the camera itself, and one from below its right, so that nothing
+# is black. No shadows: the renderer's are ragged.
+_LIGHTS = [
+    LightParameter(type="directional", frame="camera", intensity=intensity, direction=np.array(direction))
+    for intensity, direction in ((0.75, (0.5, 0.9, 0.6)), (0.4, (0.0, 0.0, 1.0)), (0.4, (-0.8, -0.7, 0.3)))
+]
+
+
+class Pose(NamedTuple):
+    """What stands before the camera.
+
+    Attributes:
+        tool: What is in the hand.
+        placement: The nail and where it stands; None for none.
+        q: Joint angles, (num_joints,), [rad].
+        travel: How far the nail was driven since it was set, [m].
+    """
+
+    tool: Tool
+    placement: NailPlacement | None
+    q: Array
+    travel: float = 0.0
+
+
+def take_pictures(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Picture]:
+    """Takes pictures of the whole arm and what it deals with, all by one camera that sees everything of every pose.
+
+    Args:
+        directives: Drake model directives of the arm.
+        poses: What is shown.
+        width: Of each picture, in pixels.
+        height: Of each picture, in pixels.
+
+    Returns: Red, green and blue of each, (height, width, 3).
+    """
+    scenes = [_Scene(directives, pose) for pose in poses]
+    R_WC = _turn_camera(_ELEVATION)
+    p_WC = _step_back(np.concatenate([scene.find_corners() for scene in scenes]), R_WC, width / height)
+    return [scene.render(RigidTransform(R_WC, p_WC), width, height) for scene in scenes]
+
+
+def take_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Picture]:
+    """Takes pictures of nails and of what strikes them, at one scale; arguments and result are as of the whole.
+
+    Raises:
+        ValueError: A pose has no nail.
+    """
+    pictures = []
+    for pose in poses:
+        if pose.placement is None:
+            raise ValueError(f"no close-up without a nail: {pose.tool.name}")
+        R_WC = _turn_camera(0.5 * _ELEVATION)
+        along = pose.placement.direction_W
+        ends = pose.placement.p_WNo + np.outer([-_ABOVE, _BELOW], along)
+        p_WC = _step_back(ends, R_WC, width / height)
+        pictures.append(_Scene(directives, pose).render(RigidTransform(R_WC, p_WC), width, height))
+    return pictures
+
+
+class _Scene:
+    """A pose in a Diagram that can be rendered."""
+
+    def __init__(self, directives: Path, pose: Pose) -> None:
+        """Builds it."""
+        builder = DiagramBuilder()
+        arm = add_arm(builder, directives, pose.tool, pose.placement)
+        scene_graph = builder.GetSubsystemByName("scene_graph")
+        assert isinstance(scene_graph, SceneGraph)  # add_arm added it
+        params = RenderEngineVtkParams(default_clear_color=np.ones(3), lights=_LIGHTS)  # white behind everything
+        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(params))
+        diagram = builder.Build()
+        self._context = diagram.CreateDefaultContext()  # kept, for the query refers to it
+        plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)
+        travel = [] if arm.nail is None else [pose.travel]
+        arm.plant.SetPositions(plant_context, np.concatenate([pose.q, travel]))
+        self._world = scene_graph.world_frame_id()
+        self._query: Any = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(self._context))
+
+    def find_corners(self) -> Array:
+        """Corners of boxes that contain all that can be seen, in W, (N, 3), [m]."""
+        inspector = self._query.inspector()
+        corners = []
+        signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
+        for geometry in inspector.GetAllGeometryIds(Role.kPerception):
+            box = inspector.GetObbInGeometryFrame(geometry)
+            if box is None:
+                continue  # a half space has no end
+            X_WG = self._query.GetPoseInWorld(geometry)
+            corners.append((X_WG @ box.pose()).multiply((signs * box.half_width()).T).T)
+        return np.concatenate(corners)
+
+    def render(self, X_WC: RigidTransform, width: int, height: int) -> Picture:
+        """Takes the picture, (height, width, 3)."""
+        n = _OVERSAMPLING
+        camera = ColorRenderCamera(
+            RenderCameraCore(
+                _RENDERER,
+                CameraInfo(width=n * width, height=n * height, fov_y=_FIELD_OF_VIEW),
+                ClippingRange(0.05, 50.0),
+                RigidTransform(),
+            )
+        )
+        image = self._query.RenderColorImage(camera, self._world, X_WC)
+        colours = image.data[:, :, :3].reshape(height, n, width, n, 3).mean(axis=(1, 3))
+        picture: Picture = np.rint(colours).astype(np.uint8)
+        return picture
+
+
+def _turn_camera(elevation: float) -> RotationMatrix:
+    """Axes R_WC of a camera that looks from the arm's right (-Wy), turned to its front (Wx)."""
+    looks = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), -np.tan(elevation)])
+    looks /= np.linalg.norm(looks)
+    right = np.cross(looks, [0.0, 0.0, 1.0])
+    right /= np.linalg.norm(right)
+    return RotationMatrix(np.column_stack([right, np.cross(looks, right), looks]))
+
+
+def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
+    """Goes back along Cz until every point is in the picture, and stands so that they are in its middle.
+
+    A point (x, y, z) of C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), with k the
+    tangent of half the angle that is seen, and likewise for y.
+
+    Args:
+        points: In W, (N, 3), [m].
+        R_WC: Axes of the camera.
+        aspect: Width of the picture over its height.
+
+    Returns: p_WC, shape (3,), [m].
+    """
+    axes = R_WC.matrix()
+    p_C = points @ axes
+    place = np.zeros(3)
+    depths = []
+    for axis, k in ((0, aspect * np.tan(0.5 * _FIELD_OF_VIEW)), (1, np.tan(0.5 * _FIELD_OF_VIEW))):
+        seen = (1.0 - _MARGIN) * k
+        least, most = (p_C[:, axis] - seen * p_C[:, 2]).max(), (p_C[:, axis] + seen * p_C[:, 2]).min()
+        place[axis] = 0.5 * (least + most)
+        depths.append((most - least) / (2.0 * seen))
+    place[2] = min(depths)
+    p_WC: Array = axes @ place
+    return p_WC

@@ -1,0 +1,229 @@
+"""The arm in motion as a web page that needs nothing else: recorded joint angles, shown by Meshcat.
+
+A blow is over in a few milliseconds, so a scene may run slower around it; the camera then looks closer.
+"""
+
+import gc
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.geometry import (
+    Meshcat,
+    MeshcatAnimation,
+    MeshcatParams,
+    MeshcatVisualizer,
+    MeshcatVisualizerParams,
+    Rgba,
+)
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, MultibodyPlant
+from pydrake.multibody.tree import Frame
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
+from affordance.files.atomic import write_text
+from affordance.objects.tool import Tool
+from affordance.plant.arm import attach_tool, parse_arm
+from affordance.plant.nail import NailPlacement, add_nail
+
+_FRAMES_PER_SECOND = 30.0
+# A breath between two scenes, with the last frame of the first, [s].
+_PAUSE = 0.5
+# Where Meshcat keeps its camera, and how much it enlarges in slow motion.
+_CAMERA = "/Cameras/default/rotated/<object>"
+_ZOOM = 5.0
+# From one enlargement to the other, in the time of the replay, [s].
+_ZOOMING = 0.7
+
+
+class Scene(NamedTuple):
+    """One motion of the arm with one tool in its hand.
+
+    Attributes:
+        tool: What is in the hand.
+        times: (N,), starting at 0, [s].
+        q: Joint angles, (N, num_joints), [rad].
+        caption: Said of it in the page.
+        placement: A nail, and where it stands; None for none.
+        travel: How far the nail is in, (N,), [m]; None for a nail that stays where it was set.
+        slow: From when to when, [s], it is shown how many times slower and larger, as is done around a strike; None
+            for never.
+    """
+
+    tool: Tool
+    times: Array
+    q: Array
+    caption: str
+    placement: NailPlacement | None = None
+    travel: Array | None = None
+    slow: tuple[float, float, float] | None = None
+
+
+def write_replay(
+    path: Path, directives: Path, scenes: Sequence[Scene], *, title: str, p_WG: Array | None = None
+) -> None:
+    """Writes the scenes, one after the other, as a self-contained page.
+
+    Args:
+        path: The page.
+        directives: Drake model directives of the arm.
+        scenes: What is shown.
+        title: Title of the page.
+        p_WG: Points of the line that is drawn as what was asked for, shape (N, 3), [m]; the height of the hand in its
+            home posture if None, and no line if there is a nail.
+
+    Raises:
+        ValueError: A scene is to be slow when it does not run, or not to be slower.
+        AffordanceError: Meshcat may not open a local port (as where DRAKE_ALLOW_NETWORK leaves it out).
+    """
+    for scene in scenes:
+        if scene.slow is not None:
+            begin, end, factor = scene.slow
+            if not (scene.times[0] <= begin < end <= scene.times[-1] and factor >= 1.0):
+                bound = f"from {scene.times[0]:g} to {scene.times[-1]:g} s, and at least 1 times slower"
+                raise ValueError(f"{path}: slow is {scene.slow}, must be {bound}")
+    try:
+        meshcat = Meshcat(MeshcatParams(host="localhost"))
+    except RuntimeError as error:
+        raise AffordanceError(f"{path}: cannot be drawn: {error}") from error
+    try:
+        captions = _record(meshcat, directives, scenes, p_WG)
+        page = meshcat.StaticHtml()
+    finally:
+        # Meshcat ends the process if it is freed by a thread other than the one that made it, and the garbage
+        # collector runs in whatever thread comes by. So it is freed here.
+        del meshcat
+        gc.collect()
+    write_text(path, _add_captions(page, title, captions))
+
+
+def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None) -> list[str]:
+    """Plays the scenes into Meshcat's recording; returns what is said of each."""
+    builder = DiagramBuilder()
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    hand = parse_arm(plant, directives)
+    names = [f"tool_{number}" for number, _ in enumerate(scenes)]
+    for name, scene in zip(names, scenes, strict=True):
+        attach_tool(plant, hand, scene.tool, name)
+    # After the arm, whose joints so come first in the plant's state.
+    nails = {
+        number: add_nail(plant, scene.placement, f"nail_{number}")
+        for number, scene in enumerate(scenes)
+        if scene.placement is not None
+    }
+    plant.Finalize()
+    MeshcatVisualizer.AddToBuilder(builder, scene_graph, meshcat, MeshcatVisualizerParams(prefix="arm"))
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyMutableContextFromRoot(context)
+    placements = [scene.placement for scene in scenes if scene.placement is not None]
+    _set_stage(meshcat, plant, plant_context, hand, p_WG, placements)
+
+    meshcat.StartRecording(_FRAMES_PER_SECOND, set_visualizations_while_recording=False)
+    start = 0.0
+    captions = []
+    for number, (name, scene) in enumerate(zip(names, scenes, strict=True)):
+        for other in names:
+            meshcat.SetProperty(f"arm/{other}", "visible", other == name, start)
+        for other_number, joint in nails.items():
+            for path in (joint.name(), f"{joint.name()}_block"):
+                meshcat.SetProperty(f"arm/{path}", "visible", other_number == number, start)
+        shown = _slow_down(scene)
+        end = start + shown.times[-1] + _PAUSE
+        for time in np.arange(0.0, end - start, 1.0 / _FRAMES_PER_SECOND):
+            row = min(int(np.searchsorted(shown.times, time)), len(shown.q) - 1)
+            state = np.zeros(plant.num_positions())
+            state[: shown.q.shape[1]] = shown.q[row]
+            if number in nails and shown.travel is not None:
+                state[nails[number].position_start()] = shown.travel[row]
+            plant.SetPositions(plant_context, state)
+            context.SetTime(start + time)
+            diagram.ForcedPublish(context)
+            if any(other.slow is not None for other in scenes):
+                meshcat.SetProperty(_CAMERA, "zoom", _zoom(scene.slow, float(time)), start + float(time))
+        captions.append(f"{start:.1f} to {end - _PAUSE:.1f} s: {_describe(scene, start)}")
+        start = end
+    meshcat.StopRecording()
+    meshcat.get_mutable_recording().set_loop_mode(MeshcatAnimation.LoopMode.kLoopRepeat)
+    meshcat.PublishRecording()
+    return captions
+
+
+def _slow_down(scene: Scene) -> Scene:
+    """The scene as the replay runs it: at each of its frames, interpolated between rows of the log."""
+    if scene.slow is None:
+        return scene
+    begin, end, factor = scene.slow
+    log = scene.times
+    in_log = np.array([0.0, begin, end, log[-1]])
+    in_replay = np.array([0.0, begin, begin + factor * (end - begin), log[-1] + (factor - 1.0) * (end - begin)])
+    # The end is a row, though no frame, so that the scene lasts as long as it should.
+    frames = np.append(np.arange(0.0, in_replay[-1], 1.0 / _FRAMES_PER_SECOND), in_replay[-1])
+    times = np.interp(frames, in_replay, in_log)
+    q = np.column_stack([np.interp(times, log, angle) for angle in scene.q.T])
+    travel = None if scene.travel is None else np.interp(times, log, scene.travel)
+    return scene._replace(times=frames, q=q, travel=travel)
+
+
+def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
+    """How much the camera enlarges at a time of the replay of a scene."""
+    if slow is None:
+        return 1.0
+    begin, end, factor = slow
+    last = begin + factor * (end - begin)
+    share = np.interp(time, [begin - _ZOOMING, begin, last, last + _ZOOMING], [0.0, 1.0, 1.0, 0.0])
+    return float(_ZOOM**share)
+
+
+def _describe(scene: Scene, start: float) -> str:
+    """What is said of a scene that begins at a time of the replay."""
+    if scene.slow is None:
+        return scene.caption
+    begin, end, factor = scene.slow
+    last = start + begin + factor * (end - begin)
+    return f"{scene.caption} ({factor:g} × slower around the strike, {start + begin:.1f} to {last:.1f} s)"
+
+
+def _set_stage(
+    meshcat: Meshcat,
+    plant: MultibodyPlant,
+    plant_context: Context,
+    hand: Frame,
+    p_WG: Array | None,
+    placements: Sequence[NailPlacement],
+) -> None:
+    """Looks at the arm from its side, or past its hand at the nails, and draws what was asked for as a line."""
+    p_WH = hand.CalcPoseInWorld(plant_context).translation()
+    first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
+    p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
+    middle = p_WBo + 0.6 * (p_WH - p_WBo)
+    reach = float(np.linalg.norm(p_WH - p_WBo))
+    side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)
+    if placements:
+        # What is enlarged is what is in the middle.
+        middle = np.mean([placement.p_WNo for placement in placements], axis=0)
+        meshcat.SetCameraPose(middle - 1.35 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
+    else:
+        meshcat.SetCameraPose(middle - 1.05 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
+    if p_WG is None and not placements:
+        p_WG = np.array([p_WH - 0.3 * (p_WH - p_WBo), p_WH + 0.6 * (p_WH - p_WBo)])
+    if p_WG is not None:
+        meshcat.SetLine("asked for", np.asfortranarray(p_WG.T), 2.0, Rgba(0.8, 0.2, 0.1, 1.0))
+    for end in ("top_color", "bottom_color"):
+        meshcat.SetProperty("/Background", end, [1.0, 1.0, 1.0])
+    meshcat.SetProperty("/Grid", "visible", False)
+    meshcat.SetProperty("/Axes", "visible", False)
+
+
+def _add_captions(page: str, title: str, captions: Sequence[str]) -> str:
+    """Names the page and what it shows when, in its lower left corner."""
+    lines = "<br>".join(html.escape(caption) for caption in captions)
+    note = (
+        '<div style="position:fixed;left:12px;bottom:12px;padding:8px 12px;background:#ffffffd9;'
+        f'font:14px/1.5 sans-serif;border-radius:6px"><b>{html.escape(title)}</b><br>{lines}</div>'
+    )
+    page = page.replace("<title>Drake MeshCat</title>", f"<title>{html.escape(title)}</title>")
+    return page.replace("</body>", f"{note}\n</body>")

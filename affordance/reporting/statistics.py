@@ -1,0 +1,62 @@
+"""From trajectories to the numbers that are reported, with their intervals."""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import norm
+from scipy.stats import t as student_t
+
+from affordance.arrays import Array
+
+CONFIDENCE = 0.95
+
+
+class Estimate(NamedTuple):
+    """A mean over repeats with its 95 % interval, each of the shape of one repeat's value."""
+
+    mean: Array
+    low: Array
+    high: Array
+
+    @property
+    def ci95(self) -> Array:
+        """Pairs [low, high] along the last axis, as metrics.json has them."""
+        return np.stack([self.low, self.high], axis=-1)
+
+
+def compute_drop(heights: Array) -> Array:
+    """How far a height sinks below zero over time (last axis), max(0, -lowest), [m]."""
+    return np.maximum(0.0, -heights.min(axis=-1))
+
+
+def compute_lift(heights: Array) -> Array:
+    """How far a height rises above zero over time (last axis), max(0, highest), [m]."""
+    return np.maximum(0.0, heights.max(axis=-1))
+
+
+def compute_excursion(heights: Array) -> Array:
+    """The height of largest magnitude over time (last axis), with its sign, [m]."""
+    peaks = np.abs(heights).argmax(axis=-1)
+    return np.take_along_axis(heights, peaks[..., None], axis=-1)[..., 0]
+
+
+def estimate_proportion(hits: Array, count: int) -> Estimate:
+    """Proportion of hits, counted (halves allowed), among a number of cases, with Wilson's 95 % interval.
+
+    Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
+    """
+    z = norm.ppf(0.5 + CONFIDENCE / 2.0)
+    proportion = np.asarray(hits, dtype=float) / count
+    centre = (proportion + z**2 / (2.0 * count)) / (1.0 + z**2 / count)
+    half = z / (1.0 + z**2 / count) * np.sqrt(proportion * (1.0 - proportion) / count + z**2 / (4.0 * count**2))
+    return Estimate(proportion, np.maximum(0.0, centre - half), np.minimum(1.0, centre + half))
+
+
+def estimate_mean(values: Array) -> Estimate:
+    """Mean over repeats (first axis) with Student's 95 % interval; of a single repeat the interval is the value."""
+    count = len(values)
+    mean = values.mean(axis=0)
+    if count == 1:
+        return Estimate(mean, mean, mean)
+    half = student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1) * values.std(axis=0, ddof=1) / np.sqrt(count)
+    return Estimate(mean, mean - half, mean + half)

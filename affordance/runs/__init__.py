@@ -1,0 +1,1 @@
+"""Running repeats, in processes or on a cluster, and keeping them."""

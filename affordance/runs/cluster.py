@@ -1,0 +1,66 @@
+"""Handing repeats to a running Dask cluster, through joblib; without one they go to processes of this machine.
+
+Every worker must run one thread, as the internal models are no thread's but one's, and this very program with the
+same versions and models, as numbers depend on them.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import joblib
+
+from affordance.exceptions import BadValueError
+from affordance.runs.repeats import compute_key
+
+_OPTION = "--cluster"
+# A host by name or number (that of IPv6 in brackets), and a port.
+_ADDRESS = re.compile(r"(tcp|tls)://([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):[0-9]{1,5}")
+# How long the scheduler has to answer, and workers to be there, [s].
+_PATIENCE = 10.0
+
+
+@contextmanager
+def use_cluster(address: str, models: Path) -> Iterator[None]:
+    """Makes joblib hand its tasks to a cluster while the context lasts.
+
+    Args:
+        address: Of the Dask scheduler, such as tcp://host:8786.
+        models: The folder of models that is used; the workers must have the same at the same path.
+
+    Raises:
+        BadValueError: Dask is not installed, nobody answers, or the workers are not fit.
+    """
+    try:
+        from distributed import Client
+    except ImportError as error:
+        problem = "needs the extra [cluster]: pip install -e '.[cluster]'"
+        raise BadValueError(_OPTION, "", problem) from error
+    if not _ADDRESS.fullmatch(address):
+        raise BadValueError(_OPTION, "", f"is {address!r}, must be an address such as tcp://host:8786")
+    try:
+        client = Client(address, timeout=_PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:  # there is nobody, or no such port
+        raise BadValueError(_OPTION, "", f"is {address!r}, where no Dask scheduler answers") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=_PATIENCE)
+        except TimeoutError as error:
+            raise BadValueError(_OPTION, "", f"is {address!r}, a scheduler without workers") from error
+        for worker, num_threads in client.nthreads().items():
+            if num_threads != 1:
+                problem = f"has the worker {worker} with {num_threads} threads, must have one (--nthreads 1)"
+                raise BadValueError(_OPTION, "", problem)
+        ours = _identify(models)
+        for worker, theirs in client.run(_identify, models, on_error="return").items():
+            if theirs != ours:
+                problem = f"has the worker {worker}, which differs in this program, its models or its libraries"
+                raise BadValueError(_OPTION, "", problem)
+        with joblib.parallel_config(backend="dask", client=client):
+            yield
+
+
+def _identify(models: Path) -> str:
+    """What numbers depend on besides their configuration; runs on the workers too."""
+    return compute_key("", models)

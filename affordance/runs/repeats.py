@@ -1,0 +1,165 @@
+"""The folder of results: files that appear whole or not at all, and repeats that survive a kill."""
+
+import hashlib
+import importlib.metadata
+import json
+import logging
+import os
+import platform
+import struct
+import zipfile
+import zlib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import joblib
+import numpy as np
+from joblib.externals.loky import get_reusable_executor
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import quarantine, to_plain, write_atomic
+
+_LOG = logging.getLogger(__name__)
+_STAMP = "belongs_to"
+# What NumPy and zipfile raise for archives that are damaged somewhere (tests/test_bad_input.py damages many).
+_DAMAGE = (
+    OSError,
+    ValueError,
+    TypeError,
+    EOFError,
+    LookupError,
+    RuntimeError,
+    MemoryError,
+    SyntaxError,
+    zlib.error,
+    struct.error,
+    zipfile.BadZipFile,
+)
+_PACKAGE = Path(__file__).parents[1]
+_LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
+
+
+def prepare_folder(path: Path) -> Path:
+    """Makes a folder for results, or makes sure that an existing one can be written to.
+
+    Raises:
+        BadValueError: The path is a file, lies below one, or may not be written to.
+    """
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError) as error:
+        raise BadValueError(
+            "--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder"
+        ) from error
+    except OSError as error:
+        raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be made: {error.strerror}") from error
+    if not os.access(path, os.W_OK | os.X_OK):
+        raise BadValueError("--out", "", f"is {str(path)!r}, which is not writable")
+    return path
+
+
+def list_versions() -> dict[str, str]:
+    """Versions of the interpreter and of the libraries that numbers depend on."""
+    versions = {name: importlib.metadata.version(name) for name in _LIBRARIES}
+    return {"python": platform.python_version(), **versions}
+
+
+def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
+    """Computes what a repeat depends on besides its number: configuration, models and this program.
+
+    Args:
+        config: A dataclass.
+        model_folder: The folder of the arm's model files.
+        programs: Folders of further sources that it depends on.
+
+    Returns: A short hexadecimal key.
+    """
+    digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
+    digest.update(json.dumps(list_versions()).encode())
+    models = [path for path in model_folder.rglob("*") if path.is_file()]  # meshes too
+    sources = [(program, list(program.rglob("*.py"))) for program in (_PACKAGE, *programs)]
+    for folder, paths in (*sources, (model_folder, models)):
+        for path in sorted(paths):
+            digest.update(str(path.relative_to(folder)).encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def run_repeats(
+    folder: Path,
+    run_repeat: Callable[[int], Mapping[str, NDArray[Any]]],
+    *,
+    repeats: int,
+    jobs: int,
+    description: str,
+) -> dict[str, NDArray[Any]]:
+    """Runs the repeats that a folder does not hold yet, in parallel processes, and returns all of them.
+
+    Args:
+        folder: Keeps one file a repeat; it must belong to one configuration, and be named after its key.
+        run_repeat: Runs the repeat of a number, returning named arrays of a shape that is always the same; must be
+            picklable.
+        repeats: How many, at least 1.
+        jobs: How many processes, at least 1.
+        description: Stands before the progress bar.
+
+    Returns: The arrays, stacked over repeats along the first axis.
+    """
+    kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
+    missing = [repeat for repeat in range(repeats) if repeat not in kept]
+    parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
+    finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
+    with tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress:
+        for repeat, arrays in finished:
+            # Here, not where it was run: another machine need not share this folder.
+            _keep(folder, repeat, arrays)
+            kept[repeat] = arrays
+            progress.update()
+    return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
+
+
+def end_processes() -> None:
+    """Ends the processes that repeats ran in; joblib would keep them for the next ones.
+
+    Those of another experiment grow in it, which joblib takes for a leak: it replaces them, and warns.
+    """
+    get_reusable_executor().shutdown(wait=True)
+
+
+def _run(run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> tuple[int, dict[str, NDArray[Any]]]:
+    return repeat, dict(run_repeat(repeat))
+
+
+def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None:
+    stamped = {**arrays, _STAMP: np.array(_stamp_of(folder, repeat))}
+    write_atomic(_path_of(folder, repeat), lambda temporary: np.savez(temporary, allow_pickle=False, **stamped))
+
+
+def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
+    """Reads a kept repeat; None if there is none. One that cannot be read, or is another's, is set aside."""
+    path = _path_of(folder, repeat)
+    try:
+        with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:
+            arrays = dict(archive)
+        stamp = str(arrays.pop(_STAMP))
+    except FileNotFoundError:
+        return None
+    except _DAMAGE as error:
+        quarantine(path, f"could not be read ({error})")
+        return None
+    if stamp != _stamp_of(folder, repeat):
+        quarantine(path, f"belongs to {stamp}")
+        return None
+    return arrays
+
+
+def _stamp_of(folder: Path, repeat: int) -> str:
+    """Says in a kept repeat whose it is, so that one from elsewhere is not taken for it."""
+    return f"repeat {repeat} of {folder.name}"
+
+
+def _path_of(folder: Path, repeat: int) -> Path:
+    return folder / f"repeat_{repeat:05d}.npz"

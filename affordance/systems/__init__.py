@@ -1,1 +1,0 @@
-"""Drake LeafSystems, one a file, each a thin shell around one pure module; diagram.py wires them."""

@@ -1,1 +1,0 @@
-"""Tasks: each states its goal, and what is measured of it."""

@@ -1,0 +1,1 @@
+"""Features of objects, and the prior they give."""

@@ -1,0 +1,1 @@
+"""Features from colour and depth pictures."""

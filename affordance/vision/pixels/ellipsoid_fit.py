@@ -1,0 +1,314 @@
+"""The ellipsoid of which a camera sees the near half, with the uncertainty of what was fitted.
+
+An ellipsoid is its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
+(p - c)^T A (p - c) = 1, A = S^-1. It is seen in two ways. Along the ray d of a pixel its depth t is the smaller root
+of
+
+    alpha t^2 - 2 beta t + gamma = 0,    alpha = d^T A d,  beta = d^T A c,  gamma = c^T A c - 1
+
+and its outline is where the roots meet: d^T Q d = 0 with Q = A c c^T A - gamma A. What is fitted is a small affine
+deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that mean something for every
+shape, even a ball, whose axes have no direction of their own. Frame C throughout.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from affordance.arrays import Array
+from affordance.vision.pixels.rgbd import Camera
+from affordance.vision.pixels.sensor_noise import SensorNoise
+
+NUM_NUMBERS = 9
+# Readings where the surface is turned further away are left to the outline: noise and slope grow there, [rad].
+_MAX_ANGLE = np.radians(65.0)
+# A reading this many standard deviations off is of something else.
+_MAX_DEVIATION = 4.0
+# What is expected of the sizes of what hands hold before a picture is looked at: 5 cm, and twice or half as likely as
+# not; it decides only where the picture says nothing.
+_PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
+_ROUNDS = 3
+_FIRST_SD = 2e-3  # of a reading, before the angles are known, [m]
+_LEAST_SD = 1e-5  # of a reading, even of a perfect sensor: numbers are rounded, [m]
+_GRAZING = 0.05  # least cosine between ray and normal in derivatives
+_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # of displacements [m], strains and the outline's shift
+_NUM_PRIORS = 4  # residuals that are not of the picture: three sizes, and the outline's shift
+# The outline's shift by the sensor's noise is known but for this much: over discs of 10 to 70 pixels' radius it was
+# found to be 0.03 to 0.09 where the model says 0.07, and rods of 20 pixels across come out 0.1 too wide with that
+# (docs/decisions/0015), [pixels].
+_SHIFT_SD = 0.05
+_INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+
+
+# Least ratio of the squares of two axes of a first ellipsoid: a thousandth as thick as long.
+_LEAST_RATIO = 1e-6
+
+
+class UndeterminedError(Exception):
+    """What is seen determines no ellipsoid; whoever has the picture makes a NoFitError of it."""
+
+
+class SeenEllipsoid(NamedTuple):
+    """An ellipsoid in the camera's frame.
+
+    Attributes:
+        centre: p_CEo, shape (3,), [m].
+        shape_matrix: S = R diag(a^2) R^T, shape (3, 3), [m^2].
+    """
+
+    centre: Array
+    shape_matrix: Array
+
+
+class Fit(NamedTuple):
+    """What was fitted.
+
+    Attributes:
+        ellipsoid: The most probable one.
+        covariance: Of its small deformations: displacement d (3), then E (xx, yy, zz, xy, xz, yz), (9, 9), [m and 1].
+        misfit: Mean square of the residuals in standard deviations; about 1 if what is seen is an ellipsoid.
+        num_readings: How many depth readings were used.
+    """
+
+    ellipsoid: SeenEllipsoid
+    covariance: Array
+    misfit: float
+    num_readings: int
+
+
+class View(NamedTuple):
+    """What is seen of an ellipsoid.
+
+    Attributes:
+        pixels: Of the depth readings, column and row, (N, 2).
+        depth: The readings, (N,), [m].
+        outline: Points of its outline, column and row, (K, 2).
+    """
+
+    pixels: Array
+    depth: Array
+    outline: Array
+
+
+def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
+    """Moves and deforms an ellipsoid: d [m], then E (xx, yy, zz, xy, xz, yz), shape (9,)."""
+    stretch = np.eye(3) + build_strain(numbers[3:9])
+    return SeenEllipsoid(ellipsoid.centre + numbers[:3], stretch @ ellipsoid.shape_matrix @ stretch)
+
+
+def build_strain(numbers: Array) -> Array:
+    """The symmetric E of six numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
+    E = np.zeros((3, 3))
+    for (i, j), value in zip(_INDICES, numbers, strict=True):
+        E[i, j] = E[j, i] = value
+    return E
+
+
+class Sighting(NamedTuple):
+    """Where rays meet an ellipsoid.
+
+    Attributes:
+        depth: Of the near side along each ray, (N,), [m]; beside the outline, of the point nearest to the surface.
+        points: Those points, (N, 3), [m].
+        normals: A (p - c) there, outward, not of unit length, (N, 3), [1/m].
+        outline_distance: How far inside the outline each ray is, to first order, (N,), [pixels].
+    """
+
+    depth: Array
+    points: Array
+    normals: Array
+    outline_distance: Array
+
+
+def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Sighting:
+    """Finds where rays (N, 3) with z = 1 meet an ellipsoid."""
+    A, c = np.linalg.inv(ellipsoid.shape_matrix), ellipsoid.centre
+    Ac = A @ c
+    Ad = rays @ A
+    alpha, beta, gamma = np.einsum("ni,ni->n", Ad, rays), rays @ Ac, c @ Ac - 1.0
+    inside = beta**2 - alpha * gamma  # d^T Q d
+    depth = (beta - np.sqrt(np.maximum(0.0, inside))) / alpha
+    points = rays * depth[:, None]
+    gradient = beta[:, None] * Ac[:2] - gamma * Ad[:, :2]
+    distance = focal_length * inside / (2.0 * np.linalg.norm(gradient, axis=1))
+    return Sighting(depth, points, (points - c) @ A, distance)
+
+
+def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, numbers: Array, seen: Sighting) -> Array:
+    """Derivatives of F = (p - c)^T A (p - c) - 1 at the sighted points by the numbers of ``deform``, (N, 9).
+
+    With S = (I + E) S_0 (I + E) and g = A (p - c):  dF = -2 g^T dc - g^T dS g.
+    """
+    g = seen.normals
+    h = g @ (np.eye(3) + build_strain(numbers[3:9])) @ start.shape_matrix
+    strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in _INDICES]
+    return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
+
+
+def guess(view: View, camera: Camera) -> SeenEllipsoid:
+    """A first ellipsoid, from moments of the readings, as if seen from far away.
+
+    Of a disc's points (x, y) the covariance is a quarter of the shape matrix's block; over it the near side is the
+    plane through the rim, which is linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
+
+    Raises:
+        UndeterminedError: All readings lie on a line.
+    """
+    points = camera.compute_rays(view.pixels) * view.depth[:, None]
+    mean = points.mean(axis=0)
+    xy, z = points[:, :2] - mean[:2], points[:, 2] - mean[2]
+    S = np.zeros((3, 3))
+    S[:2, :2] = 4.0 * xy.T @ xy / len(xy)
+    least, most = np.linalg.eigvalsh(S[:2, :2])
+    if least <= _LEAST_RATIO * most:
+        raise UndeterminedError(f"{len(xy)} readings of a part lie on a line, must cover an area")
+    slope = np.linalg.lstsq(xy, z)[0]
+    depth = np.sqrt(18.0 * max((z - xy @ slope).var(), 1e-8))
+    # The readings' own noise is in the variance; no thickness beyond three times the width is believed of it.
+    depth = min(depth, 3.0 * np.sqrt(most))
+    S[2, :2] = S[:2, 2] = S[:2, :2] @ slope
+    S[2, 2] = depth**2 + slope @ S[:2, :2] @ slope
+    return SeenEllipsoid(mean + np.array([0.0, 0.0, 2.0 / 3.0 * depth]), S)
+
+
+def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
+    """Fits an ellipsoid to what is seen of it.
+
+    Readings are weighted by the sensor's noise at the angle the fit itself finds, in a few rounds.
+
+    Args:
+        view: What is seen; at least as many readings as numbers are fitted.
+        camera: The camera.
+        noise: That of its depth.
+
+    Raises:
+        UndeterminedError: No ellipsoid was found.
+    """
+    try:
+        fit = _fit_in_rounds(view, camera, noise)
+    except np.linalg.LinAlgError as error:
+        raise UndeterminedError(f"what is seen of a part determines no ellipsoid: {error}") from error
+    if not (np.isfinite(fit.misfit) and np.isfinite(fit.covariance).all()):
+        raise UndeterminedError("what is seen of a part determines no ellipsoid: its covariance is not finite")
+    return fit
+
+
+def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
+    """Fits as fit_ellipsoid does.
+
+    Raises:
+        UndeterminedError: Readings lie on a line, contradict each other, or no least sum of squares was found.
+        LinAlgError: A matrix is singular.
+    """
+    rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
+    ellipsoid = guess(view, camera)
+    used, sd, bias = np.ones(len(rays), dtype=bool), np.full(len(rays), _FIRST_SD), np.zeros(len(rays))
+    for _ in range(_ROUNDS):
+        depth = (view.depth - bias)[used]
+        problem = _Problem(ellipsoid, rays[used], depth, sd[used], rim, noise, camera.focal_length)
+        found = least_squares(
+            problem.compute_residuals,
+            np.zeros(NUM_NUMBERS + 1),
+            problem.compute_jacobian,
+            method="lm",  # MINPACK's: no threads, which would cost more than they bring
+            x_scale=_SCALES,
+            xtol=1e-6,
+            ftol=1e-6,
+        )
+        if not found.success:
+            raise UndeterminedError(f"no ellipsoid fits a part best: {found.message}")
+        ellipsoid = deform(ellipsoid, found.x[:NUM_NUMBERS])
+        seen = trace_rays(ellipsoid, rays, camera.focal_length)
+        angle = np.arccos(np.clip(-seen.normals[:, 2] / np.linalg.norm(seen.normals, axis=1), 0.0, 1.0))
+        bounded = np.minimum(angle, _MAX_ANGLE)
+        slope = np.tan(bounded) * seen.depth / camera.focal_length  # [m] a pixel
+        sd = np.hypot(noise.compute_axial_sd(seen.depth, bounded), noise.compute_lateral_sd(bounded) * slope)
+        sd = np.maximum(sd, _LEAST_SD)
+        bias = _compute_bias(ellipsoid, view.pixels, seen.depth, noise.compute_lateral_sd(bounded), camera)
+        used = (angle < _MAX_ANGLE) & (np.abs(view.depth - bias - seen.depth) < _MAX_DEVIATION * sd)
+        if used.sum() < NUM_NUMBERS:
+            reason = f"{used.sum()} of {len(used)} readings of a part agree with one ellipsoid"
+            raise UndeterminedError(f"{reason}, must be at least {NUM_NUMBERS}")
+    J, residuals = np.asarray(found.jac), found.fun[:-_NUM_PRIORS]
+    misfit = float(residuals @ residuals) / max(1, len(residuals) - NUM_NUMBERS)
+    covariance = np.linalg.inv(J.T @ J)[:NUM_NUMBERS, :NUM_NUMBERS] * max(1.0, misfit)
+    return Fit(ellipsoid, covariance, misfit, int(used.sum()))
+
+
+def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
+    """By how much readings of a curved surface are too deep in the mean, as they are taken beside their pixels, (N,).
+
+    The mean over a normal distribution of two dimensions is that over four points at sqrt(2) SD, to third order.
+    """
+    beside = [
+        trace_rays(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
+        for step in np.sqrt(2.0) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
+    ]
+    bias: Array = np.mean(beside, axis=0) - depth
+    return bias
+
+
+class _Problem:
+    """Residuals of a deformed ellipsoid, in standard deviations: of depth, outline and priors."""
+
+    def __init__(
+        self,
+        start: SeenEllipsoid,
+        rays: Array,
+        depth: Array,
+        sd: Array,
+        rim: Array,
+        noise: SensorNoise,
+        focal_length: float,
+    ) -> None:
+        """Takes what is not fitted: the ellipsoid, readings along rays, and rays to points of the outline."""
+        self._start, self._rays, self._depth, self._sd = start, rays, depth, sd
+        self._rim, self._rim_shift, self._rim_sd = rim, noise.outline_shift, noise.outline_sd
+        self._focal_length = focal_length
+        squares, axes = np.linalg.eigh(start.shape_matrix)
+        self._log_sizes = 0.5 * np.log(squares)
+        # To first order a size changes by u^T E u, for u along its axis.
+        self._prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
+        for column, (i, j) in enumerate(_INDICES):
+            self._prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
+        self._prior[3, NUM_NUMBERS] = 1.0
+
+    def compute_residuals(self, numbers: Array) -> Array:
+        """Residuals (N + K + 4,) at the numbers of ``deform``, and the outline's shift in its SD, (10,)."""
+        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
+        seen = trace_rays(ellipsoid, self._rays, self._focal_length)
+        rim = trace_rays(ellipsoid, self._rim, self._focal_length)
+        shift = self._rim_shift + _SHIFT_SD * numbers[NUM_NUMBERS]
+        in_outline = (rim.outline_distance - shift) / self._rim_sd
+        prior = self._prior @ numbers
+        prior[:3] += (self._log_sizes - np.log(_PRIOR_SIZE)) / _PRIOR_LOG_SD
+        return np.concatenate([(seen.depth - self._depth) / self._sd, in_outline, prior])
+
+    def compute_jacobian(self, numbers: Array) -> Array:
+        """Their derivatives, (N + K + 4, 10); those of the outline to first order in the distance from it."""
+        ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
+        seen = trace_rays(ellipsoid, self._rays, self._focal_length)
+        facing = np.einsum("ni,ni->n", seen.normals, self._rays)
+        # On the outline depth has no derivative; a ray that just misses is treated as one that just grazes.
+        facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
+        surface = differentiate_surface(ellipsoid, self._start, numbers, seen)
+        J = np.zeros((len(self._rays) + len(self._rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
+        J[: len(surface), :NUM_NUMBERS] = surface / (-2.0 * facing * self._sd)[:, None]
+        J[len(surface) : -_NUM_PRIORS, :NUM_NUMBERS] = self._differentiate_outline(ellipsoid, numbers)
+        J[len(surface) : -_NUM_PRIORS, NUM_NUMBERS] = -_SHIFT_SD / self._rim_sd
+        J[-_NUM_PRIORS:] = self._prior
+        return J
+
+    def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
+        """Derivatives of the distances from the outline: the least F along a ray there is -(d^T Q d) / alpha."""
+        A, rays = np.linalg.inv(ellipsoid.shape_matrix), self._rim
+        Ac, Ad = A @ ellipsoid.centre, rays @ A
+        alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac
+        depth = beta / alpha
+        points = rays * depth[:, None]
+        nearest = Sighting(depth, points, (points - ellipsoid.centre) @ A, np.zeros(len(rays)))
+        gradient = beta[:, None] * Ac[:2] - (ellipsoid.centre @ Ac - 1.0) * Ad[:, :2]
+        factor = -0.5 * self._focal_length * alpha / np.linalg.norm(gradient, axis=1) / self._rim_sd
+        derivatives: Array = factor[:, None] * differentiate_surface(ellipsoid, self._start, numbers, nearest)
+        return derivatives

@@ -1,0 +1,177 @@
+"""From a picture of the stand to the features of what lies on it."""
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import HiddenPartError, NoFitError, TooSmallError
+from affordance.objects.colour import Colour
+from affordance.objects.inertia import Ellipsoid
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.pixels.ellipsoid_fit import (
+    NUM_NUMBERS,
+    Fit,
+    SeenEllipsoid,
+    UndeterminedError,
+    View,
+    build_strain,
+    fit_ellipsoid,
+    trace_rays,
+)
+from affordance.vision.pixels.regularity import express_fit, straighten
+from affordance.vision.pixels.rgbd import Camera, Mask, Picture
+from affordance.vision.pixels.rig import Rig, compute_shading
+from affordance.vision.pixels.segmentation import Segmentation, find_window, segment
+from affordance.vision.pixels.sensor_noise import SensorNoise
+
+# Standard deviation of a measured colour in each direction of CIELAB. Colours of the objects of `run_experiments.py
+# vision` are 0.3 off in the median (colour_error_median), those of slender parts, whose normals are less sure, 1.2.
+COLOUR_SD = 0.7
+# Residuals whose mean square is larger are not those of one ellipsoid: over thousands of readings it is 1.0 to 1.2.
+MAX_MISFIT = 1.5
+# A part of which less than this fraction shows is hidden by another: less than a half leaves its far end to guess.
+MIN_SHOWN = 0.5
+# Of more readings than this a part's fit uses every second, or third: it would not become better by what matters, for
+# from about a thousand on the outline decides, but slower.
+MAX_READINGS = 3000
+# How near to another part an outline may be its, and not this one's, [pixels].
+_BORDER = 3
+
+
+class Detection(NamedTuple):
+    """What was made of a picture.
+
+    Attributes:
+        segmentation: Which pixels show which part.
+        fits: The ellipsoids, in the camera's frame.
+        colours: What colour each part is.
+    """
+
+    segmentation: Segmentation
+    fits: tuple[Fit, ...]
+    colours: tuple[Colour, ...]
+
+    def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
+        """The features in the frame T of the object as it will be held, by the camera's pose in it, (4, 4)."""
+        return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
+
+
+def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
+    """Finds the parts of the object in a picture, their ellipsoids and their colours.
+
+    Raises:
+        SeeingError: What cannot be seen, by its kind: see exceptions.py, and segmentation.segment.
+        HiddenPartError: One part stands before another.
+        NoFitError: What is seen of a part is no ellipsoid.
+    """
+    segmentation = segment(picture, rig.height, noise)
+    fits, colours = [], []
+    for number in range(segmentation.num_parts):
+        view = collect_view(picture, segmentation, number)
+        if len(view.depth) < NUM_NUMBERS or len(view.outline) < NUM_NUMBERS:
+            reason = f"a part gives {len(view.depth)} readings and {len(view.outline)} points of its outline"
+            raise TooSmallError(f"{reason}, must give at least {NUM_NUMBERS} of each", *picture)
+        try:
+            fit = fit_ellipsoid(view, rig.camera, noise)
+        except UndeterminedError as error:
+            raise NoFitError(str(error), *picture) from error
+        _check_fit(fit, segmentation, number, picture, rig.camera)
+        fits.append(fit)
+        colours.append(measure_colour(picture, segmentation.labels == number, fit.ellipsoid, rig.camera))
+    return Detection(segmentation, tuple(fits), tuple(colours))
+
+
+def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> View:
+    """Collects the depth readings of a part and the points of its outline, where it borders on no other part."""
+    mask = segmentation.labels == number
+    window = find_window(mask, room=_BORDER + 1)
+    mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & (depth > 0.0)
+    side = 2 * _BORDER + 1
+    others = cv2.dilate(((labels >= 0) & ~mask).astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
+    rows, columns = np.nonzero(inner)
+    chosen = slice(None, None, max(1, len(rows) // MAX_READINGS))
+    rows, columns = rows[chosen], columns[chosen]
+    corner = np.array([window[1].start, window[0].start], dtype=float)
+    pixels = np.column_stack([columns, rows]) + corner
+    return View(pixels, depth[rows, columns], _find_outline(mask, others) + corner)
+
+
+def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
+    """The colour that a part has in full light: what it sends back, by what white would send back with its normals.
+
+    Photons' noise grows with the light; for it the ratio of the sums is the best estimate.
+    """
+    inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
+    inner = inner if inner.any() else mask
+    rows, columns = np.nonzero(inner)
+    seen = trace_rays(
+        ellipsoid, camera.compute_rays(np.column_stack([columns, rows]).astype(float)), camera.focal_length
+    )
+    white = compute_shading(seen.normals / np.linalg.norm(seen.normals, axis=1, keepdims=True))
+    sums = picture.colour[inner].sum(axis=0) / 255.0
+    red, green, blue = (float(value) for value in np.clip(sums / white.sum(), 0.0, 1.0))
+    return red, green, blue
+
+
+def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
+    """Features of a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
+    fit = straighten(express_fit(fit, X_TC))
+    squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
+    X_TE = np.eye(4)
+    X_TE[:3, :3] = axes[:, ::-1]
+    X_TE[:3, 2] *= np.sign(np.linalg.det(X_TE[:3, :3]))
+    X_TE[:3, 3] = fit.ellipsoid.centre
+    a, b, c = (float(size) for size in np.sqrt(squares[::-1]))
+    variances, directions = np.linalg.eigh(fit.covariance)
+    deformations = np.zeros((NUM_NUMBERS, 4, 4))
+    errors = (directions * np.sqrt(np.maximum(0.0, variances))).T
+    for error, deformation in zip(errors, deformations, strict=True):
+        E = build_strain(error[3:])
+        deformation[:3, :3] = E
+        deformation[:3, 3] = error[:3] - E @ X_TE[:3, 3]
+    return ComponentFeatures(colour, Ellipsoid((a, b, c)), X_TE, colour_sd=COLOUR_SD, deformations=deformations)
+
+
+def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera, num_points: int = 90) -> Array:
+    """Points of an ellipsoid's outline in the picture, column and row, (num_points, 2).
+
+    A point p of the outline is where the ray touches: p = c + S^(1/2) w with |w| = 1 and w in a plane that the
+    camera's position m, seen from the ball that S^(1/2) makes an ellipsoid of, gives: w . m = 1.
+    """
+    squares, axes = np.linalg.eigh(ellipsoid.shape_matrix)
+    root = (axes * np.sqrt(squares)) @ axes.T
+    m = -np.linalg.solve(root, ellipsoid.centre)
+    distance = float(np.linalg.norm(m))
+    across = np.linalg.svd(m[None])[2][1:]  # (2, 3)
+    turn = np.linspace(0.0, 2.0 * np.pi, num_points)
+    circle = np.column_stack([np.cos(turn), np.sin(turn)]) @ across
+    w = m / distance**2 + np.sqrt(max(0.0, 1.0 - distance**-2)) * circle
+    return camera.project(ellipsoid.centre + w @ root)
+
+
+def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Picture, camera: Camera) -> None:
+    outline = draw_outline(fit.ellipsoid, camera)
+    x, y = outline.T
+    area = 0.5 * abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1]))
+    shown = float((segmentation.labels == number).sum()) / max(area, 1.0)
+    if shown < MIN_SHOWN:
+        reason = f"{100 * shown:.0f} % of a part shows beside what is in front of it, must be at least"
+        raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
+    if fit.misfit > MAX_MISFIT:
+        reason = f"what is seen as one part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
+        raise NoFitError(f"{reason} in standard deviations, must be at most {MAX_MISFIT:g}", *picture)
+
+
+def _find_outline(mask: Mask, excluded: Mask) -> Array:
+    """Midpoints between neighbouring pixels inside and outside a mask, column and row, (K, 2)."""
+    beside = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
+    below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
+    row_beside, column_beside = np.nonzero(beside)
+    row_below, column_below = np.nonzero(below)
+    points: Array = np.concatenate(
+        [np.column_stack([column_beside + 0.5, row_beside]), np.column_stack([column_below, row_below + 0.5])]
+    )
+    return points

@@ -1,0 +1,115 @@
+"""What a common RGB-D camera adds to a perfect picture.
+
+Depth as measured of the first Kinect by Nguyen, Izadi and Lovell (2012, Modeling Kinect sensor noise for improved 3D
+reconstruction and tracking, 3DIMPVT), at depth z [m] of a surface turned from the camera by an angle theta [rad]:
+
+    axial SD   = 0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 / sqrt(z) (theta / (pi/2 - theta))^2      [m]
+    lateral SD = 0.8 + 0.035 theta / (pi/2 - theta)                                             [pixels]
+
+Colour has the noise of counted photons, whose variance grows with the signal.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.vision.pixels.rgbd import Camera, Picture
+
+# How far a surface is turned where the noise carries readings over its outline: one pixel, its lateral SD, inside the
+# outline of a disc of 30 pixels' radius, [rad].
+_RIM_ANGLE = float(np.radians(75.0))
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """The noise of one look; docs/decisions/0015-vision-from-pixels.md.
+
+    Attributes:
+        depth_scale: Factor of the depth's standard deviations, axial and lateral; 0 for a perfect sensor.
+        signal_to_noise: Of a saturated colour pixel; infinite for a perfect sensor.
+        max_angle: Surfaces turned further away give no depth, [rad].
+    """
+
+    depth_scale: float = 1.0
+    # ISO 12232: at 40 a picture is called excellent.
+    signal_to_noise: float = 40.0
+    # Nguyen et al. could measure nothing beyond.
+    max_angle: float = float(np.radians(80.0))
+
+    def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
+        """Standard deviation of a reading along the view, [m], at depths [m] and angles of the surface [rad]."""
+        tilt = angle / (0.5 * np.pi - angle)
+        sd: Array = self.depth_scale * (0.0012 + 0.0019 * (depth - 0.4) ** 2 + 0.0001 / np.sqrt(depth) * tilt**2)
+        return sd
+
+    def compute_lateral_sd(self, angle: Array) -> Array:
+        """Standard deviation of where in the picture a reading is taken, [pixels], at angles [rad]."""
+        sd: Array = self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
+        return sd
+
+    @property
+    def outline_shift(self) -> float:
+        """How far an outline drawn by depth lies inside the true one, [pixels].
+
+        Readings beside their pixels carry the surface outwards by SD / sqrt(2 pi), and what is behind it inwards by
+        that of its own SD; near its outline the surface is turned far away, what is behind it not.
+        """
+        surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
+        return float((surface - behind) / np.sqrt(2.0 * np.pi))
+
+    @property
+    def outline_sd(self) -> float:
+        """Standard deviation of where an edge between two neighbouring pixels is found, [pixels].
+
+        A row of pixels across the outline counts SD / sqrt(pi) too many or too few in the mean square, and 1/12 by
+        rounding; where an outline of one pixel's length is crossed, it is by 4 / pi edges, so that each weighs less.
+        """
+        surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
+        return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
+
+    def add_to(self, picture: Picture, camera: Camera, rng: np.random.Generator) -> Picture:
+        """Returns the picture as the sensor would record it.
+
+        A reading is that of a place beside the pixel, as far off as the lateral noise says, with the axial noise of
+        that place.
+        """
+        return Picture(self._disturb_colour(picture.colour, rng), self._disturb_depth(picture.depth, camera, rng))
+
+    def _disturb_colour(self, colour: NDArray[np.uint8], rng: np.random.Generator) -> NDArray[np.uint8]:
+        signal = colour / np.float32(255.0)
+        noise = (
+            rng.standard_normal(colour.shape, dtype=np.float32) * np.sqrt(signal) / np.float32(self.signal_to_noise)
+        )
+        disturbed: NDArray[np.uint8] = np.rint(255.0 * np.clip(signal + noise, 0.0, 1.0)).astype(np.uint8)
+        return disturbed
+
+    def _disturb_depth(self, depth: Array, camera: Camera, rng: np.random.Generator) -> Array:
+        angle = measure_angles(depth, camera)
+        lateral = self.compute_lateral_sd(np.minimum(angle, self.max_angle))
+        height, width = depth.shape
+        rows, columns = np.indices(depth.shape)
+        noise = rng.standard_normal((3, height, width), dtype=np.float32)
+        rows = np.clip(np.rint(rows + lateral * noise[0]).astype(np.intp), 0, height - 1)
+        columns = np.clip(np.rint(columns + lateral * noise[1]).astype(np.intp), 0, width - 1)
+        there, turned = depth[rows, columns], angle[rows, columns]
+        readable = (there > 0.0) & (turned <= self.max_angle)
+        safe, bounded = np.where(readable, there, 1.0), np.where(readable, turned, 0.0)
+        return np.where(readable, there + self.compute_axial_sd(safe, bounded) * noise[2], 0.0)
+
+
+def measure_angles(depth: Array, camera: Camera) -> Array:
+    """Angle between each pixel's surface and the picture's plane, from noise-free depth, (height, width), [rad].
+
+    Of the slopes to the two neighbours along an axis the smaller one counts, so that a silhouette turns neither the
+    surface in front of it nor the one behind.
+    """
+    slopes = []
+    for axis in (0, 1):
+        step = np.abs(np.diff(depth, axis=axis))
+        edge = np.full_like(np.take(depth, [0], axis=axis), np.inf)
+        after, before = np.concatenate([step, edge], axis=axis), np.concatenate([edge, step], axis=axis)
+        slopes.append(np.minimum(after, before) * camera.focal_length / np.where(depth > 0.0, depth, 1.0))
+    angles: Array = np.arctan(np.hypot(*slopes))
+    return angles

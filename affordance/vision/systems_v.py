@@ -1,0 +1,1 @@
+"""The eye, as a system."""

@@ -1,0 +1,88 @@
+"""From what the eye measures to p(lambda | v), the belief about an object's inertia before it is felt.
+
+Colour selects each component's material and with it the belief about its density; sizes and pose give Phi, with its
+uncertainty to first order. Frames: T the tool, E a component.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Geometry, ObjectBelief
+from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
+from affordance.vision.features import ComponentFeatures
+
+# Step of the central differences through Phi, as a fraction of a size, in metres and in radians.
+_STEP = 1e-5
+
+
+def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
+    """Predicts an object's inertia from its looks.
+
+    Args:
+        features: What the eye says of each component.
+        memory: What is believed of materials met before.
+        prior: What is believed of materials never met.
+
+    Returns: The belief about the object before it is felt; its memory includes every look of the object.
+    """
+    indices = []
+    for part in features:
+        memory, index = memory.recognise(part.colour, part.colour_sd, prior)
+        indices.append(index)
+    return ObjectBelief(
+        memory,
+        memory.belief.add_object_variation(prior.deviation_sd),
+        measure_geometry(features, indices, memory.belief.size),
+    )
+
+
+def measure_geometry(
+    features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
+) -> Geometry:
+    """Measures Phi, (10, num_materials), and its errors; material_indices says which column each component fills."""
+    Phi = build_inertia_map(
+        [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
+    )
+    errors = []
+    for part, index in zip(features, material_indices, strict=True):
+        for measurement, sd in enumerate(_list_errors(part)):
+            if sd > 0.0:
+                error = np.zeros((NUM_PARAMETERS, num_materials))
+                plus, minus = (_displace(part, measurement, step) for step in (_STEP, -_STEP))
+                difference = build_inertia_map([plus.shape], [plus.X_TE], [0], 1) - build_inertia_map(
+                    [minus.shape], [minus.X_TE], [0], 1
+                )
+                error[:, index] = sd * difference[:, 0] / (2.0 * _STEP)
+                errors.append(error)
+        J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
+        for deformation in part.deformations:
+            error = np.zeros((NUM_PARAMETERS, num_materials))
+            # Of det(D) D J D^T at D = I + deformation: a solid of given density has more mass where it is larger.
+            change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
+            error[:, index] = parameters_from_pseudo_inertia(change)
+            errors.append(error)
+    return Geometry(Phi, np.array(errors).reshape(-1, NUM_PARAMETERS, num_materials))
+
+
+def _list_errors(part: ComponentFeatures) -> list[float]:
+    """Standard deviations of a component's measurements: its sizes, its position, its rotation."""
+    return [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
+
+
+def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
+    """Returns the features with one measurement off by a step (sizes: by that fraction)."""
+    sizes = part.shape.sizes
+    X_TE = np.array(part.X_TE)
+    if measurement < len(sizes):
+        sizes[measurement] *= 1.0 + step
+    elif measurement < len(sizes) + 3:
+        X_TE[measurement - len(sizes), 3] += step
+    else:
+        rotation = np.zeros(3)
+        rotation[measurement - len(sizes) - 3] = step
+        X_TE[:3, :3] = Rotation.from_rotvec(rotation).as_matrix() @ X_TE[:3, :3]
+    return ComponentFeatures(part.colour, part.shape.with_sizes(sizes), X_TE)

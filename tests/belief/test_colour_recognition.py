@@ -1,0 +1,106 @@
+import numpy as np
+import pytest
+
+from affordance.belief.colour_recognition import GAMUT_VOLUME, compute_colour_probabilities
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.material_memory import CERTAIN, MaterialMemory
+from affordance.objects.colour import convert_to_lab
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+BRASS, STEEL, BEECH = (0.83, 0.63, 0.09), (0.49, 0.54, 0.60), (0.79, 0.56, 0.35)
+NEARLY_STEEL = (0.52, 0.54, 0.60)
+
+
+def test_colour_of_a_known_material_is_recognised():
+    probabilities = compute_colour_probabilities((0.835, 0.625, 0.095), 0.7, [STEEL, BRASS, BEECH])
+    assert probabilities[1] > 0.99
+    assert probabilities.sum() == pytest.approx(1.0)
+
+
+def test_colour_unlike_all_others_was_never_met():
+    assert compute_colour_probabilities((0.1, 0.8, 0.2), 0.7, [STEEL, BRASS])[-1] > 0.999
+    assert compute_colour_probabilities((0.1, 0.8, 0.2), 0.7, []) == pytest.approx([1.0])
+
+
+def test_colour_between_two_that_are_nearly_one_may_be_of_either():
+    between = tuple(0.5 * (np.array(STEEL) + np.array(NEARLY_STEEL)))
+    one, other, new = compute_colour_probabilities(between, 0.7, [STEEL, NEARLY_STEEL])
+    assert one == pytest.approx(0.5, abs=0.05)
+    assert other == pytest.approx(0.5, abs=0.05)
+    assert new < 0.01
+
+
+def test_probabilities_do_not_overflow_far_from_every_look():
+    probabilities = compute_colour_probabilities((1.0, 1.0, 1.0), 1e-3, [(0.0, 0.0, 0.0)])
+    np.testing.assert_array_equal(probabilities, [0.0, 1.0])
+
+
+def test_volume_of_the_gamut_is_right(rng):
+    """The mean over colours of the volume that the map to CIELAB gives each, by finite differences."""
+    colours = rng.uniform(0.01, 0.99, (20_000, 3))
+    step = 5e-3
+    columns = [
+        (convert_to_lab(colours + step * e) - convert_to_lab(colours - step * e)) / (2 * step) for e in np.eye(3)
+    ]
+    volume = np.abs(np.linalg.det(np.stack(columns, axis=-1))).mean()
+    assert volume == pytest.approx(GAMUT_VOLUME, rel=0.05)
+
+
+def test_exact_colours_are_looked_up_as_before():
+    memory, index = MaterialMemory().recognise(BRASS, 0.0, PRIOR)
+    assert index == 0
+    assert memory.colours == (BRASS,)
+    again, index = memory.recognise(BRASS, 0.0, PRIOR)
+    assert index == 0
+    assert again.colours == memory.colours
+
+
+def test_measured_colour_of_a_known_material_is_that_material():
+    memory = MaterialMemory.from_densities({BRASS: 8500.0, STEEL: 7850.0})
+    again, index = memory.recognise((0.485, 0.545, 0.595), 0.7, PRIOR)
+    assert index == 1
+    assert again is memory
+
+
+def test_colour_never_seen_gets_the_broad_prior():
+    memory, index = MaterialMemory.from_densities({BRASS: 8500.0}).recognise(STEEL, 0.7, PRIOR)
+    assert index == 1
+    assert memory.belief.untruncated_mean[1] == pytest.approx(PRIOR.mode, rel=1e-3)
+    assert np.sqrt(memory.belief.covariance[1, 1]) == pytest.approx(PRIOR.sd, rel=1e-3)
+    first, index = MaterialMemory().recognise(STEEL, 0.7, PRIOR)
+    assert index == 0
+    assert first.belief.untruncated_mean == pytest.approx([PRIOR.mode])
+
+
+def test_ambiguous_colour_has_the_moments_of_the_mixture(rng):
+    covariance = np.array([[200.0**2, 0.5 * 200 * 300], [0.5 * 200 * 300, 300.0**2]])
+    belief = DensityBelief.from_moments(np.array([8000.0, 3000.0]), covariance)
+    probabilities = np.array([0.5, 0.3, 0.2])
+    extended = belief.extend_by_mixture(probabilities, PRIOR)
+    known = rng.multivariate_normal(belief.untruncated_mean, covariance, 400_000)
+    never = rng.normal(PRIOR.mode, PRIOR.sd, len(known))
+    which = rng.choice(3, len(known), p=probabilities)
+    mixed = np.choose(which, [known[:, 0], known[:, 1], never])
+    drawn = np.column_stack([known, mixed])
+    np.testing.assert_allclose(extended.untruncated_mean, drawn.mean(axis=0), atol=20.0)
+    scale = np.sqrt(np.diag(np.cov(drawn.T)))
+    np.testing.assert_allclose(extended.covariance / np.outer(scale, scale), np.corrcoef(drawn.T), atol=0.01)
+
+
+def test_what_is_felt_of_an_ambiguous_colour_teaches_both_materials():
+    memory = MaterialMemory().add_colours([STEEL, NEARLY_STEEL], PRIOR)
+    between = tuple(float(x) for x in 0.5 * (np.array(STEEL) + np.array(NEARLY_STEEL)))
+    memory, index = memory.recognise(between, 0.7, PRIOR)
+    assert index == 2
+    shares = compute_colour_probabilities(between, 0.7, memory.colours[:2])
+    assert shares.max() < CERTAIN
+    covariance = memory.belief.covariance
+    np.testing.assert_allclose(covariance[2, :2] / PRIOR.sd**2, shares[:2], atol=1e-6)
+
+
+def test_looks_kept_carry_their_beliefs():
+    memory = MaterialMemory.from_densities({BRASS: 8500.0, STEEL: 7850.0, BEECH: 720.0})
+    assert memory.restrict_to(memory.colours) is memory
+    kept = memory.restrict_to([BEECH, BRASS])
+    assert kept.colours == (BEECH, BRASS)
+    np.testing.assert_allclose(kept.belief.untruncated_mean, [720.0, 8500.0])

@@ -1,0 +1,111 @@
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import (
+    DENSITY_FLOOR,
+    EMPTY_BELIEF,
+    DensityBelief,
+    Likelihood,
+    PointEstimate,
+    Prior,
+)
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+
+
+@pytest.fixture
+def pair():
+    return DensityBelief.from_moments(np.array([700.0, 7800.0]), np.array([[200.0**2, -3e4], [-3e4, 500.0**2]]))
+
+
+def test_moments_survive_the_information_form(pair):
+    np.testing.assert_allclose(pair.untruncated_mean, [700, 7800], rtol=1e-12)
+    np.testing.assert_allclose(pair.covariance, [[200.0**2, -3e4], [-3e4, 500.0**2]], rtol=1e-12)
+
+
+def test_evidence_adds_in_any_order(pair, rng):
+    likelihoods = []
+    for _ in range(5):
+        A = rng.normal(size=(3, 2))
+        likelihoods.append(Likelihood(A.T @ A * 1e-4, rng.normal(size=2), 0.0))
+    forward, backward = pair, pair
+    for likelihood in likelihoods:
+        forward = forward.condition(likelihood)
+    for likelihood in reversed(likelihoods):
+        backward = backward.condition(likelihood)
+    np.testing.assert_allclose(forward.untruncated_mean, backward.untruncated_mean, rtol=1e-12)
+    np.testing.assert_allclose(forward.precision, backward.precision, rtol=1e-12)
+
+
+def test_material_never_felt_gets_the_prior_and_leaves_others_alone(pair):
+    extended = pair.extend(PRIOR, 2)
+    np.testing.assert_allclose(extended.untruncated_mean, [700, 7800, 1000, 1000], rtol=1e-10)
+    np.testing.assert_allclose(extended.covariance[:2, :2], pair.covariance, rtol=1e-10)
+    np.testing.assert_allclose(extended.covariance[2:, 2:], 4000.0**2 * np.eye(2), rtol=1e-10)
+    np.testing.assert_allclose(EMPTY_BELIEF.extend(PRIOR, 1).untruncated_mean, [1000.0])
+
+
+def test_one_object_is_less_certain_than_its_material(pair):
+    np.testing.assert_allclose(
+        pair.add_object_variation(100.0).covariance, pair.covariance + 1e4 * np.eye(2), rtol=1e-10
+    )
+    np.testing.assert_allclose(pair.add_object_variation(100.0).untruncated_mean, pair.untruncated_mean, rtol=1e-10)
+
+
+def test_marginalised_deviation_agrees_with_joint_inference(rng):
+    """Mean and deviation of two materials inferred together, then the deviation dropped."""
+    A, r, sd = rng.normal(size=(4, 2)), rng.normal(size=4), 0.7
+    likelihood = Likelihood(A.T @ A / sd**2, A.T @ r / sd**2, 0.0)
+    prior = DensityBelief.from_moments(np.array([1.0, 2.0]), np.diag([9.0, 16.0]))
+    deviation_sd = 0.8
+    posterior = prior.condition(likelihood.marginalise_deviation(deviation_sd))
+
+    joint_A = np.hstack([A, A])
+    joint_precision = np.diag([1 / 9, 1 / 16, 1 / 0.64, 1 / 0.64]) + joint_A.T @ joint_A / sd**2
+    joint_mean = np.linalg.solve(joint_precision, [1 / 9, 2 / 16, 0, 0] + joint_A.T @ r / sd**2)
+    np.testing.assert_allclose(posterior.untruncated_mean, joint_mean[:2], rtol=1e-12)
+    np.testing.assert_allclose(posterior.covariance, np.linalg.inv(joint_precision)[:2, :2], rtol=1e-12)
+
+
+def test_log_evidence_agrees_with_brute_force(rng):
+    belief = DensityBelief.from_moments(np.array([1000.0]), np.array([[4000.0**2]]))
+    a, r, sd = np.array([2e-4, 1e-4]), np.array([1.7, 0.7]), 0.1
+    likelihood = Likelihood(
+        np.array([[a @ a]]) / sd**2, np.array([a @ r]) / sd**2, -0.5 * r @ r / sd**2 - np.log(2 * np.pi * sd**2)
+    )
+    rho = np.linspace(0, 40_000, 2_000_001)
+    prior = np.exp(-0.5 * ((rho - 1000) / 4000) ** 2)
+    prior /= np.trapezoid(prior, rho)
+    squares = sum(((r[i] - a[i] * rho) / sd) ** 2 for i in range(2))
+    evidence = np.trapezoid(prior * np.exp(-0.5 * squares) / (2 * np.pi * sd**2), rho)
+    assert belief.compute_log_evidence(likelihood) == pytest.approx(np.log(evidence), abs=1e-8)
+
+
+def test_no_point_of_a_belief_is_below_the_floor(rng):
+    belief = DensityBelief.from_moments(np.array([-500.0]), np.array([[100.0**2]]))
+    for point_estimate in PointEstimate:
+        assert belief.compute_point_estimate(point_estimate, rng)[0] >= DENSITY_FLOOR
+
+
+def test_points_of_a_broad_prior_differ_as_expected(rng):
+    belief = EMPTY_BELIEF.extend(PRIOR, 1)
+    mode, mean, median = (
+        belief.compute_point_estimate(point_estimate, rng)[0]
+        for point_estimate in (PointEstimate.MODE, PointEstimate.MEAN, PointEstimate.MEDIAN)
+    )
+    assert mode == 1000.0
+    assert 2500 < median < mean < 4500
+    samples = {belief.compute_point_estimate(PointEstimate.SAMPLE, rng)[0] for _ in range(5)}
+    assert len(samples) == 5
+
+
+def test_beliefs_that_are_no_distribution_are_refused():
+    with pytest.raises(ValueError, match="must be finite"):
+        DensityBelief(np.array([[np.nan]]), np.array([1.0]))
+    with pytest.raises(ValueError, match="positive definite"):
+        DensityBelief(np.array([[0.0]]), np.array([1.0]))
+
+
+def test_belief_cannot_be_changed_in_place(pair):
+    with pytest.raises(ValueError, match="read-only"):
+        pair.information_vector[0] = 0.0

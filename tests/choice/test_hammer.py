@@ -1,0 +1,311 @@
+"""The task of hammering: what a blow costs as planned, and the arm that deals it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from affordance.choice.hammer import load_hammer
+from affordance.choice.motion_cost import MotionCost, PlannedMotion
+from affordance.control.problem import MpcSettings
+from affordance.control.strike import SHORTEST_HORIZON
+from affordance.exceptions import AffordanceError, StallError
+from affordance.experiments.hammer.work_map import find_crossovers, map_work
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.nail import CONTACT_STIFFNESS
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.blow import simulate_blow
+from affordance.simulation.diagram import build_trial_diagram
+
+PLAIN, HEADED = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+HELD = {grip.name: PLAIN.gripped_by(grip) for grip in PLAIN.grips}
+PI = {grip: tool.parameters for grip, tool in HELD.items()}
+TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
+
+
+@pytest.fixture(scope="module")
+def hammer():
+    return load_hammer(MODELS / "nail.yaml")
+
+
+@pytest.fixture(scope="module")
+def own_model():
+    return ArmModel(load_arm())
+
+
+@pytest.fixture(scope="module")
+def cost_model(hammer, own_model):
+    return {grip: hammer.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()}
+
+
+@pytest.fixture(scope="module", params=HELD)
+def blow(request, cost_model):
+    """The blow with one of the grips under the true densities."""
+    grip = request.param
+    return grip, simulate_blow(HELD[grip], cost_model[grip], list_densities([PLAIN]), DEFAULT_SETTINGS)
+
+
+@pytest.mark.parametrize("grip", HELD)
+@pytest.mark.parametrize("force", [180.0, 427.0])
+def test_speed_gives_the_tip_the_energy_the_nail_takes(cost_model, own_model, hammer, grip, force):
+    """By the mass matrix of Drake at the posture of the swing that has this speed."""
+    (speed,) = cost_model[grip].find_speed(PI[grip][None], force)
+    target, nail = cost_model[grip].target, hammer.nail
+    swing = cost_model[grip].plan(own_model, PI[grip], DEFAULT_SETTINGS, force).swing
+    own_model.set_payload(PI[grip])
+    own_model.set_state(np.concatenate([swing.q_end, swing.v_end]))
+    J = own_model.compute_point_jacobian(target.p_TS)
+    assert target.direction_W @ J @ swing.v_end == pytest.approx(speed, abs=1e-4)
+    along = target.direction_W @ J
+    mass = 1.0 / (along @ np.linalg.solve(own_model.compute_mass_matrix(), along))
+    depths = np.linspace(nail.depth_set, force / nail.stiffness, 2001)
+    taken = np.trapezoid(nail.stiffness * depths, depths)
+    assert 0.5 * mass * speed**2 == pytest.approx(taken, rel=2e-3)
+
+
+@pytest.mark.parametrize("grip", HELD)
+@pytest.mark.parametrize("force", [150.0, 260.0, 427.0])
+def test_interpolated_work_is_that_of_the_swing_itself(cost_model, own_model, grip, force):
+    costs = cost_model[grip].compute(PI[grip][None], force)
+    swing = cost_model[grip].plan(own_model, PI[grip], DEFAULT_SETTINGS, force).swing
+    times = 0.001 * np.arange(round(swing.duration / 0.001) + 1)
+    q, v, _ = swing.evaluate(times)
+    motion = PlannedMotion(0.001, q[:-1], v[:-1], np.diff(v, axis=0) / 0.001)
+    exact = MotionCost(own_model, motion, num_nodes=len(motion.q)).compute(PI[grip][None])
+    assert costs.work[0] == pytest.approx(exact.work[0], rel=5e-3)
+    assert costs.effort[0] == pytest.approx(exact.effort[0], rel=5e-3)
+
+
+def test_many_tools_cost_what_each_costs_alone(cost_model, rng):
+    scales = rng.uniform(0.3, 1.5, 12)[:, None]
+    together = cost_model["steel"].compute(scales * PI["steel"])
+    for k, scale in enumerate(scales):
+        alone = cost_model["steel"].compute(scale * PI["steel"][None])
+        assert together.work[k] == pytest.approx(alone.work[0], rel=1e-12)
+        assert together.feasible[k] == alone.feasible[0]
+
+
+def test_lighter_tool_must_be_faster(cost_model):
+    speeds = cost_model["wood"].find_speed(np.array([1.0, 0.5, 0.1, 0.0])[:, None] * PI["wood"])
+    assert (np.diff(speeds) > 0.0).all()
+
+
+def test_table_ends_where_the_bare_arm_is_fast_enough(hammer, own_model):
+    gentle = dataclasses.replace(hammer, force=200.0)
+    cost_model = gentle.build_cost(own_model, HELD["wood"].components, DEFAULT_SETTINGS)
+    (fastest,) = cost_model.find_speed(np.zeros((1, 10)))
+    assert cost_model.speeds[-2] < fastest <= cost_model.speeds[-1]
+
+
+def test_tool_too_heavy_for_a_joint_is_infeasible(cost_model):
+    costs = cost_model["wood"].compute(np.array([PI["wood"], 8.0 * PI["wood"]]))
+    np.testing.assert_array_equal(costs.feasible, [True, False])
+
+
+@pytest.mark.parametrize("density", [6500.0, 7850.0, 9000.0])
+def test_blow_becomes_infeasible_where_the_swing_itself_breaks_a_torque_limit(hammer, own_model, density):
+    """Wherever that lies between the swings of the table."""
+    wood, steel = (part.looks_like.colour for part in HELD["wood"].components)
+    held = HELD["wood"].with_densities({wood: 720.0, steel: density})
+    strong = dataclasses.replace(hammer, force=2.2 * hammer.force)
+    cost_model = strong.build_cost(own_model, held.components, DEFAULT_SETTINGS)
+    forces = np.linspace(hammer.force, strong.force, 500)
+    feasible = np.array([cost_model.compute(held.parameters[None], force).feasible[0] for force in forces])
+    edge = int(np.argmin(feasible))
+    assert feasible[:edge].all()
+    assert not feasible[edge:].any()
+    swing = cost_model.plan(own_model, held.parameters, DEFAULT_SETTINGS, forces[edge]).swing
+    own_model.set_payload(held.parameters)
+    loads = []
+    for q, v, vdot in zip(*swing.evaluate(np.linspace(0.0, swing.duration, 400)), strict=True):
+        own_model.set_state(np.concatenate([q, v]))
+        loads.append(np.abs(own_model.compute_inverse_dynamics(vdot)) / own_model.arm.limits.tau_max)
+    assert np.max(loads) == pytest.approx(1.0, abs=0.02)
+
+
+def test_blow_beyond_the_table_is_refused(cost_model, own_model):
+    with pytest.raises(AffordanceError, match=r"needs a tip speed of [\d.]+ m/s, the joints' limits allow"):
+        cost_model["steel"].plan(own_model, PI["steel"], DEFAULT_SETTINGS, force=3000.0)
+    assert not cost_model["steel"].compute(PI["steel"][None], force=3000.0).feasible[0]
+
+
+def ask_for_depth(hammer, depth):
+    nail = dataclasses.replace(hammer.nail, depth_demanded=depth)
+    return dataclasses.replace(hammer, nail=nail, force=nail.force_demanded)
+
+
+def test_lack_names_speed_or_the_joint_that_lacks_torque(hammer, cost_model, own_model):
+    assert not cost_model["wood"].describe_lack(PI["wood"])
+    parts = HELD["wood"].components
+    strong = ask_for_depth(hammer, 0.05).build_cost(own_model, parts, DEFAULT_SETTINGS)
+    assert strong.describe_lack(PI["wood"]) == "wrist_deviation must bear 1.91 times its torque limit"
+    fast = ask_for_depth(hammer, 0.5).build_cost(own_model, parts, DEFAULT_SETTINGS)
+    (speed,) = fast.find_speed(PI["wood"][None])
+    message = f"the tip must strike with {speed:.3g} m/s, the joints' limits allow {fast.speeds[-1]:.3g} m/s"
+    assert fast.describe_lack(PI["wood"]) == message
+
+
+def test_greatest_depth_is_where_the_first_joint_meets_its_limit(hammer, cost_model, own_model):
+    assert cost_model["wood"].find_greatest_depth(PI["wood"]) == hammer.nail.depth_demanded
+    parts = HELD["wood"].components
+    strong = ask_for_depth(hammer, 0.05).build_cost(own_model, parts, DEFAULT_SETTINGS)
+    depth = strong.find_greatest_depth(PI["wood"])
+    for asked, feasible in ((depth - 1e-5, True), (depth + 1e-5, False)):
+        alone = ask_for_depth(hammer, asked).build_cost(own_model, parts, DEFAULT_SETTINGS)
+        assert bool(alone.compute(PI["wood"][None]).feasible[0]) is feasible
+        assert bool(alone.describe_lack(PI["wood"])) is not feasible
+
+
+def test_nail_out_of_reach_is_an_obstacle(hammer, own_model):
+    far = dataclasses.replace(hammer, offset=(0.5, 0.0, -0.1))
+    cost_model = far.build_cost(own_model, HELD["wood"].components, DEFAULT_SETTINGS)
+    assert "no swing of 0.8 s within the joints' limits" in cost_model.infeasible_reason
+    assert not cost_model.compute(PI["wood"][None]).feasible[0]
+    with pytest.raises(AffordanceError, match="no swing"):
+        cost_model.plan(own_model, PI["wood"], DEFAULT_SETTINGS)
+
+
+def test_horizon_ends_at_the_strike_and_plans_go_on_through_it(cost_model, own_model):
+    strike = cost_model["wood"].plan(own_model, PI["wood"], DEFAULT_SETTINGS)
+    times = TICK * np.arange(round(strike.compute_duration(HORIZON) / TICK))
+    horizons = np.array([strike.choose_horizon(time, HORIZON) for time in times])
+    before = times < strike.time_of_strike - 1e-9
+    assert (times[before] + horizons[before] <= strike.time_of_strike + 1e-9).all()
+    shrinking = before & (times > strike.time_of_strike - HORIZON + 1e-9) & (horizons > 0.0)
+    np.testing.assert_allclose(times[shrinking] + horizons[shrinking], strike.time_of_strike, atol=1e-9)
+    assert horizons[shrinking].min() == pytest.approx(SHORTEST_HORIZON)
+    going_on = horizons == 0.0
+    assert going_on.any()
+    assert (np.diff(np.flatnonzero(going_on)) == 1).all()
+    start, end = times[going_on][[0, -1]]
+    assert start < strike.time_of_strike < end < strike.contact[1]
+    assert (horizons[times > end] == HORIZON).all()
+
+
+def test_goals_lie_on_the_swing_and_then_on_the_way_home(cost_model, own_model):
+    strike = cost_model["wood"].plan(own_model, PI["wood"], DEFAULT_SETTINGS)
+    x = np.zeros(14)
+    goal = strike.compute_goal(own_model, x, 0.3, 0.2)
+    q, v, _ = strike.swing.evaluate(np.array([0.5]))
+    np.testing.assert_allclose([goal.d_q, goal.d_v], [q[0], v[0]], atol=1e-12)
+    last = strike.compute_goal(own_model, x, strike.compute_duration(HORIZON) - HORIZON, HORIZON)
+    np.testing.assert_allclose(last.d_q, own_model.arm.home, atol=1e-12)
+    np.testing.assert_allclose(last.d_v, 0.0, atol=1e-12)
+
+
+def test_direction_of_the_blow_is_made_a_unit_vector(tmp_path):
+    text = (MODELS / "nail.yaml").read_text().replace("direction: [0, 0, -1]", "direction: [0, 0.3, -0.4]")
+    (tmp_path / "nail.yaml").write_text(text)
+    np.testing.assert_allclose(load_hammer(tmp_path / "nail.yaml").direction, [0.0, 0.6, -0.8])
+
+
+def test_executed_blow_gives_the_demanded_force(blow, hammer):
+    _, done = blow
+    assert done.force == pytest.approx(hammer.force, rel=0.15)  # issue 4
+    assert done.travel == pytest.approx(hammer.nail.depth_demanded - hammer.nail.depth_set, rel=0.15)
+
+
+def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, hammer):
+    grip, done = blow
+    nail = done.nail
+    after = nail.times > nail.time_of_touch + 0.02
+    assert np.ptp(nail.travel[after]) < 1e-5
+    assert (np.diff(nail.travel) > -1e-6).all()
+    # What the contact gives way by, and at every tick how deep any two bodies that can meet are in each other.
+    assert nail.contact.max() / CONTACT_STIFFNESS < 2e-3
+    trial = build_trial_diagram(HELD[grip], DEFAULT_SETTINGS, done.strike.placement)
+    context = trial.diagram.CreateDefaultContext()
+    scene_graph = trial.diagram.GetSubsystemByName("scene_graph")
+    plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
+    query = scene_graph.get_query_output_port()
+    for time, q in zip(done.record.times, done.record.q, strict=True):
+        travel = np.interp(time, nail.times, nail.travel)
+        trial.arm.plant.SetPositions(plant_context, [*q, travel])
+        pairs = query.Eval(scene_graph.GetMyContextFromRoot(context)).ComputePointPairPenetration()
+        assert all(pair.depth < 2e-3 for pair in pairs), time
+    # The nail's head stays above the wood, and with it the tool.
+    assert hammer.nail.depth_set + nail.travel.max() < hammer.nail.length - 0.02
+
+
+def test_arm_comes_to_rest_at_home_within_its_limits(blow, own_model):
+    _, done = blow
+    record, limits = done.record, own_model.arm.limits
+    assert record.counts.failed == 0
+    assert (np.abs(record.v) <= limits.v_max).all()
+    assert (np.abs(record.tau) <= limits.tau_max + 1e-9).all()
+    assert (record.q >= limits.q_lower).all()
+    assert (record.q <= limits.q_upper).all()
+    np.testing.assert_allclose(record.q[-1], own_model.arm.home, atol=2e-3)
+    np.testing.assert_allclose(record.v[-1], 0.0, atol=2e-2)
+    # Without flailing: on the way back no joint is as fast as at the blow.
+    back = record.times > done.nail.time_of_touch + 0.1
+    assert np.abs(record.v[back]).max() < np.abs(record.v[~back]).max()
+
+
+def test_executed_work_is_the_planned_work(blow, cost_model):
+    grip, done = blow
+    assert done.work == pytest.approx(cost_model[grip].compute(PI[grip][None]).work[0], rel=0.02)
+    assert 0.0 < done.work_raising < done.work
+
+
+def test_energy_at_the_strike_is_enough_for_the_nail(blow, hammer):
+    _, done = blow
+    nail = hammer.nail
+    taken = (hammer.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness)
+    assert done.kinetic_energy > taken
+    # Work goes into motion, height and what joints brake; without recovery there is more of it than of motion.
+    assert done.work > done.kinetic_energy
+
+
+def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(cost_model):
+    """The wood weighs what one of the densities of benchmarks/decision.py does; a stall takes tens of thousands."""
+    wood, steel = (component.looks_like.colour for component in HELD["wood"].components)
+    blow = simulate_blow(HELD["steel"], cost_model["steel"], {wood: 252.0, steel: 3727.0}, DEFAULT_SETTINGS)
+    _, leave = blow.strike.contact
+    times, contact = blow.nail.times, blow.nail.contact
+    assert np.abs(contact[times <= leave][-1]) < 1.0  # it has left the nail
+    assert np.abs(contact[times > leave]).max() > 100.0
+    assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
+    assert len(times) < 4000
+
+
+@pytest.mark.parametrize(
+    ("max_steps", "touching"),
+    [(20, r"nothing touching"), (490, r"(tool on nail|nail on tool)")],
+)
+def test_blow_of_too_many_steps_is_refused_with_what_touches(cost_model, monkeypatch, max_steps, touching):
+    monkeypatch.setattr("affordance.simulation.blow_trial._MAX_STEPS", max_steps)
+    message = rf"with the stick stalls at t = 0\.\d+ s with {touching}, must take at most {max_steps} steps$"
+    with pytest.raises(StallError, match=message):
+        simulate_blow(HELD["wood"], cost_model["wood"], list_densities([PLAIN]), DEFAULT_SETTINGS)
+
+
+def test_horizon_of_the_controller_does_not_decide_the_blow(cost_model):
+    """The peak is that of the swing: half the steps or half as many again change it by a percent."""
+    forces = []
+    for num_steps in (6, 24):
+        mpc = MpcSettings(horizon=HORIZON, num_steps=num_steps)
+        settings = dataclasses.replace(DEFAULT_SETTINGS, mpc=mpc)
+        forces.append(simulate_blow(HELD["wood"], cost_model["wood"], list_densities([PLAIN]), settings).force)
+    assert forces[0] == pytest.approx(forces[1], rel=0.02)
+
+
+def test_crossover_is_where_the_map_changes_sides(hammer, own_model):
+    stronger = dataclasses.replace(hammer, force=500.0)
+    cost_model = {
+        grip: stronger.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()
+    }
+    forces = np.linspace(126.0, 500.0, 30)
+    mapped = map_work(list(cost_model.values()), [pi[None] for pi in PI.values()], forces)
+    assert mapped.work.shape == mapped.feasible.shape == (2, 1, 30)
+    wood_cheaper = mapped.work[0, 0] < mapped.work[1, 0]
+    changes = np.flatnonzero(np.diff(wood_cheaper))
+    crossovers = find_crossovers(cost_model, PI, forces)
+    assert len(changes) == len(crossovers) == 1
+    assert forces[changes[0]] <= crossovers[0] <= forces[changes[0] + 1]
+    works = [cost_model[grip].compute(PI[grip][None], crossovers[0]).work[0] for grip in HELD]
+    assert works[0] == pytest.approx(works[1], rel=1e-3)

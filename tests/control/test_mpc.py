@@ -1,0 +1,342 @@
+import numpy as np
+import pytest
+from pydrake.solvers import MathematicalProgram, SnoptSolver, SolverOptions
+
+from affordance.control.constrained_qp import AccelerationProgram
+from affordance.control.hold import Hold
+from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
+from affordance.control.problem import MpcSettings, TerminalGoal
+from affordance.plant.arm import JointLimits
+from affordance.settings import DEFAULT_SETTINGS
+
+SETTINGS = DEFAULT_SETTINGS.mpc
+
+
+@pytest.fixture
+def mpc(arm):
+    return MinimumAccelerationMpc(arm.limits, SETTINGS)
+
+
+@pytest.fixture
+def hold(arm):
+    return Hold(arm.home)
+
+
+def draw_state(arm, rng, angle, rate):
+    return np.concatenate([arm.home + angle * rng.normal(size=7), rate * rng.normal(size=7)])
+
+
+def roll_out(vdot, x, T):
+    """Angles and rates after each step of constant acceleration, integrated step by step."""
+    h = T / len(vdot)
+    q, v = np.split(np.array(x), 2)
+    angles, rates = [], []
+    for a in vdot:
+        q = q + h * v + 0.5 * h**2 * a
+        v = v + h * a
+        angles.append(q)
+        rates.append(v)
+    return np.array(angles), np.array(rates)
+
+
+def compute_cost(vdot, x, goal, settings):
+    """The cost as mpc.py states it."""
+    T = settings.horizon
+    q, v = roll_out(vdot, x, T)
+    e = np.concatenate([(goal.C_q @ q[-1] - goal.d_q) / T**2, (goal.C_v @ v[-1] - goal.d_v) / T])
+    return (vdot**2).sum() / len(vdot) + settings.goal_weight * (e**2).sum()
+
+
+def measure_overstep(vdot, x, limits, settings):
+    """How far angles and rates overstep at the most, s_q and s_v."""
+    q, v = roll_out(vdot, x, settings.horizon)
+    s_q = max(0.0, (q - limits.q_upper).max(), (limits.q_lower - q).max())
+    return s_q, max(0.0, (np.abs(v) - limits.v_max).max())
+
+
+def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
+    x = draw_state(arm, rng, 0.1, 0.5)
+    model.set_state(x)
+    trajectory = mpc.solve_free(x, hold.compute_goal(model, x, 0.0, 0.24))
+    vdot, angles, rates = np.split(trajectory, 3)
+    q, v = roll_out(vdot, x, SETTINGS.horizon)
+    np.testing.assert_allclose(angles, q, atol=1e-12)
+    np.testing.assert_allclose(rates, v, atol=1e-12)
+
+
+def test_free_plan_is_stationary_by_finite_differences(mpc, arm, model, hold, rng):
+    x = draw_state(arm, rng, 0.1, 0.5)
+    model.set_state(x)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
+    vdot = mpc.solve_free(x, goal)[: SETTINGS.num_steps]
+    cost = compute_cost(vdot, x, goal, SETTINGS)
+    for _ in range(20):
+        direction = rng.normal(size=vdot.shape)
+        step = 1e-3
+        costs = [compute_cost(vdot + sign * step * direction, x, goal, SETTINGS) for sign in (1, -1)]
+        assert min(costs) > cost
+        assert abs(costs[0] - costs[1]) < 1e-6 * (costs[0] + costs[1] - 2 * cost)
+
+
+def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, model, rng):
+    """Minimum-acceleration control of a double integrator: vdot(0) = 6 dq / T^2 - 4 v / T."""
+    settings = MpcSettings(horizon=0.4, num_steps=400, goal_weight=1e12)
+    mpc = MinimumAccelerationMpc(arm.limits, settings)
+    x = draw_state(arm, rng, 0.1, 0.5)
+    one = np.eye(7)
+    goal = TerminalGoal(one, arm.home, one, np.zeros(7))
+    first = mpc.solve_free(x, goal)[0]
+    expected = 6 * (arm.home - x[:7]) / 0.4**2 - 4 * x[7:] / 0.4
+    np.testing.assert_allclose(first, expected, atol=0.02 * np.abs(expected).max())
+
+
+def test_goal_is_missed_by_no_more_than_the_weight_allows(mpc, arm, model, hold, rng):
+    x = draw_state(arm, rng, 0.2, 0.0)
+    model.set_state(x)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
+    _, angles, _ = np.split(mpc.solve_free(x, goal), 3)
+    assert np.abs(angles[-1] - goal.d_q).max() < 1e-4 * np.abs(goal.d_q - x[:7]).max()
+
+
+def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model, hold, rng):
+    compared = 0
+    for _ in range(60):
+        x = draw_state(arm, rng, 0.05, 0.3)
+        model.set_state(x)
+        goal = hold.compute_goal(model, x, 0.0, 0.24)
+        solution = mpc.solve(x, goal, model)
+        if solution.status is MpcStatus.FREE:
+            limited = mpc.solve_limited(x, goal, model)
+            np.testing.assert_allclose(limited.vdot, solution.vdot, rtol=0, atol=1e-8)
+            np.testing.assert_allclose(limited.tau, solution.tau, rtol=0, atol=1e-8)
+            compared += 1
+    assert compared > 20
+
+
+def test_goal_of_fewer_rows_than_joints_is_met_and_equals_the_program(mpc, arm, model, rng):
+    """A point goal for the hand: three rows of position, three of velocity, the rest free."""
+    x = draw_state(arm, rng, 0.02, 0.1)
+    x[arm.joint_names.index("elbow_flexion")] = 1.0  # a bent arm can move its hand in every direction
+    model.set_state(x)
+    J = model.compute_hand_jacobian()[3:]
+    goal = TerminalGoal(J, J @ x[:7] + [0.0, 0.01, 0.005], J, np.zeros(3))
+    solution = mpc.solve(x, goal, model)
+    assert solution.status is MpcStatus.FREE
+    q, v = roll_out(solution.vdot, x, SETTINGS.horizon)
+    np.testing.assert_allclose(J @ q[-1], goal.d_q, atol=2e-5)
+    np.testing.assert_allclose(J @ v[-1], goal.d_v, atol=2e-4)
+    np.testing.assert_allclose(mpc.solve_limited(x, goal, model).vdot, solution.vdot, rtol=0, atol=1e-8)
+
+
+def two_joints(**changes):
+    limits = JointLimits(np.full(2, -1.0), np.full(2, 1.0), np.full(2, 2.0), np.full(2, 100.0))
+    return limits._replace(**changes)
+
+
+def solve_with_snopt(limits, x, goal, settings, *, M, bias, violation=(0.0, 0.0)):
+    """The same problem condensed to the accelerations, all limits at once, by another library's active-set method."""
+    T, N = settings.horizon, settings.num_steps
+    num = 2 * N
+    free_q, free_v = roll_out(np.zeros((N, 2)), x, T)
+    effects = [roll_out(unit.reshape(N, 2), np.zeros(4), T) for unit in np.eye(num)]
+    S_q = np.array([q.ravel() for q, _ in effects]).T
+    S_v = np.array([v.ravel() for _, v in effects]).T
+    program = MathematicalProgram()
+    z = program.NewContinuousVariables(num)
+    E = np.vstack([S_q[-2:] / T**2, S_v[-2:] / T])
+    e = np.concatenate([(free_q[-1] - goal.d_q) / T**2, (free_v[-1] - goal.d_v) / T])
+    w = settings.goal_weight
+    program.AddQuadraticCost(2 * (np.eye(num) / N + w * E.T @ E), 2 * w * E.T @ e, z)
+    for S, free, lower, upper, s in (
+        (S_q, free_q, limits.q_lower, limits.q_upper, violation[0]),
+        (S_v, free_v, -limits.v_max, limits.v_max, violation[1]),
+    ):
+        program.AddLinearConstraint(S, np.tile(lower, N) - s - free.ravel(), np.tile(upper, N) + s - free.ravel(), z)
+    program.AddLinearConstraint(M, -limits.tau_max - bias, limits.tau_max - bias, z[:2])
+    options = SolverOptions()
+    for name in ("Major optimality tolerance", "Major feasibility tolerance", "Minor feasibility tolerance"):
+        options.SetOption(SnoptSolver.id(), name, 1e-9)
+    result = SnoptSolver().Solve(program, np.zeros(num), options)
+    assert result.is_success()
+    return result.GetSolution(z).reshape(N, 2)
+
+
+CASES = {
+    "rate": (two_joints(v_max=np.array([2.0, 0.8])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.2]),
+    "angle": (two_joints(q_upper=np.array([1.0, 0.21])), [0.0, 0.15, 0.0, 1.0], [0.05, 0.2]),
+    "torque": (two_joints(tau_max=np.array([1.0, 6.0])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.2]),
+    "goal beyond an angle": (two_joints(q_upper=np.array([1.0, 0.1])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.9]),
+    "goal too far for the rate": (two_joints(v_max=np.array([2.0, 1.0])), [0.0, 0.0, 0.0, 0.0], [0.05, 0.9]),
+}
+
+
+@pytest.mark.parametrize(("limits", "x", "d_q"), CASES.values(), ids=CASES)
+def test_limited_plan_is_the_optimum_another_solver_finds(limits, x, d_q):
+    settings = MpcSettings(horizon=0.3, num_steps=5, goal_weight=1e3)
+    x = np.array(x)
+    M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([0.3, -0.4])
+    goal = TerminalGoal(np.eye(2), np.array(d_q), np.eye(2), np.zeros(2))
+    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    found = solve_with_snopt(limits, x, goal, settings, M=M, bias=bias)
+    costs = [compute_cost(plan, x, goal, settings) for plan in (vdot, found)]
+    assert costs[0] == pytest.approx(costs[1], rel=1e-6)
+    np.testing.assert_allclose(vdot, found, atol=1e-3)
+    assert max(measure_overstep(vdot, x, limits, settings)) < 1e-8
+    assert (np.abs(M @ vdot[0] + bias) < limits.tau_max + 1e-8).all()
+    # A limit is active, or the case would prove nothing.
+    assert np.abs(vdot - free).max() > 0.1
+
+
+def test_limits_that_cannot_be_kept_are_overstepped_as_little_as_possible():
+    """A start beyond a limit: back inside in the second step at the earliest, whatever the goal says."""
+    settings = MpcSettings(horizon=0.3, num_steps=5, goal_weight=1e3)
+    limits = two_joints(q_upper=np.array([-0.1, 1.0]))
+    x = np.zeros(4)
+    M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.zeros(2)
+    goal = TerminalGoal(np.eye(2), np.array([0.5, 0.2]), np.eye(2), np.zeros(2))
+    free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    violation = measure_overstep(vdot, x, limits, settings)
+    # In one step of 0.06 s at no more than 2 rad/s, and from rest, 0.06 of the 0.1 rad can be made good.
+    assert violation[0] == pytest.approx(0.04, abs=1e-6)
+    assert violation[1] < 1e-6
+    found = solve_with_snopt(limits, x, goal, settings, M=M, bias=bias, violation=(0.04 + 1e-8, 1e-8))
+    np.testing.assert_allclose(vdot, found, atol=0.05)
+
+
+def test_goals_far_beyond_the_limits_do_not_move_the_arm_beyond_them(mpc, arm, model):
+    """What the goal's weight would like does not matter: from home, where staying put breaks nothing."""
+    x = np.concatenate([arm.home, np.zeros(7)])
+    model.set_state(x)
+    one = np.eye(7)
+    for beyond in (0.03, 0.3, 3.0):
+        for limit, sign in ((arm.limits.q_lower, -1.0), (arm.limits.q_upper, 1.0)):
+            goal = TerminalGoal(one, limit + sign * beyond, one, np.zeros(7))
+            solution = mpc.solve(x, goal, model)
+            assert solution.status is MpcStatus.LIMITED
+            s_q, s_v = measure_overstep(solution.vdot, x, arm.limits, SETTINGS)
+            assert s_q < 1e-7
+            assert s_v < 1e-6
+            assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-7).all()
+
+
+def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
+    limited = 0
+    for _ in range(60):
+        x = draw_state(arm, rng, 0.4, 3.0)
+        model.set_state(x)
+        solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+        limited += solution.status is MpcStatus.LIMITED
+        assert solution.status is not MpcStatus.FAILED
+        assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-6).all()
+        np.testing.assert_allclose(solution.tau, model.compute_inverse_dynamics(solution.vdot[0]), rtol=0, atol=1e-9)
+    assert limited > 10
+
+
+def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, hold):
+    """A joint on its way beyond its limit, with room enough to brake."""
+    elbow = arm.joint_names.index("elbow_flexion")
+    x = np.concatenate([arm.home, np.zeros(7)])
+    x[elbow], x[7 + elbow] = arm.limits.q_lower[elbow] + 0.02, -1.0
+    model.set_state(x)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
+    free = np.split(mpc.solve_free(x, goal), 3)[1]
+    assert free[:, elbow].min() < arm.limits.q_lower[elbow] - 0.01
+    solution = mpc.solve(x, goal, model)
+    assert solution.status is MpcStatus.LIMITED
+    q, _ = roll_out(solution.vdot, x, SETTINGS.horizon)
+    assert q[:, elbow].min() > arm.limits.q_lower[elbow] - 1e-8
+
+
+def test_state_beyond_a_limit_has_a_plan_that_comes_back(mpc, arm, model, hold):
+    x = np.concatenate([arm.home, np.zeros(7)])
+    elbow = arm.joint_names.index("elbow_flexion")
+    x[elbow] = arm.limits.q_lower[elbow] - 0.1
+    model.set_state(x)
+    solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+    assert solution.status is MpcStatus.LIMITED
+    q, _ = roll_out(solution.vdot, x, SETTINGS.horizon)
+    assert q[-1, elbow] > arm.limits.q_lower[elbow] - 1e-3
+
+
+def test_joints_without_limits_are_left_alone(arm, model, hold, rng):
+    unbounded = np.full(7, np.inf)
+    mpc = MinimumAccelerationMpc(JointLimits(-unbounded, unbounded, unbounded, unbounded), SETTINGS)
+    x = draw_state(arm, rng, 1.0, 10.0)
+    model.set_state(x)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
+    solution = mpc.solve(x, goal, model)
+    assert solution.status is MpcStatus.FREE
+    np.testing.assert_allclose(mpc.solve_limited(x, goal, model).vdot, solution.vdot, rtol=0, atol=1e-6)
+
+
+def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
+    states = [draw_state(arm, rng, 0.6, 6.0) for _ in range(3)]
+
+    def solve(x):
+        model.set_state(x)
+        return mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+
+    first = solve(states[0])
+    assert first.status is MpcStatus.LIMITED
+    for x in states[1:]:
+        solve(x)
+    again = solve(states[0])
+    np.testing.assert_array_equal(first.vdot, again.vdot)
+    assert len(mpc._programs) == 1
+
+
+def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
+    x = np.concatenate([arm.home, np.zeros(7)])
+    model.set_state(x)
+    goal = hold.compute_goal(model, x, 0.0, 0.24)
+    broken = x.copy()
+    broken[3] = np.nan
+    assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
+
+
+def test_earlier_plan_goes_on_step_by_step_within_torque_limits(mpc, arm, model, weight_config):
+    model.set_payload(weight_config.tools[3].parameters)
+    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    plan = np.outer(np.arange(SETTINGS.num_steps), np.ones(7))
+    step = SETTINGS.horizon / SETTINGS.num_steps
+    np.testing.assert_allclose(
+        mpc.continue_plan(plan, 1.5 * step, model), model.compute_inverse_dynamics(plan[1]), atol=1e-12
+    )
+    beyond = mpc.continue_plan(plan, SETTINGS.horizon + step, model)
+    np.testing.assert_allclose(beyond, model.compute_inverse_dynamics(np.zeros(7)), atol=1e-12)
+    huge = mpc.continue_plan(1e4 * np.ones_like(plan), 0.0, model)
+    assert (np.abs(huge) <= arm.limits.tau_max).all()
+
+
+@pytest.mark.parametrize("name", MpcSettings._fields)
+def test_settings_must_be_positive(arm, name):
+    with pytest.raises(ValueError, match=f"{name} is 0, must be greater than 0"):
+        MinimumAccelerationMpc(arm.limits, SETTINGS._replace(**{name: 0}))
+
+
+@pytest.mark.parametrize("ratio", [1.0, 2.0, 4.0, 8.0, 16.0])
+def test_sampled_loop_is_stable_for_a_believed_inertia_too_large_by(arm, ratio):
+    """One joint: the plan's first acceleration, times the ratio, held for a tick; poles within the unit circle."""
+    limits = JointLimits(*(limit[:1] for limit in arm.limits))
+    mpc = MinimumAccelerationMpc(limits, SETTINGS)
+    goal = TerminalGoal(np.eye(1), np.zeros(1), np.eye(1), np.zeros(1))
+    K = np.array([mpc.solve_free(state, goal)[0, 0] for state in np.eye(2)])
+    control_period = DEFAULT_SETTINGS.control_period
+    A = np.array([[1.0, control_period], [0.0, 1.0]])
+    B = np.array([0.5 * control_period**2, control_period])
+    poles = np.linalg.eigvals(A + ratio * np.outer(B, K))
+    assert np.abs(poles).max() < 0.999
+
+
+def test_programs_are_kept_per_number_of_goal_rows(mpc, arm, model, hold):
+    x = np.concatenate([arm.home, np.zeros(7)])
+    model.set_state(x)
+    whole = hold.compute_goal(model, x, 0.0, 0.24)
+    mpc.solve_limited(x, whole, model)
+    program = mpc._programs[7, 7]
+    mpc.solve_limited(x, whole._replace(C_q=whole.C_q[:3], d_q=whole.d_q[:3]), model)
+    mpc.solve_limited(x, whole, model)
+    assert mpc._programs[7, 7] is program
+    assert set(mpc._programs) == {(7, 7), (3, 7)}

@@ -1,0 +1,83 @@
+import numpy as np
+import pytest
+
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import BadValueError
+from affordance.files.model_folder import MODELS
+
+POINTS = ((0.1, 0.0, 0.2), (0.3, -0.1, 0.2))
+GOOD = """
+duration: 2.0
+tolerance: 0.02
+points:
+  - [0.1, 0, 0.2]
+  - [0.3, -0.1, 0.2]
+"""
+
+
+@pytest.mark.parametrize(
+    ("time", "name"),
+    [
+        (0.0, "the start"),
+        (0.5, "the start"),
+        (1.0, "point 1 of 2 at [0.1, 0, 0.2]"),
+        (2.0, "point 2 of 2 at [0.3, -0.1, 0.2]"),
+        (2.5, "point 2 of 2 at [0.3, -0.1, 0.2]"),
+    ],
+)
+def test_nearest_point_is_named_by_number_and_place(time, name):
+    assert TimedPath(POINTS, duration=2.0, tolerance=0.01).name_nearest_point(time) == name
+
+
+def test_path_runs_through_its_points_from_rest_to_rest():
+    path = TimedPath(POINTS, duration=2.0, tolerance=0.01).build_trajectory()
+    assert (path.start_time(), path.end_time()) == (0.0, 2.0)
+    times = np.linspace(0.0, 2.0, 20_001)
+    places = np.array([path.value(time)[:, 0] for time in times])
+    np.testing.assert_allclose(places[0], 0.0, atol=1e-15)
+    np.testing.assert_allclose(places[-1], POINTS[-1], atol=1e-12)
+    assert np.linalg.norm(places - POINTS[0], axis=1).min() < 1e-4
+    for time in (0.0, 2.0):
+        np.testing.assert_allclose(path.EvalDerivative(time, 1), 0.0, atol=1e-12)
+        np.testing.assert_allclose(path.EvalDerivative(time, 2), 0.0, atol=1e-9)
+
+
+def test_timing_along_a_line_is_that_of_minimum_jerk():
+    """Of all ways to cover a distance from rest to rest this one has a speed of 30 u^2 (1 - u)^2 distances a time."""
+    path = TimedPath(((0.0, 0.6, 0.0),), duration=1.5, tolerance=0.01).build_trajectory()
+    for u in (0.1, 0.25, 0.5, 0.9):
+        speed = path.EvalDerivative(1.5 * u)[1, 0]
+        assert speed == pytest.approx(0.6 / 1.5 * 30 * u**2 * (1 - u) ** 2, rel=1e-9)
+    assert path.value(0.75)[1, 0] == pytest.approx(0.3, rel=1e-12)
+
+
+def test_path_of_the_experiment_is_read():
+    path = load_path(MODELS / "paths" / "reach.yaml")
+    assert path.duration == 2.0
+    assert len(path.points) == 3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("duration: 2.0", "duration: 0", r"path.yaml: duration: is 0, must be from 0.05 to 60"),
+        ("duration: 2.0", "", r"duration: is missing"),
+        ("tolerance: 0.02", "tolerance: -1", r"tolerance: is -1, must be from 0.0001 to 2"),
+        ("[0.1, 0, 0.2]", "[0.1, 0]", r"points\[0\]: is \[0.1, 0\], must be a list of 3 numbers"),
+        ("[0.1, 0, 0.2]", "[0.1, .nan, 0.2]", r"points\[0\]\[1\]: is nan, must be from -2 to 2"),
+        ("[0.3, -0.1, 0.2]", "[0.1, 0, 0.2]", r"points\[1\]: lies 0 m from the point before, must be at least 0.001"),
+        ("[0.1, 0, 0.2]", "[0, 0, 0]", r"points\[0\]: lies 0 m from the point before"),
+        ("duration: 2.0", "duration: 2.0\nspeed: 3", r"speed: is not a key known here"),
+    ],
+)
+def test_bad_path_is_named_with_key_value_and_bound(tmp_path, old, new, message):
+    assert old in GOOD
+    (tmp_path / "path.yaml").write_text(GOOD.replace(old, new))
+    with pytest.raises(BadValueError, match=message):
+        load_path(tmp_path / "path.yaml")
+
+
+def test_path_without_points_is_refused(tmp_path):
+    (tmp_path / "path.yaml").write_text("duration: 1\ntolerance: 0.1\npoints: []\n")
+    with pytest.raises(BadValueError, match=r"points: is \[\], must be a list with at least one entry"):
+        load_path(tmp_path / "path.yaml")

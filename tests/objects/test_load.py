@@ -1,0 +1,150 @@
+import numpy as np
+import pytest
+
+from affordance.exceptions import BadValueError
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+
+GOOD_MATERIALS = """
+brass: {colour: "#b5a642", density: 8500, density_sd: 87, source: a table}
+beech: {colour: "#c98f5a", density: 720, density_sd: 72, source: a book}
+"""
+GOOD_TOOLS = """
+tools:
+  - name: hammer
+    components:
+      - {semi_axes: [0.1, 0.01, 0.01], position: [0.1, 0, 0], material: beech}
+      - semi_axes: [0.02, 0.05, 0.02]
+        position: [0.2, 0, 0]
+        rpy_deg: [0, 0, 90]
+        material: beech
+        looks_like: brass
+"""
+
+
+@pytest.fixture
+def files(tmp_path):
+    def write(materials=GOOD_MATERIALS, tools=GOOD_TOOLS):
+        (tmp_path / "materials.yaml").write_text(materials)
+        (tmp_path / "tools.yaml").write_text(tools)
+        return load_tools(tmp_path / "tools.yaml", load_materials(tmp_path / "materials.yaml"))
+
+    return write
+
+
+def test_tool_is_read_as_written(files):
+    (tool,) = files()
+    head = tool.components[1]
+    assert (head.material.name, head.looks_like.name) == ("beech", "brass")
+    assert head.shape.semi_axes == (0.02, 0.05, 0.02)
+    np.testing.assert_allclose(head.X_TE[:3, :3], [[0, -1, 0], [1, 0, 0], [0, 0, 1]], atol=1e-15)
+    np.testing.assert_allclose(head.looks_like.colour, [0xB5 / 255, 0xA6 / 255, 0x42 / 255])
+
+
+def test_mass_and_centres_follow_from_the_parts(files):
+    (tool,) = files()
+    volumes = np.array([4 / 3 * np.pi * np.prod(part.shape.semi_axes) for part in tool.components])
+    assert tool.mass == pytest.approx(720 * volumes.sum(), rel=1e-14)
+    np.testing.assert_allclose(tool.p_TTcentre, [(volumes @ [0.1, 0.2]) / volumes.sum(), 0, 0], atol=1e-16)
+    np.testing.assert_allclose(tool.p_TTcm, tool.p_TTcentre, atol=1e-16)
+
+
+def test_centre_of_mass_leaves_the_geometric_centre_for_the_heavy_end(files):
+    (tool,) = files(tools=GOOD_TOOLS.replace("material: beech\n        looks_like: brass", "material: brass"))
+    assert tool.p_TTcm[0] > tool.p_TTcentre[0] + 0.02
+
+
+def test_pose_cannot_be_changed_after_reading(files):
+    (tool,) = files()
+    with pytest.raises(ValueError, match="read-only"):
+        tool.components[0].X_TE[0, 3] = 1.0
+
+
+def test_decoy_appears_as_the_tool_it_imitates():
+    *_, last, decoy = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
+    assert decoy.appearance == last.appearance
+    assert decoy.mass < 0.2 * last.mass
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("name: hammer", "nome: hammer", r"tools.yaml: tools\[0\].name: is missing"),
+        ("semi_axes: [0.1, 0.01, 0.01], ", "", r"tools\[0\].components\[0\].semi_axes: is missing"),
+        ("[0.1, 0.01, 0.01]", "[0.1, 0.01]", r"semi_axes: is \[0.1, 0.01\], must be a list of 3 numbers"),
+        ("[0.1, 0.01, 0.01]", "[0.1, -0.01, 0.01]", r"semi_axes\[1\]: is -0.01, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, 0, 0.01]", r"semi_axes\[1\]: is 0, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, .nan, 0.01]", r"semi_axes\[1\]: is nan, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[0.1, .inf, 0.01]", r"semi_axes\[1\]: is inf, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", "[100, 0.01, 0.01]", r"semi_axes\[0\]: is 100, must be from 0.0001 to 1"),
+        ("[0.1, 0.01, 0.01]", f"[1{'0' * 400}, 0.01, 0.01]", r"semi_axes\[0\]: is 10+\.\.\., must be from"),
+        ("position: [0.2, 0, 0]", "position: [200, 0, 0]", r"position\[0\]: is 200, must be from -1 to 1"),
+        ("[0, 0, 90]", "[0, 0, 900]", r"rpy_deg\[2\]: is 900, must be from -360 to 360"),
+        ("material: beech}", "material: beech, material: beech}", r"is not YAML: the key 'material' twice"),
+        ("[0.1, 0.01, 0.01]", "[0.1, wide, 0.01]", r"semi_axes\[1\]: is 'wide', must be a number"),
+        ("[0.1, 0.01, 0.01]", "[0.1, true, 0.01]", r"semi_axes\[1\]: is True, must be a number"),
+        (
+            "material: beech}",
+            "material: gold}",
+            r"material: is 'gold', must be one of the known materials: brass, beech",
+        ),
+        ("looks_like: brass", "looks_like: gold", r"components\[1\].looks_like: is 'gold', must be one of"),
+        ("material: beech}", "material: 3}", r"material: is 3, must be a non-empty text"),
+        ("material: beech}", "material: beech, colour: red}", r"components\[0\].colour: is not a key known here"),
+        ("  - name: hammer", "  - 3\n  - name: hammer", r"tools\[0\]: is 3, must be a mapping"),
+        (GOOD_TOOLS, "tools: []", r"tools: is \[\], must be a list with at least one entry"),
+        (
+            GOOD_TOOLS,
+            "tools:\n  - {name: hammer, components: []}",
+            r"components: is \[\], must be a list with at least",
+        ),
+        (
+            GOOD_TOOLS,
+            "tools:\n  - {name: hammer, components: }",
+            r"components: is empty, must be a list with at least",
+        ),
+        (GOOD_TOOLS, "", r"tools.yaml: is empty, must be a mapping"),
+        (GOOD_TOOLS, "tools: [", r"tools.yaml: line \d+, column \d+: is not YAML"),
+        (GOOD_TOOLS, "a: b: c", r"tools.yaml: line 1, column 5: is not YAML"),
+        (
+            GOOD_TOOLS,
+            GOOD_TOOLS + GOOD_TOOLS.replace("tools:", "", 1),
+            r"which an earlier tool of the file is called",
+        ),
+    ],
+)
+def test_bad_tools_file_is_named_with_key_value_and_bound(files, old, new, message):
+    assert old in GOOD_TOOLS
+    with pytest.raises(BadValueError, match=message) as error:
+        files(tools=GOOD_TOOLS.replace(old, new, 1))
+    assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("density: 8500", "density: 0", r"materials.yaml: brass.density: is 0, must be from 0.1 to 25000"),
+        ("density_sd: 87", "density_sd: -1", r"brass.density_sd: is -1, must be from 0 to 25000"),
+        ('"#b5a642"', "yellow", r"brass.colour: is 'yellow', must be red, green and blue in hexadecimal"),
+        ("source: a table", "source: ''", r"brass.source: is '', must be a non-empty text"),
+        (GOOD_MATERIALS, "{}", r"materials.yaml: is empty, must hold at least one entry"),
+        ("brass:", "3:", r"materials.yaml: the key 3 must be a text"),
+    ],
+)
+def test_bad_materials_file_is_named_with_key_value_and_bound(files, old, new, message):
+    assert old in GOOD_MATERIALS
+    with pytest.raises(BadValueError, match=message):
+        files(materials=GOOD_MATERIALS.replace(old, new, 1))
+
+
+def test_numbers_may_be_written_with_an_exponent(files):
+    (tool,) = files(tools=GOOD_TOOLS.replace("[0.1, 0.01, 0.01]", "[1e-1, 1.0e-2, 1E-2]", 1))
+    assert tool.components[0].shape.semi_axes == (0.1, 0.01, 0.01)
+
+
+def test_missing_and_binary_files_are_named(tmp_path):
+    with pytest.raises(BadValueError, match=r"nowhere.yaml: cannot be read: No such file"):
+        load_materials(tmp_path / "nowhere.yaml")
+    (tmp_path / "picture.yaml").write_bytes(b"\xff\xd8\xff\xe0\x00\x10")
+    with pytest.raises(BadValueError, match=r"picture.yaml: is not a text file in UTF-8|picture.yaml.*is not YAML"):
+        load_materials(tmp_path / "picture.yaml")

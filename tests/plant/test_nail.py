@@ -1,0 +1,161 @@
+"""The nail, its resistance, and a mass that drives it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from pydrake.geometry import Box
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel
+from pydrake.multibody.tree import PrismaticJoint, SpatialInertia
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
+from pydrake.systems.framework import DiagramBuilder
+from pydrake.systems.primitives import LogVectorOutput
+
+from affordance.choice.hammer import load_hammer
+from affordance.exceptions import BadValueError
+from affordance.files.model_folder import MODELS
+from affordance.plant.arm import FRICTION
+from affordance.plant.nail import CONTACT_STIFFNESS, NailPlacement, add_nail
+from affordance.plant.nail_system import NailResistance
+
+GOOD = (MODELS / "nail.yaml").read_text()
+DOWN = np.array([0.0, 0.0, -1.0])
+
+
+@pytest.fixture(scope="module")
+def nail():
+    return load_hammer(MODELS / "nail.yaml").nail
+
+
+def drive(nail, mass, speed, duration, accuracy=1e-5):
+    """Lets a block fall on the nail with a speed; returns times, state and resistance at every step."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    plant.mutable_gravity_field().set_gravity_vector(np.zeros(3))
+    instance = plant.AddModelInstance("ram")
+    ram = plant.AddRigidBody("ram", instance, SpatialInertia.SolidCubeWithDensity(mass / 0.05**3, 0.05))
+    slide = plant.AddJoint(PrismaticJoint("slide", plant.world_frame(), ram.body_frame(), [0.0, 0.0, 1.0]))
+    plant.RegisterCollisionGeometry(ram, RigidTransform(), Box(0.05, 0.05, 0.05), "ram", FRICTION)
+    joint = add_nail(plant, NailPlacement(nail, np.array([0.0, 0.0, -0.026]), DOWN))
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.Finalize()
+    wood = builder.AddSystem(
+        NailResistance(nail, num_velocities=plant.num_velocities(), index=joint.velocity_start())
+    )
+    builder.Connect(plant.GetOutputPort("nail_state"), wood.GetInputPort("state"))
+    builder.Connect(wood.GetOutputPort("force"), plant.GetInputPort("applied_generalized_force"))
+    state_log = LogVectorOutput(plant.GetOutputPort("nail_state"), builder)
+    force_log = LogVectorOutput(wood.GetOutputPort("resistance"), builder)
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    slide.set_translation_rate(plant.GetMyMutableContextFromRoot(context), -speed)
+    simulator = Simulator(diagram, context)
+    config = SimulatorConfig(
+        integration_scheme="implicit_euler", accuracy=accuracy, max_step_size=5e-5, use_error_control=True
+    )
+    ApplySimulatorConfig(config, simulator)
+    simulator.AdvanceTo(duration)
+    log = force_log.FindLog(context)
+    return np.array(log.sample_times()), np.array(state_log.FindLog(context).data()), np.array(log.data())[0]
+
+
+def test_numbers_follow_from_nail_and_wood(nail):
+    # 54.12 x 0.48^2.5 x 2.87 mm = 24.8 N/mm; six diameters of 2.87 mm.
+    assert nail.stiffness == pytest.approx(24.8e3, rel=1e-3)
+    assert nail.force_demanded == pytest.approx(427, rel=1e-3)
+    assert 0.002 < nail.mass < 0.005
+
+
+def test_tip_speed_is_that_of_the_energy_lost_to_friction(nail):
+    """The work of the resistance from the depth it is set to to the demanded one, integrated numerically."""
+    depths = np.linspace(nail.depth_set, nail.depth_demanded, 10_001)
+    work = np.trapezoid(nail.stiffness * depths, depths)
+    masses = np.array([0.3, 0.6])
+    speeds = nail.compute_tip_speed(np.array(nail.force_demanded), masses)
+    np.testing.assert_allclose(0.5 * masses * speeds**2, work, rtol=1e-8)
+
+
+def test_force_below_that_of_the_set_nail_needs_no_speed(nail):
+    assert nail.compute_tip_speed(np.array(0.5 * nail.stiffness * nail.depth_set), np.array(0.5)) == 0.0
+
+
+@pytest.mark.parametrize("mass", [0.2, 0.6, 1.5])
+def test_free_mass_meets_the_demanded_peak(nail, mass):
+    """But for what the contact stores, F^2 / (2 k), and what a nail of a few grams takes at the first touch."""
+    speed = float(nail.compute_tip_speed(np.array(nail.force_demanded), np.array(mass)))
+    _, states, resistance = drive(nail, mass, speed, 0.03)
+    expected = nail.force_demanded / np.sqrt(1.0 + nail.stiffness / CONTACT_STIFFNESS)
+    assert resistance.max() == pytest.approx(expected, rel=nail.mass / mass + 0.01)
+    assert states[0, -1] == pytest.approx(nail.depth_demanded - nail.depth_set, rel=0.05)
+
+
+def test_nail_goes_in_and_stays_in(nail):
+    times, states, _ = drive(nail, 0.6, 3.0, 0.1)
+    travel = states[0]
+    assert (np.diff(travel) > -1e-9).all()  # no rebound
+    assert travel[-1] > 0.005
+    after = travel[times > 0.05]
+    assert np.ptp(after) < 1e-6
+
+
+def test_momentum_of_the_ram_is_the_impulse_of_the_resistance(nail):
+    """All of it and what rebounds, but for what the nail takes at the first touch."""
+    mass, speed = 0.6, 3.0
+    times, _, resistance = drive(nail, mass, speed, 0.03)
+    impulse = np.trapezoid(resistance, times)
+    assert impulse == pytest.approx(mass * speed, rel=0.12)
+
+
+def test_resistance_opposes_motion_either_way(nail):
+    system = NailResistance(nail, num_velocities=3, index=1)
+    context = system.CreateDefaultContext()
+    for rate in (1.0, -1.0, 0.0):
+        system.GetInputPort("state").FixValue(context, [0.01, rate])
+        expected = np.sign(rate) * nail.stiffness * (nail.depth_set + 0.01)
+        assert system.GetOutputPort("resistance").Eval(context)[0] == pytest.approx(expected, rel=1e-9)
+        np.testing.assert_allclose(system.GetOutputPort("force").Eval(context), [0.0, -expected, 0.0], rtol=1e-9)
+
+
+def test_nail_that_is_pulled_out_resists_no_more(nail):
+    system = NailResistance(nail, num_velocities=1, index=0)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("state").FixValue(context, [-2.0 * nail.depth_set, -1.0])
+    assert system.GetOutputPort("resistance").Eval(context)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("length: 0.0508", "length: 5.08", r"nail.yaml: length: is 5.08, must be from 0.005 to 0.3"),
+        ("density: 7850", "", r"density: is missing"),
+        (
+            "depth_demanded: 0.01722",
+            "depth_demanded: 0.001",
+            r"depth_demanded: is 0.001, must be from 0.005 to 0.0508",
+        ),
+        ("depth_set: 0.005", "depth_set: .nan", r"depth_set: is nan, must be from"),
+        ("head_radius: 0.0034", "head_radius: 0.0034\ncolour: grey", r"colour: is not a key known here"),
+        (
+            "direction: [0, 0, -1]",
+            "direction: [0, 0, 0]",
+            r"blow.direction: has a length of 0, must be",
+        ),
+        ("duration: 0.8", "duration: 0", r"blow.duration: is 0, must be from 0.2 to 10"),
+        ("duration: 0.8", "duration: 0.8\n  speed: 3", r"blow.speed: is not a key known here"),
+    ],
+)
+def test_bad_nail_is_named_with_key_value_and_bound(tmp_path, old, new, message):
+    assert old in GOOD
+    (tmp_path / "nail.yaml").write_text(GOOD.replace(old, new))
+    with pytest.raises(BadValueError, match=message):
+        load_hammer(tmp_path / "nail.yaml")
+
+
+def test_yielding_nail_resists_as_much_at_any_depth_until_it_is_out(nail):
+    yielding = dataclasses.replace(nail, yield_force=300.0)
+    assert [yielding.compute_resistance(depth) for depth in (0.02, 1e-6, -1e-6)] == [300.0, 300.0, 0.0]
+    system = NailResistance(yielding, num_velocities=1, index=0)
+    context = system.CreateDefaultContext()
+    system.GetInputPort("state").FixValue(context, [0.01, -1.0])
+    assert system.GetOutputPort("resistance").Eval(context)[0] == pytest.approx(-300.0)

@@ -1,0 +1,67 @@
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import JacobianWrtVariable, PrismaticJoint, RevoluteJoint, SpatialInertia
+
+from affordance.exceptions import ModelFileError
+from affordance.plant.arm import Arm
+from affordance.plant.serial_chain import build_chain
+
+
+def test_motion_of_the_tool_agrees_with_drake(arm, chain, rng):
+    q, v, vdot = rng.normal(size=(3, 25, 7))
+    motion = chain.compute_motion(q, v, vdot)
+    plant, world, T = arm.plant, arm.plant.world_frame(), arm.tool.body_frame()
+    context = plant.CreateDefaultContext()
+    for k in range(len(q)):
+        plant.SetPositions(context, q[k])
+        plant.SetVelocities(context, v[k])
+        X_WT = T.CalcPoseInWorld(context)
+        J = plant.CalcJacobianSpatialVelocity(context, JacobianWrtVariable.kV, T, np.zeros(3), world, world)
+        bias = plant.CalcBiasSpatialAcceleration(context, JacobianWrtVariable.kV, T, np.zeros(3), world, world)
+        A_WT = J @ vdot[k] + bias.get_coeffs()
+        np.testing.assert_allclose(motion.R_WT[k], X_WT.rotation().matrix(), atol=1e-13)
+        np.testing.assert_allclose(motion.p_WT[k], X_WT.translation(), atol=1e-13)
+        np.testing.assert_allclose(motion.Jv_V_WT[k], J, atol=1e-13)
+        np.testing.assert_allclose(motion.w_WT[k], (J @ v[k])[:3], atol=1e-13)
+        np.testing.assert_allclose(motion.alpha_WT[k], A_WT[:3], atol=1e-11)
+        np.testing.assert_allclose(motion.a_WT[k], A_WT[3:], atol=1e-11)
+
+
+def test_positions_of_a_point_agree_with_the_whole_motion(chain, rng):
+    q = rng.normal(size=(10, 7))
+    p_TQ = np.array([0.1, -0.2, 0.3])
+    motion = chain.compute_motion(q, 0 * q, 0 * q)
+    np.testing.assert_allclose(chain.compute_positions(q, p_TQ), motion.p_WT + motion.R_WT @ p_TQ, atol=1e-14)
+
+
+def build_arm(connect):
+    """A plant of two bodies whose joints ``connect`` adds, with a tool on the second."""
+    plant = MultibodyPlant(0.0)
+    inertia = SpatialInertia.SolidSphereWithMass(1.0, 0.1)
+    first, second = plant.AddRigidBody("first", inertia), plant.AddRigidBody("second", inertia)
+    connect(plant, first, second)
+    plant.Finalize()
+    return Arm(Path("two.sdf"), plant, second.body_frame(), second, np.zeros(plant.num_positions()), None)
+
+
+def test_sliding_joint_is_refused():
+    def connect(plant, first, second):
+        plant.AddJoint(RevoluteJoint("turn", plant.world_frame(), first.body_frame(), [0, 0, 1]))
+        plant.AddJoint(PrismaticJoint("slide", first.body_frame(), second.body_frame(), [1, 0, 0]))
+
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joint slide, which is not revolute"):
+        build_chain(build_arm(connect))
+
+
+def test_branching_joints_are_refused():
+    def connect(plant, first, second):
+        plant.AddJoint(RevoluteJoint("left", plant.world_frame(), first.body_frame(), [0, 0, 1]))
+        plant.WeldFrames(plant.world_frame(), second.body_frame(), second.body_frame().GetFixedPoseInBodyFrame())
+        third = plant.AddRigidBody("third", SpatialInertia.SolidSphereWithMass(1.0, 0.1))
+        plant.AddJoint(RevoluteJoint("right", second.body_frame(), third.body_frame(), [0, 1, 0]))
+
+    with pytest.raises(ModelFileError, match=r"two.sdf: has joints that do not lie one after the other"):
+        build_chain(build_arm(connect))

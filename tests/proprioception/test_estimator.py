@@ -1,0 +1,256 @@
+import numpy as np
+import pytest
+from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm, truncnorm
+
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import ObjectBelief
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressors
+from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+FIXED = WeberNoise(weber_fraction=0.0, threshold=0.3)  # a percept of errors that do not depend on torque
+FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
+
+
+@pytest.fixture(scope="module")
+def hold(arm):
+    return StaticHold(arm)
+
+
+def learn(belief, statistics, noise, num_joints=7, deviation_sd=PRIOR.deviation_sd):
+    return compute_posterior(belief, statistics, num_joints, noise, deviation_sd)
+
+
+def test_nothing_felt_teaches_nothing():
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
+    inference = learn(belief, TorqueStatistics(np.zeros(84), 0), FIXED)
+    assert inference.posterior is belief
+    assert inference.log_evidence == 0.0
+
+
+def test_running_percept_is_the_mean_of_all_samples(rng):
+    samples = rng.normal(size=(300, 84))
+    statistics = TorqueStatistics(np.zeros(84), 0)
+    for sample in samples:
+        statistics = statistics.add(sample)
+    assert statistics.num_samples == 300
+    np.testing.assert_allclose(statistics.features, samples.mean(axis=0), atol=1e-13)
+
+
+def test_recursive_estimator_equals_the_batch_posterior_over_samples(chain, arm, rng):
+    """White noise: 300 samples one by one against one least-squares problem, and against a Kalman filter."""
+    noise = WhiteNoise(sd=0.5)
+    belief = detect_parts(TWO_MATERIALS, PRIOR)
+    q, v, vdot = rng.normal(size=(3, 300, 7))
+    Y = compute_payload_regressors(chain, q, v, vdot)
+    model = ArmModel(arm)
+    A = Y @ belief.geometry.Phi
+    true = np.array([720.0, 7850.0])
+    residuals = A @ true + 0.5 * rng.standard_normal((300, 7))
+    statistics = TorqueStatistics(np.zeros(noise.num_features(7)), 0)
+    mean, covariance = belief.densities.untruncated_mean, belief.densities.covariance
+    for k in range(300):
+        model.set_state(np.concatenate([q[k], v[k]]))
+        tau_arm = model.compute_inverse_dynamics(vdot[k])
+        statistics = statistics.add(noise.compute_features(tau_arm + residuals[k], tau_arm, Y[k]))
+        gain = covariance @ A[k].T @ np.linalg.inv(A[k] @ covariance @ A[k].T + 0.25 * np.eye(7))
+        mean = mean + gain @ (residuals[k] - A[k] @ mean)
+        covariance = (np.eye(2) - gain @ A[k]) @ covariance
+    recursive = learn(belief, statistics, noise).posterior.densities
+
+    stacked = A.reshape(-1, 2)
+    precision = belief.densities.precision + stacked.T @ stacked / 0.25
+    batch = np.linalg.solve(precision, belief.densities.information_vector + stacked.T @ residuals.ravel() / 0.25)
+    np.testing.assert_allclose(recursive.untruncated_mean, batch, rtol=1e-9)
+    np.testing.assert_allclose(recursive.precision, precision, rtol=1e-9)
+    np.testing.assert_allclose(recursive.untruncated_mean, mean, rtol=1e-9)
+    np.testing.assert_allclose(recursive.covariance, covariance, rtol=1e-6)
+
+
+def test_recursive_estimator_equals_the_batch_posterior_over_trials(hold, rng):
+    """Five trials one after the other, against one system of means and every trial's deviations."""
+    memory = MaterialMemory()
+    rows, targets = [], []
+    num_trials = 5
+    for trial in range(num_trials):
+        belief = detect_parts(TWO_MATERIALS, PRIOR, memory)
+        true = np.array([720.0, 7850.0]) + 100 * rng.standard_normal(2)
+        statistics = hold.measure(belief, true, FIXED, (trial,))
+        memory = learn(belief, statistics, FIXED).posterior.memory
+        A = hold.Y @ belief.geometry.Phi
+        row = np.zeros((7, 2 + 2 * num_trials))
+        row[:, :2] = A
+        row[:, 2 + 2 * trial : 4 + 2 * trial] = A
+        rows.append(row / FIXED.threshold)
+        targets.append((statistics.features[:7] - hold.tau_arm) / FIXED.threshold)
+    prior_sd = np.array([PRIOR.sd] * 2 + [PRIOR.deviation_sd] * 2 * num_trials)
+    prior_mean = np.array([PRIOR.mode] * 2 + [0.0] * 2 * num_trials)
+    stacked = np.vstack(rows)
+    precision = np.diag(prior_sd**-2.0) + stacked.T @ stacked
+    batch = np.linalg.solve(precision, prior_mean / prior_sd**2 + stacked.T @ np.concatenate(targets))
+    np.testing.assert_allclose(memory.belief.untruncated_mean, batch[:2], rtol=1e-9)
+    np.testing.assert_allclose(memory.belief.covariance, np.linalg.inv(precision)[:2, :2], rtol=1e-9)
+
+
+def grid_posterior(hold, belief, statistics, noise, axes, deviation_sd=0.0):
+    """Brute-force Bayes: the posterior of the densities on a grid, errors evaluated at every point's own torque."""
+    points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(axes))
+    tau = hold.tau_arm + points @ (hold.Y @ belief.geometry.Phi).T
+    sd = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
+    logs = norm.logpdf(statistics.features[:7], tau, sd).sum(axis=1)
+    scale = np.sqrt(PRIOR.sd**2 + deviation_sd**2)
+    logs += norm.logpdf(points, PRIOR.mode, scale).sum(axis=1)
+    weights = np.exp(logs - logs.max())
+    return (weights / weights.sum()).reshape([len(axis) for axis in axes])
+
+
+def grid_percentiles(weights, axes):
+    columns = []
+    for i, axis in enumerate(axes):
+        marginal = weights.sum(axis=tuple(j for j in range(len(axes)) if j != i))
+        columns.append(np.interp(FRACTIONS, np.cumsum(marginal) - 0.5 * marginal, axis))
+    return np.stack(columns, axis=1)
+
+
+@pytest.mark.parametrize("true", [150.0, 1000.0, 7850.0])
+def test_posterior_of_one_material_equals_brute_force_bayes_at_fixed_noise(hold, true):
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
+    statistics = hold.measure(belief, np.array([true]), FIXED, (3,))
+    axis = np.linspace(0, 20_000, 200_001)[1:]
+    weights = grid_posterior(hold, belief, statistics, FIXED, [axis], PRIOR.deviation_sd)
+    actual = learn(belief, statistics, FIXED).posterior.densities.compute_percentiles(FRACTIONS)
+    np.testing.assert_allclose(actual, grid_percentiles(weights, [axis]), atol=0.5)
+
+
+@pytest.mark.parametrize("true", [(150.0, 7850.0), (720.0, 2700.0), (4000.0, 100.0)])
+def test_posterior_of_two_materials_equals_brute_force_bayes_at_fixed_noise(hold, true):
+    belief = detect_parts(TWO_MATERIALS, PRIOR)
+    statistics = hold.measure(belief, np.array(true), FIXED, (4,))
+    axis = np.linspace(0, 16_000, 1601)
+    weights = grid_posterior(hold, belief, statistics, FIXED, [axis, axis], PRIOR.deviation_sd)
+    actual = learn(belief, statistics, FIXED).posterior.densities.compute_percentiles(FRACTIONS)
+    np.testing.assert_allclose(actual, grid_percentiles(weights, [axis, axis]), atol=6.0)
+
+
+def test_material_means_equal_brute_force_bayes_with_the_deviation_integrated(hold):
+    """Mean and deviation of one material on a grid of both, then summed over the deviation."""
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
+    deviation_sd = 800.0
+    statistics = hold.measure(belief, np.array([5000.0]), FIXED, (5,))
+    mu, delta = np.linspace(0, 16_000, 3201), np.linspace(-4000, 4000, 401)
+    A = hold.Y @ belief.geometry.Phi[:, 0]
+    tau = hold.tau_arm + (mu[:, None] + delta)[..., None] * A
+    logs = norm.logpdf(statistics.features[:7], tau, FIXED.threshold).sum(axis=-1)
+    logs += norm.logpdf(mu, PRIOR.mode, PRIOR.sd)[:, None] + norm.logpdf(delta, 0, deviation_sd)
+    weights = np.exp(logs - logs.max()).sum(axis=1)
+    expected = grid_percentiles(weights / weights.sum(), [mu])
+    posterior = learn(belief, statistics, FIXED, deviation_sd=deviation_sd).posterior
+    actual = posterior.memory.belief.compute_percentiles(FRACTIONS)
+    np.testing.assert_allclose(actual, expected, atol=5.0)
+
+
+def test_errors_are_evaluated_at_the_posterior_mean_to_a_fixed_point(hold):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
+    statistics = hold.measure(belief, np.array([7850.0]), noise, (6,))
+    posterior = learn(belief, statistics, noise).posterior.densities
+    likelihood = noise.compute_likelihood(statistics.features, 1, 7, belief.geometry, posterior.untruncated_mean)
+    again = belief.densities.condition(likelihood)
+    np.testing.assert_allclose(again.untruncated_mean, posterior.untruncated_mean, rtol=1e-10)
+
+
+def draw_from_prior(rng, count):
+    sd = np.hypot(PRIOR.sd, PRIOR.deviation_sd)
+    return truncnorm(-PRIOR.mode / sd, np.inf, loc=PRIOR.mode, scale=sd).rvs(count, random_state=rng)
+
+
+def test_density_dependent_noise_stays_close_to_brute_force_bayes(hold, rng):
+    """The plug-in posterior is an approximation; benchmarks/estimator_study.py has the whole table."""
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    axis = np.linspace(0, 40_000, 20_001)[1:]
+    offsets = []
+    for seed, true in enumerate(draw_from_prior(rng, 100)):
+        belief = detect_parts(ONE_MATERIAL, PRIOR)
+        statistics = hold.measure(belief, np.array([true]), noise, (seed,))
+        weights = grid_posterior(hold, belief, statistics, noise, [axis], PRIOR.deviation_sd)
+        posterior = learn(belief, statistics, noise).posterior.densities
+        sd = np.sqrt(posterior.covariance[0, 0])
+        offsets.append((posterior.compute_percentiles(FRACTIONS) - grid_percentiles(weights, [axis]))[:, 0] / sd)
+    # In units of the posterior's own standard deviation.
+    assert np.abs(offsets).mean() < 0.15
+    assert abs(np.mean(offsets, axis=0)[2]) < 0.1
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say(hold, rng):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    covered = []
+    for seed, true in enumerate(draw_from_prior(rng, 400)):
+        belief = detect_parts(ONE_MATERIAL, PRIOR)
+        statistics = hold.measure(belief, np.array([true]), noise, (seed,))
+        p5, p25, _, p75, p95 = learn(belief, statistics, noise).posterior.densities.compute_percentiles(FRACTIONS)[
+            :, 0
+        ]
+        covered.append([p25 <= true <= p75, p5 <= true <= p95])
+    inner, outer = np.mean(covered, axis=0)
+    # Three standard deviations of a binomial proportion of 400.
+    assert abs(inner - 0.5) < 0.075
+    assert abs(outer - 0.9) < 0.045
+
+
+def test_decoy_surprises_and_honest_object_does_not(hold):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    memory = MaterialMemory()
+    honest = []
+    for trial in range(6):
+        belief = detect_parts(ONE_MATERIAL, PRIOR, memory)
+        inference = learn(belief, hold.measure(belief, np.array([7850.0]), noise, (trial,)), noise)
+        honest.append(inference.log_evidence)
+        memory = inference.posterior.memory
+    belief = detect_parts(ONE_MATERIAL, PRIOR, memory)
+    decoy = learn(belief, hold.measure(belief, np.array([720.0]), noise, (99,)), noise)
+    assert decoy.log_evidence < min(honest) - 20
+
+
+@pytest.mark.parametrize("correlation", [-0.8, 0.0, 0.6])
+@pytest.mark.parametrize("noise", [FIXED, WeberNoise(weber_fraction=0.07, threshold=0.097)])
+def test_log_evidence_of_two_materials_is_the_integral_of_likelihood_times_truncated_prior(hold, correlation, noise):
+    """On a grid of both densities; the size of the errors is that at the posterior mean, as the estimator has it."""
+    mean, sd = np.array([1000.0, 3000.0]), np.array([1500.0, 2500.0])
+    covariance = np.outer(sd, sd) * np.array([[1.0, correlation], [correlation, 1.0]])
+    densities = DensityBelief.from_moments(mean, covariance)
+    belief = ObjectBelief(
+        MaterialMemory((RED, BLUE), densities), densities, detect_parts(TWO_MATERIALS, PRIOR).geometry
+    )
+    statistics = hold.measure(belief, np.array([400.0, 3500.0]), noise, (8,))
+    inference = learn(belief, statistics, noise)
+
+    A = hold.Y @ belief.geometry.Phi
+    tau = hold.tau_arm + A @ inference.posterior.densities.untruncated_mean
+    errors = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
+    axis = np.arange(0.0, 20_000.0, 20.0) + 10.0
+    points = np.stack(np.meshgrid(axis, axis, indexing="ij"), axis=-1)
+    log_prior = multivariate_normal.logpdf(points, mean, covariance)
+    log_likelihood = sum(
+        norm.logpdf(statistics.features[j] - hold.tau_arm[j], points @ A[j], errors[j]) for j in range(7)
+    )
+    expected = logsumexp(log_prior + log_likelihood) - logsumexp(log_prior)
+    assert inference.log_evidence == pytest.approx(expected, abs=1e-4)
+
+
+def test_one_odd_object_moves_a_material_less_where_objects_are_known_to_differ(hold):
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
+    statistics = hold.measure(belief, np.array([7850.0]), FIXED, (1,))
+    memory = learn(belief, statistics, FIXED).posterior.memory
+    moved = []
+    for deviation_sd in (0.0, 100.0, 2000.0):
+        seen = detect_parts(ONE_MATERIAL, PRIOR._replace(deviation_sd=max(deviation_sd, 1e-9)), memory)
+        odd = hold.measure(seen, np.array([720.0]), FIXED, (2,))
+        after = learn(seen, odd, FIXED, deviation_sd=deviation_sd).posterior.memory
+        moved.append(memory.belief.untruncated_mean[0] - after.belief.untruncated_mean[0])
+    assert moved[0] > moved[1] > moved[2] > 0

@@ -1,0 +1,229 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.exceptions import BadValueError
+from affordance.experiments import com
+from affordance.files.model_folder import MODELS
+from affordance.proprioception.faults import NO_FAULTS, Faults, load_faults
+from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.trial import SURPRISE, TrialRunner
+
+FILE = MODELS / "faults.yaml"
+NAMES = ("nan_samples", "dropped_samples", "spikes", "stuck_sensor", "bias", "delay", "heavy_arm")
+FELT, SD = np.arange(7.0), np.full(7, 0.5)
+
+
+def distort(faults, count=4000, stuck=None):
+    return np.array([faults.distort(FELT, SD, stuck, (number,)) for number in range(count)])
+
+
+def run(weight_config, faults, tool=2, seed=(1,), duration=1.0, **changes):
+    settings = dataclasses.replace(weight_config.settings, faults=faults, **changes)
+    return TrialRunner(settings).run_hold(weight_config.tools[tool], MaterialMemory(), duration=duration, seed=seed)
+
+
+def assert_frequency(count, total, probability):
+    """Within four and a half standard errors of a binomial count."""
+    assert abs(count - total * probability) < 4.5 * np.sqrt(total * probability * (1 - probability))
+
+
+def test_no_fault_reports_what_is_felt():
+    np.testing.assert_array_equal(distort(NO_FAULTS, 5), np.tile(FELT, (5, 1)))
+
+
+def test_dropped_samples_are_nan_at_every_joint_as_often_as_asked():
+    missing = np.isnan(distort(Faults(drop_probability=0.3)))
+    assert (missing.all(axis=1) == missing.any(axis=1)).all()
+    assert_frequency(missing.all(axis=1).sum(), 4000, 0.3)
+
+
+def test_nan_samples_are_nan_at_one_joint_any_as_often_as_asked():
+    missing = np.isnan(distort(Faults(nan_probability=0.1)))
+    assert (missing.sum(axis=1) <= 1).all()
+    assert_frequency(missing.sum(), 4000, 0.1)
+    assert missing.any(axis=0).all()
+
+
+def test_spikes_are_uniform_up_to_their_height_at_one_joint():
+    added = distort(Faults(spike_probability=0.5, spike_height=20.0)) - FELT
+    assert ((added != 0.0).sum(axis=1) <= 1).all()
+    spikes = added[added != 0.0]
+    assert_frequency(len(spikes), 4000, 0.5)
+    assert np.abs(spikes).max() <= 20.0
+    assert abs(spikes.mean()) < 4.5 * 20.0 / np.sqrt(3 * len(spikes))
+    assert spikes.std() == pytest.approx(20.0 / np.sqrt(3), rel=0.05)
+
+
+def test_stuck_sensor_reads_one_torque_and_bias_adds_standard_deviations():
+    reported = distort(Faults(stuck_joint="elbow", stuck_torque=-3.0, bias_sd=2.0), 2, stuck=4)
+    np.testing.assert_array_equal(reported[:, 4], -3.0)
+    np.testing.assert_array_equal(np.delete(reported[0] - FELT, 4), 1.0)
+
+
+def test_sample_that_did_not_arrive_stays_missing_whatever_else_is_wrong():
+    felt = np.full(7, np.nan)
+    faults = Faults(stuck_joint="elbow", stuck_torque=-3.0, bias_sd=2.0, spike_probability=1.0, spike_height=9.0)
+    reported = faults.distort(felt, SD, 4, (0,))
+    assert np.isnan(reported).all()
+    assert reported is not felt
+
+
+def test_late_samples_of_a_stuck_sensor_are_missing_before_the_first_arrives(weight_config):
+    samples = run(weight_config, Faults(stuck_joint="elbow_flexion", delay_samples=2)).samples
+    assert (samples.missing, samples.not_finite) == (2, 0)
+
+
+def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight_config):
+    trial = runner.get_diagram(weight_config.tools[0])
+    arm = trial.arm
+    contexts = [arm.plant.CreateDefaultContext() for _ in range(2)]
+    Faults(arm_mass_factor=1.05).change_arm(arm, contexts[1])
+    for index in arm.plant.GetBodyIndices(arm.hand.body().model_instance()):
+        body = arm.plant.get_body(index)
+        before, after = (body.CalcSpatialInertiaInBodyFrame(context).CopyToFullMatrix6() for context in contexts)
+        np.testing.assert_allclose(after, 1.05 * before, rtol=1e-12)
+    assert arm.tool.get_mass(contexts[0]) == arm.tool.get_mass(contexts[1])
+
+
+def test_late_torque_is_that_of_the_sample_before(weight_config):
+    """An arm that drops, felt without error: its torques at one sample are reported at the next."""
+    settings = dataclasses.replace(weight_config.settings, noise=WhiteNoise(1e-9))
+    seen = {}
+    for delay in (0, 2):
+        runner = TrialRunner(dataclasses.replace(settings, faults=Faults(delay_samples=delay)))
+        runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+        estimator = runner.get_diagram(weight_config.tools[0]).estimator
+        seen[delay] = []
+        original = estimator._noise
+
+        class Listening(WhiteNoise):
+            def compute_features(self, tau, tau_arm, Y, heard=seen[delay]):
+                heard.append(np.array(tau))
+                return super().compute_features(tau, tau_arm, Y)
+
+            def compute_sd(self, tau):
+                return np.full(len(tau), 100.0)  # so that late torques are not refused as impossible
+
+        estimator._noise = Listening(1e-9)
+        record = runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+        estimator._noise = original
+        assert record.samples.missing == delay
+    assert np.ptp(seen[0], axis=0).max() > 0.5
+    np.testing.assert_allclose(seen[2], seen[0][:-2], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("uses_posterior", [False, True])
+def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight_config, runner, name, uses_posterior):
+    limits = runner.get_diagram(weight_config.tools[0]).arm.limits
+    faults = load_faults(FILE, [name], runner.get_diagram(weight_config.tools[0]).arm.joint_names)
+    for tool in (2, 4):
+        record = run(weight_config, faults, tool, uses_posterior=uses_posterior)
+        assert np.isfinite(record.q).all()
+        assert (record.q >= limits.q_lower).all()
+        assert (record.q <= limits.q_upper).all()
+        assert (np.abs(record.v) <= limits.v_max).all()
+        assert (np.abs(record.tau) <= limits.tau_max).all()
+        belief = record.memory.belief
+        assert np.linalg.eigvalsh(belief.precision)[0] > 0.0
+        percentiles = belief.compute_percentiles([0.01, 0.5, 0.99])
+        assert np.isfinite(percentiles).all()
+        assert (percentiles > 0.0).all()
+        assert sum(record.samples) == 10
+        if name in ("stuck_sensor", "bias", "heavy_arm"):
+            assert record.samples.rejected == 0
+
+
+@pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
+def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
+    """A tool that weighs more than is believed, near the elbow's limit, without any fault (decision 0009)."""
+    config = com.load_config().experience
+    runner = TrialRunner(dataclasses.replace(config.settings, angle_margin=margin))
+    record = runner.run_hold(config.tools[0], MaterialMemory(), duration=1.0, seed=(0, 0, 0))
+    assert (record.q >= runner.get_diagram(config.tools[0]).arm.limits.q_lower).all() == keeps
+
+
+def test_refused_samples_are_counted_by_reason(weight_config):
+    assert run(weight_config, NO_FAULTS).samples == (0, 0, 0, 10)
+    assert run(weight_config, Faults(drop_probability=1.0)).samples == (10, 0, 0, 0)
+    assert run(weight_config, Faults(nan_probability=1.0)).samples == (0, 10, 0, 0)
+    spiky = run(weight_config, Faults(spike_probability=1.0, spike_height=1e4)).samples
+    assert spiky.impossible >= 9
+    assert spiky.rejected + spiky.accepted == 10
+
+
+def test_trial_of_which_nothing_was_felt_teaches_nothing_and_is_no_surprise(weight_config):
+    record = run(weight_config, Faults(drop_probability=1.0))
+    prior = weight_config.settings.prior
+    np.testing.assert_allclose(record.memory.belief.untruncated_mean, prior.mode)
+    np.testing.assert_allclose(record.memory.belief.covariance, prior.sd**2)
+    assert (record.log_evidence, record.p_value, record.surprising) == (0.0, 1.0, False)
+
+
+def test_refused_samples_leave_the_others_what_they_say(weight_config):
+    """A trial's errors last: a third of its samples says what all of them say, but for the fall's transient."""
+    whole, part = (
+        run(weight_config, Faults(drop_probability=drop), duration=3.0).memory.belief.untruncated_mean[0]
+        for drop in (0.0, 0.3)
+    )
+    assert part == pytest.approx(whole, rel=2e-3)
+    assert part != whole
+
+
+def test_decoy_and_bias_are_grossly_surprising_and_an_honest_trial_is_not(weight_config):
+    runner = TrialRunner(weight_config.settings)
+    memory = MaterialMemory()
+    records = []
+    for trial, tool in enumerate(weight_config.tools):
+        records.append(runner.run_hold(tool, memory, duration=1.0, seed=(trial,)))
+        memory = records[-1].memory
+    assert [record.surprising for record in records] == [False] * 4 + [True]
+    assert run(weight_config, Faults(bias_sd=3.0)).p_value < SURPRISE
+    assert run(weight_config, NO_FAULTS).p_value > 0.001
+
+
+def test_surprise_teaches_or_does_not_as_the_settings_say(weight_config):
+    faults = Faults(bias_sd=5.0)
+    teaching, refused = (run(weight_config, faults, learns_from_surprises=learns) for learns in (True, False))
+    assert teaching.surprising
+    assert refused.surprising
+    assert refused.memory.colours == ()
+    assert teaching.memory.belief.size == 1
+    honest, careful = (run(weight_config, NO_FAULTS, learns_from_surprises=learns) for learns in (True, False))
+    np.testing.assert_array_equal(honest.memory.belief.information_vector, careful.memory.belief.information_vector)
+
+
+def test_faults_are_read_and_put_together(arm):
+    assert load_faults(FILE, [], arm.joint_names) == NO_FAULTS
+    together = load_faults(FILE, ["bias", "dropped_samples", "bias"], arm.joint_names)
+    assert together == Faults(bias_sd=3.0, drop_probability=0.3)
+    assert load_faults(FILE, ["delay"], arm.joint_names).delay_samples == 1
+    assert load_faults(FILE, ["stuck_sensor"], arm.joint_names).find_stuck(arm.joint_names) == 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("a: {drop_probability: 1.5}", "a.drop_probability: is 1.5, must be from 0 to 1"),
+        ("a: {delay_samples: 0.5}", "a.delay_samples: is 0.5, must be a whole number"),
+        ("a: {stuck_joint: knee}", "a.stuck_joint: is 'knee', must be one of shoulder_azimuth"),
+        ("a: {arm_mass_factor: 0}", "a.arm_mass_factor: is 0, must be from 0.5 to 2"),
+        ("a: {bais_sd: 3}", "a.bais_sd: is not a key known here"),
+        ("b: {bias_sd: 3}", "--fault: is 'a', must be one of b"),
+        ("a: {bias_sd: 3}\nb: {bias_sd: 1}", "--fault: 'b' sets bias_sd, which another fault sets already"),
+    ],
+)
+def test_bad_faults_are_refused(tmp_path, arm, text, message):
+    (tmp_path / "faults.yaml").write_text(text)
+    with pytest.raises(BadValueError) as caught:
+        load_faults(tmp_path / "faults.yaml", ["a", "b"], arm.joint_names)
+    assert message in str(caught.value)
+
+
+def test_stuck_joint_the_arm_has_not_is_refused(arm):
+    with pytest.raises(BadValueError, match="faults: stuck_joint: is 'knee', must be one of shoulder_azimuth"):
+        Faults(stuck_joint="knee").find_stuck(arm.joint_names)

@@ -1,0 +1,93 @@
+"""Pictures of objects, against the projection of many points on their surfaces."""
+
+import numpy as np
+import pytest
+from matplotlib.patches import Circle, Ellipse
+from scipy.spatial.transform import Rotation
+
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Grip, Material, Tool
+from affordance.reporting.object_drawings import Drawing, draw_objects
+
+WOOD = Material("wood", (0.8, 0.5, 0.3), 700.0, 50.0, "made up")
+STEEL = Material("steel", (0.5, 0.5, 0.6), 7800.0, 80.0, "made up")
+# A net of one degree over the sphere: no direction is farther from a knot than half a degree in both angles, 12 mrad,
+# and the knot's point on an ellipsoid then reaches less far along that direction by 1 - cos(12 mrad) at most.
+_latitude, _longitude = np.radians(np.mgrid[-90:91, 0:360]).reshape(2, -1)
+KNOTS = np.column_stack(
+    [np.cos(_latitude) * np.cos(_longitude), np.cos(_latitude) * np.sin(_longitude), np.sin(_latitude)]
+)
+RESOLUTION = 1e-4
+
+
+def place(semi_axes, position, rpy_deg=(0.0, 0.0, 0.0), looks_like=STEEL):
+    X_TE = np.eye(4)
+    X_TE[:3, :3] = Rotation.from_euler("xyz", rpy_deg, degrees=True).as_matrix()
+    X_TE[:3, 3] = position
+    return Component(Ellipsoid(semi_axes), X_TE, WOOD, looks_like)
+
+
+def project(part):
+    """Points on a component's surface as seen along Tz, (N, 2), [cm]."""
+    points = part.X_TE[:3, 3] + (KNOTS * part.shape.sizes) @ part.X_TE[:3, :3].T
+    return 100.0 * points[:, :2]
+
+
+@pytest.mark.parametrize(
+    "rpy_deg", [(0, 0, 0), (0, 0, 90), (0, 0, 30), (0, 0, -30), (0, 70, 0), (50, 0, 20), (-40, 65, 110)]
+)
+def test_ellipse_is_the_outline_of_the_rotated_ellipsoid(rpy_deg):
+    """All points of the surface are seen within the ellipse, and everywhere some of them at its edge."""
+    part = place((0.12, 0.02, 0.05), (0.1, -0.03, 0.07), rpy_deg)
+    (axes,) = draw_objects([Drawing(Tool("one", (part,)), "one")]).axes
+    (ellipse,) = (patch for patch in axes.patches if type(patch) is Ellipse)
+    points = project(part) - np.array(ellipse.center)
+    angle = np.radians(ellipse.angle)
+    along = points @ [np.cos(angle), np.sin(angle)] / (0.5 * ellipse.width)
+    across = points @ [-np.sin(angle), np.cos(angle)] / (0.5 * ellipse.height)
+    assert np.hypot(along, across).max() <= 1.0 + 1e-12
+    for turn in np.linspace(0.0, 2.0 * np.pi, 24):
+        assert (along * np.cos(turn) + across * np.sin(turn)).max() == pytest.approx(1.0, abs=RESOLUTION)
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 90.0])
+def test_limits_contain_all_of_a_tool_with_a_tilted_head_and_a_grip_in_the_middle(turn_deg):
+    """And they leave no more than 3 cm on any side."""
+    handle = place((0.15, 0.015, 0.015), (0.15, 0.0, 0.0))
+    head = place((0.09, 0.07, 0.03), (0.31, 0.03, 0.01), (20.0, -30.0, 50.0))
+    knob = place((0.06, 0.01, 0.02), (-0.02, -0.02, 0.0), (0.0, 0.0, 40.0))
+    middle = Grip("middle", place((1.0, 1.0, 1.0), (0.16, 0.0, 0.0), (0.0, 0.0, turn_deg)).X_TE)
+    tool = Tool("mallet", (handle, head, knob), (middle,)).gripped_by(middle)
+    (axes,) = draw_objects([Drawing(tool, "mallet")]).axes
+    points = np.concatenate([project(part) for part in tool.components])
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    for room in (points.min(axis=0) - low, high - points.max(axis=0)):
+        assert (room > 0.0).all()
+        assert (room < 3.0).all()
+
+
+def test_objects_side_by_side_share_limits_that_contain_them_all():
+    tools = [Tool("one", (place((0.05, 0.02, 0.02), (x, y, 0.0)),)) for x, y in ((0.3, -0.1), (0.1, 0.2))]
+    first, second = draw_objects([Drawing(tool, tool.name) for tool in tools], columns=2).axes
+    assert (first.get_xlim(), first.get_ylim()) == (second.get_xlim(), second.get_ylim())
+    assert first.get_xlim()[1] > 35.0
+    assert first.get_ylim()[0] < -12.0
+    assert first.get_ylim()[1] > 22.0
+
+
+def test_limits_contain_the_hand_of_a_tool_smaller_than_it():
+    bead = place((0.005, 0.005, 0.005), (0.005, 0.0, 0.0))
+    (axes,) = draw_objects([Drawing(Tool("bead", (bead,)), "bead")]).axes
+    (hand,) = (patch for patch in axes.patches if isinstance(patch, Circle))
+    (x, y), radius = hand.center, hand.radius
+    assert x + radius == pytest.approx(0.0)  # it ends where the tool begins
+    assert axes.get_xlim()[0] < x - radius
+    assert axes.get_ylim()[0] < y - radius
+    assert axes.get_ylim()[1] > y + radius
+
+
+def test_object_is_drawn_as_it_looks_or_as_it_is_made():
+    tool = Tool("decoy", (place((0.05, 0.02, 0.02), (0.05, 0.0, 0.0)),))
+    looks, made = draw_objects([Drawing(tool, "looks"), Drawing(tool, "made", as_made=True)]).axes
+    assert looks.patches[0].get_facecolor()[:3] == STEEL.colour
+    assert made.patches[0].get_facecolor()[:3] == WOOD.colour

@@ -1,0 +1,184 @@
+import base64
+import gc
+import re
+import struct
+import threading
+
+import numpy as np
+import pytest
+
+from affordance.choice.hammer import load_hammer
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.plant.nail import NailPlacement
+from affordance.reporting.replay import Scene, write_replay
+
+
+@pytest.fixture
+def scenes(weight_config, arm):
+    times = np.linspace(0, 0.2, 21)
+    q = arm.home + np.zeros((21, 7))
+    return [Scene(tool, times, q, f"{tool.name} <shown>") for tool in weight_config.tools[:2]]
+
+
+def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight_config, scenes):
+    path = tmp_path / "replay.html"
+    write_replay(path, weight_config.settings.arm, scenes, title="A & B")
+    page = path.read_text()
+    assert "<title>A &amp; B</title>" in page
+    assert "0.0 to 0.2 s: rod_10cm &lt;shown&gt;" in page
+    assert "0.7 to 0.9 s: rod_15cm" in page
+    # Everything is carried inside; nothing is fetched.
+    assert 'src="http' not in page
+    assert 1e6 < len(page) < 5e6
+
+
+def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight_config, scenes):
+    """Meshcat would end the process, and with it this test."""
+    write_replay(tmp_path / "replay.html", weight_config.settings.arm, scenes, title="")
+    collector = threading.Thread(target=gc.collect)
+    collector.start()
+    collector.join()
+
+
+def test_no_page_without_a_port(tmp_path, weight_config, scenes, monkeypatch):
+    monkeypatch.setenv("DRAKE_ALLOW_NETWORK", "package_map")
+    with pytest.raises(AffordanceError, match=r"replay.html: cannot be drawn: .*DRAKE_ALLOW_NETWORK"):
+        write_replay(tmp_path / "replay.html", weight_config.settings.arm, scenes, title="")
+    assert not list(tmp_path.iterdir())
+
+
+# What follows a code of MessagePack that has a fixed size, and which codes say how long a text, list or mapping is.
+NUMBERS = {0xCA: ">f", 0xCB: ">d", 0xCC: ">B", 0xCD: ">H", 0xCE: ">I", 0xD0: ">b", 0xD1: ">h", 0xD2: ">i"}
+LENGTHS = {
+    0xD9: ("text", ">B"),
+    0xDA: ("text", ">H"),
+    0xDC: ("list", ">H"),
+    0xDD: ("list", ">I"),
+    0xDE: ("map", ">H"),
+}
+PLAIN = {0xC0: None, 0xC2: False, 0xC3: True}
+
+
+def unpack(data, at=0):
+    """Reads what Meshcat's animations have of MessagePack; returns it, and where it ends."""
+
+    def take(form):
+        nonlocal at
+        (value,) = struct.unpack_from(form, data, at)
+        at += struct.calcsize(form)
+        return value
+
+    code = take(">B")
+    if code in PLAIN:
+        return PLAIN[code], at
+    if code in NUMBERS:
+        return take(NUMBERS[code]), at
+    if code < 0x80 or code >= 0xE0:
+        return code if code < 0x80 else code - 256, at
+    if code in LENGTHS:
+        kind, form = LENGTHS[code]
+        length = take(form)
+    elif code >= 0xA0:
+        kind, length = "text", code & 0x1F
+    else:
+        kind, length = ("map" if code < 0x90 else "list"), code & 0x0F
+    if kind == "text":
+        return data[at : at + length].decode(), at + length
+    items = []
+    for _ in range(length * (1 + (kind == "map"))):
+        item, at = unpack(data, at)
+        items.append(item)
+    return (dict(zip(items[::2], items[1::2], strict=True)) if kind == "map" else items), at
+
+
+def read_recording(path):
+    """The recording of a page: times and values of every property of every object, by path and property."""
+    for chunk in re.findall("base64,([A-Za-z0-9+/=]+)", path.read_text()):
+        data = base64.b64decode(chunk)
+        if b"set_animation" in data[:30]:
+            return {
+                (animation["path"], track["name"]): (
+                    np.array([key["time"] for key in track["keys"]]) / animation["clip"]["fps"],
+                    [key["value"] for key in track["keys"]],
+                )
+                for animation in unpack(data)[0]["animations"]
+                for track in animation["clip"]["tracks"]
+            }
+    raise AssertionError(f"{path} has no recording")
+
+
+@pytest.fixture
+def blows(scenes):
+    """The same scenes, with a nail each that goes in by 12 mm within 10 ms, shown ten times slower."""
+    nail = load_hammer(MODELS / "nail.yaml").nail
+    return [
+        scene._replace(
+            placement=NailPlacement(nail, np.array([0.7 + 0.1 * k, 0.0, 1.3]), np.array([0.0, 0.0, -1.0])),
+            travel=0.012 * (scene.times >= 0.11),
+            slow=(0.1, 0.12, 50.0),
+        )
+        for k, scene in enumerate(scenes)
+    ]
+
+
+def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_path, weight_config, blows):
+    path = tmp_path / "replay.html"
+    write_replay(path, weight_config.settings.arm, blows, title="")
+    page = path.read_text()
+    # 20 of 200 ms are shown in 1 s; then there is a pause.
+    assert "0.0 to 1.2 s: rod_10cm &lt;shown&gt; (50 × slower around the strike, 0.1 to 1.1 s)" in page
+    assert "1.7 to 2.9 s: rod_15cm &lt;shown&gt; (50 × slower around the strike, 1.8 to 2.8 s)" in page
+    recording = read_recording(path)
+    assert max(times[-1] for times, _ in recording.values()) == pytest.approx(2 * (0.2 + 49 * 0.02 + 0.5), abs=0.07)
+    assert 'src="http' not in page
+    assert 1e6 < len(page) < 5e6
+
+
+def test_nail_goes_in_between_rows_of_the_log(tmp_path, weight_config, blows):
+    """Half a second of the replay is that from one row to the next."""
+    path = tmp_path / "replay.html"
+    write_replay(path, weight_config.settings.arm, blows, title="")
+    times, places = read_recording(path)["/drake/arm/nail_0/nail_0", ".position"]
+    height = np.interp(times, [0.0, 0.1, 0.6, 9.0], [0.0, 0.0, -0.012, -0.012])
+    shown = np.array(places)[times < 1.6] - [0.7, 0.0, 1.3]
+    np.testing.assert_allclose(shown[:, 2], height[times < 1.6], atol=0.012 * 1.01 / 15)  # a frame
+    np.testing.assert_allclose(shown[:, :2], 0.0, atol=1e-9)
+
+
+def test_nail_and_block_are_seen_in_their_own_scene_only(tmp_path, weight_config, blows, scenes):
+    path = tmp_path / "replay.html"
+    third = scenes[0]
+    write_replay(path, weight_config.settings.arm, [*blows, third], title="")
+    recording = read_recording(path)
+    for k in range(2):
+        for part in (f"nail_{k}", f"nail_{k}_block", f"tool_{k}"):
+            times, seen = recording[f"/drake/arm/{part}", ".visible"]
+            assert seen == [k == 0, k == 1, False]
+            np.testing.assert_allclose(times, [0.0, 1.68, 3.36], atol=0.04)
+    assert not any("nail_2" in name for name, _ in recording)
+
+
+def test_camera_looks_closer_in_slow_motion_only(tmp_path, weight_config, blows, scenes):
+    path = tmp_path / "replay.html"
+    still = scenes[0]._replace(times=10 * scenes[0].times)
+    write_replay(path, weight_config.settings.arm, [still, blows[0], still], title="")
+    times, zoom = read_recording(path)["/Cameras/default/rotated/<object>", ".zoom"]
+    zoom = np.array(zoom)
+    np.testing.assert_array_equal(zoom[times < 2.49], 1.0)
+    assert (zoom[(times > 2.64) & (times < 3.56)] == zoom.max()).all()
+    assert zoom.max() > 2.0
+    np.testing.assert_array_equal(zoom[times > 4.2], 1.0)
+
+
+def test_page_without_slow_scenes_has_neither_nail_nor_zoom(tmp_path, weight_config, scenes):
+    path = tmp_path / "replay.html"
+    write_replay(path, weight_config.settings.arm, scenes, title="")
+    names = {name for name, _ in read_recording(path)}
+    assert not any("nail" in name or "Camera" in name for name in names)
+
+
+@pytest.mark.parametrize("slow", [(0.1, 0.3, 20.0), (0.12, 0.1, 20.0), (0.1, 0.12, 0.5), (-0.1, 0.1, 2.0)])
+def test_slow_motion_that_cannot_be_is_refused(tmp_path, weight_config, scenes, slow):
+    with pytest.raises(ValueError, match=r"slow is .*, must be from 0 to 0.2 s, and at least 1 times slower"):
+        write_replay(tmp_path / "replay.html", weight_config.settings.arm, [scenes[0]._replace(slow=slow)], title="")

@@ -1,0 +1,156 @@
+"""Repeats sent to a Dask cluster: the same numbers as here, whatever happens to a worker."""
+
+import functools
+import socket
+import sys
+import threading
+import time
+from pathlib import Path
+
+import joblib
+import numpy as np
+import pytest
+from helpers.noted_repeats import note_and_draw
+
+from affordance.exceptions import BadValueError
+from affordance.files.model_folder import MODELS
+from affordance.runs.cluster import use_cluster
+from affordance.runs.repeats import run_repeats
+from benchmarks.trust.cluster import kill_while_busy
+from benchmarks.trust.dask_cluster import DaskCluster
+
+REPEATS = 12
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    cluster = DaskCluster(tmp_path_factory.mktemp("cluster"), imports=Path(__file__).parents[1])
+    yield cluster
+    cluster.stop()
+
+
+def run(folder, notes):
+    repeat = functools.partial(note_and_draw, notes)
+    return run_repeats(folder, repeat, repeats=REPEATS, jobs=1, description="test")["drawn"]
+
+
+def list_runs(notes):
+    """Which process ran which repeats."""
+    runs = [path.name.split("_") for path in notes.iterdir()]
+    return {pid: {int(repeat) for other, repeat in runs if other == pid} for pid, _ in runs}
+
+
+def test_cluster_gives_the_same_numbers_though_a_worker_is_killed(tmp_path, cluster):
+    notes = {name: tmp_path / "notes" / name for name in ("here", "there")}
+    for folder in notes.values():
+        folder.mkdir(parents=True)
+    here = run(tmp_path / "here", notes["here"])
+    victim = cluster.workers[0]
+
+    def kill_in_mid_run():
+        deadline = time.monotonic() + 60
+        while len(list_runs(notes["there"]).get(str(victim.pid), ())) < 2 and time.monotonic() < deadline:
+            time.sleep(0.01)
+        victim.kill()
+
+    killer = threading.Thread(target=kill_in_mid_run)
+    with use_cluster(cluster.address, MODELS):
+        killer.start()
+        there = run(tmp_path / "there", notes["there"])
+    killer.join()
+    victim.wait()
+    np.testing.assert_array_equal(here, there)
+    ran = list_runs(notes["there"])
+    assert set(ran) == {str(worker.pid) for worker in cluster.workers}
+    assert len(ran[str(victim.pid)]) >= 2
+    # What the victim had begun was begun anew by the other.
+    assert sum(map(len, ran.values())) > REPEATS
+    assert len(list((tmp_path / "there").glob("repeat_*.npz"))) == REPEATS
+
+
+def test_cluster_is_complete_once_it_is_there(tmp_path):
+    cluster = DaskCluster(tmp_path, num_workers=2)
+    try:
+        with cluster.connect() as client:
+            assert len(client.nthreads()) == 2
+        assert len({cluster.find_worker(worker) for worker in cluster.workers}) == 2
+    finally:
+        cluster.stop()
+
+
+@pytest.mark.parametrize(("is_busy", "has_begun"), [(True, True), (True, False), (False, True)])
+def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch, is_busy, has_begun):
+    cluster = DaskCluster(tmp_path, num_workers=1)
+    (victim,) = cluster.workers
+    monkeypatch.setattr("benchmarks.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
+    try:
+        with cluster.connect() as client:
+            task = client.submit(time.sleep, 60) if is_busy else None
+            assert kill_while_busy(cluster, victim, lambda: has_begun) is (is_busy and has_begun)
+            victim.wait(timeout=10)
+            del task
+    finally:
+        cluster.stop()
+
+
+def test_without_cluster_work_stays_in_local_processes():
+    backend, _ = joblib.parallel.get_active_backend()
+    assert type(backend).__name__ == "LokyBackend"
+
+
+@pytest.mark.parametrize("address", ["", "somewhere", "http://host:1", "tcp://host", "tcp://a b:1", "tcp://:80"])
+def test_what_is_no_address_is_refused(address):
+    with (
+        pytest.raises(BadValueError, match=r"--cluster: is '.*', must be an address such as tcp://host:8786"),
+        use_cluster(address, MODELS),
+    ):
+        pass
+
+
+def test_address_where_nobody_answers_is_refused(monkeypatch):
+    monkeypatch.setattr("affordance.runs.cluster._PATIENCE", 0.5)
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    with (
+        pytest.raises(BadValueError, match=f"is 'tcp://127.0.0.1:{port}', where no Dask scheduler answers"),
+        use_cluster(f"tcp://127.0.0.1:{port}", MODELS),
+    ):
+        pass
+
+
+def test_missing_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(BadValueError, match=r"--cluster: needs the extra \[cluster\]: pip install"),
+        use_cluster("tcp://host:1", MODELS),
+    ):
+        pass
+
+
+def test_scheduler_without_workers_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr("affordance.runs.cluster._PATIENCE", 1.0)
+    cluster = DaskCluster(tmp_path, num_workers=0)
+    try:
+        with pytest.raises(BadValueError, match="a scheduler without workers"), use_cluster(cluster.address, MODELS):
+            pass
+    finally:
+        cluster.stop()
+
+
+def test_worker_of_many_threads_is_refused(tmp_path):
+    cluster = DaskCluster(tmp_path, num_workers=1, num_threads=2)
+    try:
+        with (
+            pytest.raises(BadValueError, match="with 2 threads, must have one"),
+            use_cluster(cluster.address, MODELS),
+        ):
+            pass
+    finally:
+        cluster.stop()
+
+
+def test_worker_with_other_libraries_is_refused(cluster, monkeypatch):
+    monkeypatch.setattr("affordance.runs.repeats.list_versions", lambda: {"numpy": "0"})
+    with pytest.raises(BadValueError, match="which differs in this program"), use_cluster(cluster.address, MODELS):
+        pass

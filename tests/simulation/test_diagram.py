@@ -1,0 +1,100 @@
+import dataclasses
+import re
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pygraphviz
+import pytest
+
+from affordance.reporting.diagram_picture import describe_diagram, save_diagram
+from affordance.simulation.diagram import build_trial_diagram
+
+DIAGRAMS = Path(__file__).parents[2] / "diagrams"
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+@pytest.fixture
+def trial(runner, weight_config):
+    return runner.get_diagram(weight_config.tools[0])
+
+
+def list_connections(diagram):
+    return {
+        (source.get_name(), source.get_output_port(i).get_name(), sink.get_name(), sink.get_input_port(j).get_name())
+        for (sink, j), (source, i) in diagram.connection_map().items()
+    }
+
+
+def test_diagram_is_wired_as_the_design_says(trial):
+    assert list_connections(trial.diagram) >= {
+        ("material_memory", "materials", "visual_prior", "materials"),
+        ("vision", "features", "visual_prior", "features"),
+        ("visual_prior", "prior", "density_estimator", "prior"),
+        ("visual_prior", "prior", "mpc_controller", "belief"),
+        ("density_estimator", "posterior", "material_memory", "posterior"),
+        ("task", "goal", "mpc_controller", "goal"),
+        ("plant", "state", "mpc_controller", "state"),
+        ("mpc_controller", "tau", "plant", "actuation"),
+        ("plant", "net_actuation", "proprioception", "tau"),
+        ("proprioception", "measurement", "density_estimator", "measurement"),
+    }
+
+
+def test_every_system_and_port_has_a_name_of_its_own(trial):
+    names = [system.get_name() for system in trial.diagram.GetSystems()]
+    assert all(re.fullmatch(r"[a-z]+(_[a-z]+)*", name) for name in names)
+    assert len(set(names)) == len(names)
+    for connection in list_connections(trial.diagram):
+        assert not any(re.fullmatch(r"[uy]\d+", name) for name in connection)
+
+
+def test_plant_is_continuous(trial):
+    assert trial.arm.plant.time_step() == 0.0
+
+
+def test_belief_of_the_controller_is_another_connection(weight_config):
+    settings = dataclasses.replace(weight_config.settings, uses_posterior=True)
+    connections = list_connections(build_trial_diagram(weight_config.tools[0], settings).diagram)
+    assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
+    assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
+
+
+def list_drawn(path):
+    """Every group, system and connection of a picture: what it is called, says and is coloured; not where it stands.
+
+    Places depend on the fonts and the version of graphviz of the machine that drew it.
+    """
+    drawn = []
+    for element in ElementTree.parse(path).getroot().iter(f"{SVG}g"):
+        texts = [text.text for text in element.findall(f"{SVG}text")]
+        colours = {part.get(key) for part in element for key in ("fill", "stroke")} - {None}
+        drawn.append((element.get("class"), element.findtext(f"{SVG}title"), texts, sorted(colours)))
+    return sorted(drawn)
+
+
+def test_committed_picture_is_up_to_date(trial, tmp_path):
+    """If this fails: make diagrams, look at the picture, commit it."""
+    save_diagram(trial.diagram, tmp_path, "weight")
+    assert (DIAGRAMS / "weight.dot").read_text() == describe_diagram(trial.diagram)
+    assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
+
+
+def test_description_names_every_system_and_connection(trial):
+    graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
+    assert sorted(graph.nodes()) == sorted(system.get_name() for system in trial.diagram.GetSystems())
+    described = [
+        (edge[0], edge.attr["tailport"].removesuffix(":e"), edge[1], edge.attr["headport"].removesuffix(":w"))
+        for edge in graph.edges()
+    ]
+    assert sorted(described) == sorted(list_connections(trial.diagram))
+
+
+def test_picture_shows_every_system_its_ports_and_connections(trial, tmp_path):
+    save_diagram(trial.diagram, tmp_path, "diagram")
+    connections = list_connections(trial.diagram)
+    names = [system.get_name() for system in trial.diagram.GetSystems()]
+    texts = {title: sorted(texts) for kind, title, texts, _ in list_drawn(tmp_path / "diagram.svg") if kind == "node"}
+    ports = {(a, b, "out") for a, b, _, _ in connections} | {(c, d, "in") for _, _, c, d in connections}
+    assert texts == {name: sorted([name, *(port for owner, port, _ in ports if owner == name)]) for name in names}
+    lines = sorted(title for kind, title, *_ in list_drawn(tmp_path / "diagram.svg") if kind == "edge")
+    assert lines == sorted(f"{a}:e->{c}:w" for a, _, c, _ in connections)

@@ -1,0 +1,326 @@
+"""Each system alone, with fixed ports."""
+
+import logging
+
+import numpy as np
+import pinocchio
+import pytest
+from helpers.seen_objects import ONE_MATERIAL, RED, detect_parts
+from pydrake.common.value import AbstractValue
+from scipy.stats import kstest, truncnorm
+
+from affordance.belief.density_belief import PointEstimate
+from affordance.belief.material_memory import MaterialMemory
+from affordance.control.constrained_qp import AccelerationProgram
+from affordance.control.hold import Hold
+from affordance.control.mpc import MinimumAccelerationMpc
+from affordance.control.problem import TerminalGoal
+from affordance.control.systems import MpcController, TaskSystem
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.systems import DensityEstimator, Proprioception
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.systems import MaterialMemorySystem, Vision, VisualPrior
+from benchmarks.peer_arms import build_pinocchio, read_grip
+
+PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
+
+
+def fix(system, context, **values):
+    for name, value in values.items():
+        port = system.GetInputPort(name)
+        port.FixValue(context, value if isinstance(value, np.ndarray) else AbstractValue.Make(value))
+
+
+def evaluate(system, context, port):
+    return system.GetOutputPort(port).Eval(context)
+
+
+def test_vision_shows_what_it_was_given_and_forgets_nothing_of_it():
+    system = Vision()
+    context = system.CreateDefaultContext()
+    system.set_features(context, ONE_MATERIAL)
+    assert evaluate(system, context, "features") == ONE_MATERIAL
+    clone = context.Clone()
+    system.set_features(context, ())
+    assert evaluate(system, context, "features") == ()
+    assert evaluate(system, clone, "features")[0].colour == RED
+
+
+def test_task_hands_over_the_task(arm):
+    system = TaskSystem()
+    context = system.CreateDefaultContext()
+    hold = Hold(arm.home)
+    system.set_task(context, hold)
+    assert evaluate(system, context, "goal") is hold
+
+
+def test_visual_prior_is_the_pure_function_on_its_ports():
+    system = VisualPrior(PRIOR)
+    context = system.CreateDefaultContext()
+    fix(system, context, features=ONE_MATERIAL, materials=MaterialMemory())
+    belief, expected = evaluate(system, context, "prior"), detect_parts(ONE_MATERIAL, PRIOR)
+    np.testing.assert_array_equal(belief.densities.precision, expected.densities.precision)
+    np.testing.assert_array_equal(belief.geometry.Phi, expected.geometry.Phi)
+
+
+def test_memory_learns_only_when_told(arm):
+    system = MaterialMemorySystem()
+    context = system.CreateDefaultContext()
+    posterior = detect_parts(ONE_MATERIAL, PRIOR)
+    fix(system, context, posterior=posterior)
+    assert evaluate(system, context, "materials").colours == ()
+    system.learn(context)
+    assert evaluate(system, context, "materials").colours == (RED,)
+    assert system.get_memory(context).belief.size == 1
+    assert system.CreateDefaultContext().get_abstract_state(0).get_value().colours == ()
+
+
+def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
+    system = Proprioception(7, WeberNoise(weber_fraction=0.07, threshold=0.1), 0.05)
+    context = system.CreateDefaultContext()
+    tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
+    fix(system, context, tau=tau, state=x, vdot=vdot)
+    np.testing.assert_array_equal(evaluate(system, context, "measurement"), np.concatenate([tau, x, vdot]))
+    system.draw_errors(context, (1, 2))
+    felt = evaluate(system, context, "measurement")
+    np.testing.assert_array_equal(felt[7:], np.concatenate([x, vdot]))
+    assert (felt[:7] != tau).all()
+    context.SetTime(1.0)
+    np.testing.assert_array_equal(evaluate(system, context, "measurement"), felt)
+    system.draw_errors(context, (1, 3))
+    assert (evaluate(system, context, "measurement")[:7] != felt[:7]).all()
+
+
+def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
+    system = Proprioception(7, noise, 0.05)
+    context = system.CreateDefaultContext()
+    fix(system, context, state=np.zeros(14), vdot=np.zeros(7))
+    system.draw_errors(context, (3,))
+
+    def measure(tau):
+        fix(system, context, tau=tau)
+        return evaluate(system, context, "measurement")[:7].copy()
+
+    gain, offset = noise.draw_trial_errors((3,), 7)
+    np.testing.assert_array_equal(measure(np.zeros(7)), offset)
+    for scale in (1.0, -2.0, 30.0):
+        tau = scale * rng.normal(size=7)
+        np.testing.assert_allclose(measure(tau) - offset, tau + gain * tau, rtol=0, atol=1e-13)
+
+
+def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_asked_for():
+    system = Proprioception(7, WhiteNoise(sd=0.1), 0.05)
+    context = system.CreateDefaultContext()
+    fix(system, context, tau=np.zeros(7), state=np.zeros(14), vdot=np.zeros(7))
+    system.draw_errors(context, (1,))
+    context.SetTime(0.05)
+    first = evaluate(system, context, "measurement")[:7].copy()
+    context.SetTime(0.1)
+    assert (evaluate(system, context, "measurement")[:7] != first).all()
+    context.SetTime(0.05)
+    np.testing.assert_array_equal(evaluate(system, context, "measurement")[:7], first)
+    system.draw_errors(context, (2,))
+    assert (evaluate(system, context, "measurement")[:7] != first).all()
+
+
+@pytest.fixture
+def estimator(arm):
+    system = DensityEstimator(arm, noise=NOISE, deviation_sd=PRIOR.deviation_sd, sample_period=0.05)
+    context = system.CreateDefaultContext()
+    hold, belief = StaticHold(arm), detect_parts(ONE_MATERIAL, PRIOR)
+    tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
+    measurement = np.concatenate([tau, arm.home, np.zeros(14)])
+    fix(system, context, prior=belief, measurement=measurement)
+    return system, context, belief
+
+
+def update(system, context):
+    discrete_state = system.EvalUniquePeriodicDiscreteUpdate(context)
+    context.SetDiscreteState(discrete_state)
+
+
+def test_estimator_believes_the_prior_before_it_feels_and_the_truth_afterwards(estimator):
+    system, context, belief = estimator
+    posterior = evaluate(system, context, "posterior")
+    np.testing.assert_array_equal(posterior.densities.untruncated_mean, belief.densities.untruncated_mean)
+    for _ in range(3):
+        update(system, context)
+    posterior = evaluate(system, context, "posterior")
+    # Felt without error, and the broad prior weighs next to nothing.
+    assert posterior.densities.untruncated_mean[0] == pytest.approx(7850.0, rel=0.03)
+    assert evaluate(system, context, "log_evidence")[0] != 0.0
+
+
+def test_equal_samples_say_no_more_than_one_with_one_percept_a_trial(estimator):
+    system, context, _ = estimator
+    update(system, context)
+    once = evaluate(system, context, "posterior").densities.precision.copy()
+    for _ in range(10):
+        update(system, context)
+    np.testing.assert_allclose(evaluate(system, context, "posterior").densities.precision, once, rtol=1e-12)
+
+
+@pytest.fixture
+def controller(arm):
+    def build(point_estimate=PointEstimate.MODE):
+        system = MpcController(
+            arm,
+            settings=DEFAULT_SETTINGS.mpc,
+            control_period=DEFAULT_SETTINGS.control_period,
+            point_estimate=point_estimate,
+            angle_margin=0.0,
+        )
+        context = system.CreateDefaultContext()
+        hold = Hold(arm.home)
+        fix(system, context, belief=detect_parts(ONE_MATERIAL, PRIOR), goal=hold)
+        fix(system, context, state=np.concatenate([arm.home, np.zeros(7)]))
+        return system, context
+
+    return build
+
+
+def test_controller_holds_the_weight_it_believes_in(controller, arm):
+    system, context = controller()
+    assert not evaluate(system, context, "tau").any()
+    update(system, context)
+    hold = StaticHold(arm)
+    expected = hold.tau_arm + hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).compute_parameters(np.array([PRIOR.mode]))
+    np.testing.assert_allclose(evaluate(system, context, "tau"), expected, atol=1e-9)
+    assert system.get_counts(context) == (0, 0)
+
+
+def test_two_contexts_of_one_controller_do_not_disturb_each_other(controller, arm):
+    system, context = controller()
+    update(system, context)
+    alone = evaluate(system, context, "tau").copy()
+    _, other = controller()
+    other = system.CreateDefaultContext()
+    memory = detect_parts(ONE_MATERIAL, PRIOR._replace(mode=9000.0)).memory
+    fix(system, other, belief=detect_parts(ONE_MATERIAL, PRIOR, memory), goal=Hold(arm.home))
+    fix(system, other, state=np.concatenate([arm.home, np.zeros(7)]))
+    update(system, other)
+    assert np.abs(evaluate(system, other, "tau") - alone).max() > 1.0
+    update(system, context)
+    np.testing.assert_array_equal(evaluate(system, context, "tau"), alone)
+
+
+def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
+    system, context = controller(PointEstimate.SAMPLE)
+    torques = []
+    for seed in ((1,), (2,), (1,)):
+        system.set_seed(context, seed)
+        update(system, context)
+        torques.append(evaluate(system, context, "tau").copy())
+        update(system, context)
+        np.testing.assert_array_equal(evaluate(system, context, "tau"), torques[-1])
+    assert (torques[0] != torques[1]).any()
+    np.testing.assert_array_equal(torques[0], torques[2])
+
+
+def test_sampled_densities_are_distributed_as_believed(controller, arm):
+    """The density behind the torque of each of 500 seeds, against the prior restricted to positive densities."""
+    system, context = controller(PointEstimate.SAMPLE)
+    hold = StaticHold(arm)
+    per_density = hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).geometry.Phi[:, 0]
+    drawn = []
+    for seed in range(500):
+        system.set_seed(context, (seed,))
+        update(system, context)
+        load = evaluate(system, context, "tau") - hold.tau_arm
+        drawn.append(load @ per_density / (per_density @ per_density))
+    sd = np.hypot(PRIOR.sd, PRIOR.deviation_sd)
+    believed = truncnorm(-PRIOR.mode / sd, np.inf, loc=PRIOR.mode, scale=sd)
+    assert kstest(drawn, believed.cdf).pvalue > 1e-3
+
+
+def test_limited_ticks_are_counted(controller, arm):
+    system, context = controller()
+    x = np.concatenate([arm.home, np.zeros(7)])
+    x[arm.joint_names.index("elbow_flexion")] = arm.limits.q_lower[3] - 0.05
+    fix(system, context, state=x)
+    update(system, context)
+    assert system.get_counts(context) == (1, 0)
+
+
+def test_failed_solver_lets_the_previous_plan_go_on_and_says_so(controller, arm, monkeypatch, caplog):
+    system, context = controller()
+    x = np.concatenate([arm.home + 0.02, np.zeros(7)])
+    fix(system, context, state=x)
+    update(system, context)
+    planned = evaluate(system, context, "tau").copy()
+    monkeypatch.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
+    monkeypatch.setattr(MinimumAccelerationMpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+    with caplog.at_level(logging.WARNING):
+        update(system, context)
+    assert "no new plan, as the solver failed" in caplog.text
+    tau = evaluate(system, context, "tau")
+    # Same state, same step of the same plan: the same torque.
+    np.testing.assert_allclose(tau, planned, atol=1e-9)
+    assert system.get_counts(context) == (0, 1)
+    monkeypatch.undo()
+    update(system, context)
+    assert system.get_counts(context) == (0, 1)
+
+
+def compute_torques_with_pinocchio(density, x, vdot):
+    """Torques of the arm holding ONE_MATERIAL, in a library that shares nothing with ours."""
+    model = build_pinocchio()
+    (part,) = ONE_MATERIAL
+    mass = density * part.shape.volume
+    payload = pinocchio.Inertia.FromEllipsoid(mass, *part.shape.semi_axes)
+    place = pinocchio.SE3(np.eye(3), read_grip() + part.X_TE[:3, 3])
+    model.appendBodyToJoint(model.njoints - 1, payload, place)
+    q, v = np.split(x, 2)
+    return pinocchio.rnea(model, model.createData(), q, v, vdot)
+
+
+def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(controller, arm, rng, monkeypatch):
+    """Each tick's torque gives the acceleration planned for its time at the state reached, zero after the end."""
+    system, context = controller()
+    settings, control_period = DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.control_period
+    ticks_per_step = round(settings.horizon / settings.num_steps / control_period)
+    mpc = MinimumAccelerationMpc(arm.limits, settings)
+    home_at_rest = TerminalGoal(np.eye(7), arm.home, np.eye(7), np.zeros(7))
+    time = 0.0
+
+    def draw_state():
+        return np.concatenate([arm.home, np.zeros(7)]) + 0.02 * rng.normal(size=14)
+
+    def advance(x):
+        nonlocal time
+        context.SetTime(time)
+        fix(system, context, state=x)
+        update(system, context)
+        time += control_period
+        return evaluate(system, context, "tau").copy()
+
+    for num_failures in (6, 52):
+        x = draw_state()
+        plan = mpc.solve_free(x, home_at_rest)[: settings.num_steps]
+        first = advance(x)
+        np.testing.assert_allclose(first, compute_torques_with_pinocchio(PRIOR.mode, x, plan[0]), atol=1e-9)
+        with monkeypatch.context() as broken:
+            broken.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
+            broken.setattr(MinimumAccelerationMpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
+            for k in range(1, num_failures + 1):
+                step = k // ticks_per_step
+                vdot = plan[step] if step < settings.num_steps else np.zeros(7)
+                x = draw_state()
+                expected = compute_torques_with_pinocchio(PRIOR.mode, x, vdot)
+                assert (np.abs(expected) < arm.limits.tau_max).all()
+                np.testing.assert_allclose(advance(x), expected, atol=1e-9)
+    assert system.get_counts(context) == (0, 6 + 52)
+
+
+def test_state_that_is_not_finite_keeps_the_last_torque(controller, arm):
+    system, context = controller()
+    update(system, context)
+    held = evaluate(system, context, "tau").copy()
+    x = np.concatenate([arm.home, np.zeros(7)])
+    x[2] = np.nan
+    fix(system, context, state=x)
+    update(system, context)
+    np.testing.assert_array_equal(evaluate(system, context, "tau"), held)
+    assert system.get_counts(context) == (0, 1)

@@ -1,0 +1,249 @@
+"""Spoilt files: a small version of benchmarks/trust/bad_input.py, a corpus kept for ever, and files of results."""
+
+import logging
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from affordance.choice.hammer import load_hammer
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.reporting.report import Claim, Section, write_report, write_section
+from affordance.runs.repeats import run_repeats
+from benchmarks.trust.bad_input import (
+    FILES,
+    Answer,
+    Case,
+    answer,
+    answer_for_arm,
+    copy_models,
+    measure,
+    names_the_place,
+    spoil,
+)
+
+BROKEN = Path(__file__).parents[1] / "broken"
+QUICKLY = settings(
+    max_examples=80,
+    deadline=None,
+    derandomize=True,
+    database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture, HealthCheck.too_slow],
+)
+# What a file of the corpus stands for, and what its refusal must say. The first words of its name say which file.
+CORPUS = {
+    "materials_colour_by_name": "brass.colour: is 'gold', must be red, green and blue",
+    "materials_density_in_g_per_cm3_as_text": "brass.density: is '8.5 g/cm3', must be a number",
+    "materials_source_missing": "beech.source: is missing",
+    "tools_weight_material_unknown": "material: is 'unobtainium', must be one of the known materials",
+    "tools_weight_millimetres": "semi_axes[0]: is 50, must be from 0.0001 to 1",
+    "tools_weight_nan": "position[1]: is nan",
+    "tools_weight_no_decoy": "tools: has 2 entries, must have at least 3",
+    "tools_weight_tab": "is not YAML",
+    "tools_weight_two_of_one_name": "name: is 'rod', which an earlier tool of the file is called already",
+    "tools_com_unequal_weight": "must weigh the same as",
+    "tools_com_truncated": "com.yaml: ",
+    "tools_novel_one_grip": "grips: has 1 entries, must have 2",
+    "tools_novel_too_heavy": "must be at most",
+    "paths_reach_out_of_reach": "cannot be followed",
+    "paths_reach_standing_still": "points[1]: lies 0 m from the point before",
+    "paths_reach_backwards_in_time": "duration: is -2, must be from 0.05 to 60",
+    "paths_mash_out_of_reach": "points: cannot be followed",
+    "tools_uncommon_one_object": "tools: has 1 entries, must have 2",
+    "nail_longer_in_the_wood_than_it_is": "depth_demanded: is 0.06, must be from",
+    "nail_struck_from_nowhere": "blow.direction: has a length of 0, must be at least",
+    "faults_half_a_sample": "delay.delay_samples: is 0.5, must be a whole number",
+    "faults_unknown_key": "spikes.spike_hight: is not a key known here",
+}
+
+
+def to_target(name):
+    """The file of the models that a file of the corpus takes the place of."""
+    for prefix in (
+        *("tools_weight", "tools_com", "tools_novel", "tools_uncommon", "paths_reach", "paths_mash"),
+        *("nail", "materials", "faults"),
+    ):
+        if name.startswith(prefix):
+            return prefix.replace("_", "/", 1) + ".yaml"
+    raise ValueError(name)
+
+
+@pytest.fixture(scope="module")
+def models():
+    with copy_models() as folder:
+        yield folder
+
+
+def test_corpus_is_complete():
+    assert {path.stem for path in BROKEN.glob("*.yaml")} == set(CORPUS)
+
+
+@pytest.mark.parametrize("name", CORPUS)
+def test_broken_file_is_refused_by_file_and_key(models, name):
+    case = Case(to_target(name), (BROKEN / f"{name}.yaml").read_bytes(), name)
+    found = answer(models, case)
+    assert found.refused, found
+    assert CORPUS[name] in found.err
+    assert Path(case.file).name in found.err
+
+
+@QUICKLY
+@given(spoil())
+def test_file_spoilt_anywhere_is_refused_by_file_and_key(models, case):
+    found = answer(models, case)
+    assert found.refused, (case, found)
+    assert names_the_place(case, found), (case, found)
+
+
+@pytest.mark.parametrize(
+    ("keys", "said", "named"),
+    [
+        (("mass",), "run.py: tools/com.yaml: tools[0].mass: is -1, must be more than 0", True),
+        (("mass",), "run.py: tools/com.yaml: tools[0].bodymass: is -1, must be more than 0", False),
+        (("mass",), "run.py: tools/com.yaml: tools[0].size: is -1, must be a mass", False),
+        (("mass",), "run.py: mass.yaml: tools: is -1, must be more than 0", False),
+        (("shape",), "run.py: tools/com.yaml: tools: ball.shape: is 3", True),
+        (("other", "mass"), "run.py: tools/com.yaml: mass: is missing", True),
+        ((), "run.py: tools/com.yaml: is not YAML", True),
+        ((), "run.py: com: is not YAML", False),
+    ],
+)
+def test_place_is_named_as_an_element_of_the_path(keys, said, named):
+    found = Answer(2, "", f"{said}\n", False)
+    assert names_the_place(Case("tools/com.yaml", b"", "", keys), found) is named
+
+
+def test_only_distinct_files_are_counted(monkeypatch):
+    tried = []
+
+    def refuse(models, case):
+        tried.append((case.file, case.content))
+        return Answer(2, "", f"{case.file}: {case.keys[0] if case.keys else ''}: is wrong\n", False)
+
+    monkeypatch.setattr("benchmarks.trust.bad_input.answer", refuse)
+    failures, numbers = measure(arms=0)
+    assert failures == []
+    assert numbers["bad_inputs_tried"] == numbers["bad_inputs_refused"] == len(tried) == len(set(tried))
+    assert len(tried) >= 650  # 500 are asked for
+    assert {file for file, _ in tried} == set(FILES)
+
+
+@QUICKLY
+@given(data=st.data())
+def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
+    lines = (MODELS / "nail.yaml").read_text().splitlines()
+    keys = [number for number, line in enumerate(lines) if line and not line.startswith("#")]
+    number = data.draw(st.sampled_from(keys))
+    name = lines[number].split(":")[0]
+    wrong = [f"{name}: {value}" for value in ("-1", "1e9", ".nan", "long", "[1]", "{}")]
+    lines[number] = data.draw(st.sampled_from([*wrong, f"{name}x: 1", ""]))
+    (tmp_path / "nail.yaml").write_text("\n".join(lines))
+    with pytest.raises(AffordanceError, match=r"nail\.yaml: ") as caught:
+        load_hammer(tmp_path / "nail.yaml")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("number", [0, 3, 8, 10, 15])
+def test_spoilt_arm_is_refused(number):
+    with copy_models() as folder:
+        found = answer_for_arm(folder, number)
+    assert found.refused, found
+
+
+def test_fault_of_no_name_is_refused(tmp_path):
+    command = [sys.executable, "run_experiments.py", "weight", "--fault", "gremlins", "--out", str(tmp_path / "out")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert "--fault: is 'gremlins', must be one of nan_samples, " in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def draw(repeat):
+    return {"drawn": np.random.default_rng(repeat).normal(size=(2, 3)), "count": np.array(repeat)}
+
+
+def draw_zeros(repeat):
+    return {"drawn": np.zeros((2, 3)), "count": np.array(0)}
+
+
+def run(folder):
+    return run_repeats(folder, draw, repeats=2, jobs=1, description="test")
+
+
+@pytest.fixture(scope="module")
+def kept(tmp_path_factory):
+    """A folder of repeats, what is in the file of the second, and the numbers of both."""
+    folder = tmp_path_factory.mktemp("repeats")
+    good = run(folder)
+    return folder, (folder / "repeat_00001.npz").read_bytes(), good
+
+
+@QUICKLY
+@given(data=st.data())
+def test_damaged_repeat_is_never_trusted(kept, data):
+    """Whatever is done to a kept repeat, the numbers are those of an undamaged one."""
+    folder, undamaged, good = kept
+    path = folder / "repeat_00001.npz"
+    content = bytearray(undamaged)
+    way = data.draw(st.sampled_from(["cut", "flip", "insert", "random", "empty"]))
+    place = data.draw(st.integers(0, len(content) - 1))
+    if way == "cut":
+        del content[place:]
+    elif way == "flip":
+        content[place] ^= 1 << data.draw(st.integers(0, 7))
+    elif way == "insert":
+        content[place:place] = data.draw(st.binary(min_size=1, max_size=20))
+    else:
+        content = bytearray(data.draw(st.binary(max_size=200)) if way == "random" else b"")
+    path.write_bytes(content)
+    again = run(folder)
+    assert set(again) == set(good)
+    for name, values in good.items():
+        np.testing.assert_array_equal(values, again[name])
+
+
+def test_repeat_of_another_run_is_named_and_set_aside(tmp_path, caplog):
+    ours, theirs = tmp_path / "ours", tmp_path / "theirs"
+    good = run(ours)
+    run_repeats(theirs, draw_zeros, repeats=2, jobs=1, description="test")
+    (theirs / "repeat_00001.npz").replace(ours / "repeat_00001.npz")
+    (ours / "repeat_00000.npz").write_bytes((ours / "repeat_00001.npz").read_bytes())
+    with caplog.at_level(logging.WARNING):
+        again = run(ours)
+    np.testing.assert_array_equal(good["drawn"], again["drawn"])
+    assert "repeat_00001.npz belongs to repeat 1 of theirs; set aside as repeat_00001.broken" in caplog.text
+    assert "repeat_00000.npz belongs to repeat 1 of theirs" in caplog.text
+
+
+def test_repeat_without_a_stamp_is_set_aside(tmp_path, caplog):
+    good = run(tmp_path)
+    np.savez(tmp_path / "repeat_00001.npz", drawn=np.zeros((2, 3)), count=0)
+    np.testing.assert_array_equal(run(tmp_path)["drawn"], good["drawn"])
+    assert (tmp_path / "repeat_00001.broken").exists()
+
+
+@QUICKLY
+@given(data=st.data())
+def test_damaged_section_never_stops_the_report(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp("results")
+    good = Section(1, "Good", "All is well.", [], [Claim("here", "said", True, "found")], [])
+    write_section(folder / "good", good)
+    write_section(folder / "bad", good._replace(title="Bad"))
+    path = folder / "bad" / "section.json"
+    content = path.read_bytes()
+    values = ["null", "[]", "3", '"x"', "{}", "true", "[null]", "[{}]", "1e999"]
+    if data.draw(st.booleans()):
+        content = content[: data.draw(st.integers(0, len(content) - 1))]
+    else:
+        key = data.draw(st.sampled_from(["order", "title", "summary", "pictures", "claims", "differences"]))
+        start = content.index(f'"{key}":'.encode())
+        content = content[:start] + f'"{key}": {data.draw(st.sampled_from(values))},'.encode() + content[start:]
+        content = content.replace(f'"{key}":'.encode(), b'"odd":') if data.draw(st.booleans()) else content
+    path.write_bytes(content)
+    assert "Good" in write_report(folder).read_text()

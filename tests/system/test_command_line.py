@@ -1,0 +1,145 @@
+"""run_experiments.py as its users run it."""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from affordance.files.model_folder import MODELS
+from benchmarks.trust.kills import list_differences
+
+ROOT = Path(__file__).parents[2]
+
+
+def start(*arguments):
+    command = [sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)]
+    return subprocess.Popen(
+        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+    )
+
+
+def run(*arguments):
+    process = start(*arguments)
+    out, err = process.communicate(timeout=300)
+    return process.returncode, out, err
+
+
+def check_refusal(arguments, message, out):
+    status, printed, err = run(*arguments, "--out", out)
+    assert status == 2
+    assert printed == ""
+    assert message in err
+    assert err.count("\n") == 1
+    assert not out.exists() or out.is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, vision, all"),
+        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
+        (["--repeats", "-5"], "--repeats: is -5, must be from 1 to 1000000"),
+        (["--seed", "-1"], "--seed: is -1, must be from 0 to"),
+        (["--jobs", "0"], "--jobs: is 0, must be from 1 to 4096"),
+        (["--repeats", "many"], "--repeats: invalid int value: 'many'"),
+        (["--vision", "ears"], "--vision: invalid choice: 'ears'"),
+        (["--colour"], "unrecognized arguments: --colour"),
+    ],
+)
+def test_bad_arguments_are_refused_in_one_line(tmp_path, arguments, message):
+    check_refusal(arguments, message, tmp_path / "results")
+
+
+def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "tools" / "weight.yaml"
+    path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
+    message = "tools[0].components[0].semi_axes[1]: is -0.015, must be from 0.0001 to 1"
+    check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
+
+
+def test_bad_arm_is_refused_before_anything_is_written(tmp_path):
+    shutil.copytree(MODELS, tmp_path / "models")
+    (tmp_path / "models" / "arm.sdf").write_text("<sdf")
+    check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
+
+
+def test_missing_models_are_refused(tmp_path):
+    check_refusal(["--models", tmp_path / "nowhere"], "materials.yaml: cannot be read", tmp_path / "results")
+
+
+def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path):
+    out = tmp_path / "results"
+    out.write_text("precious")
+    check_refusal([], "which is or lies below a file, must be a folder", out)
+    assert out.read_text() == "precious"
+
+
+def test_help_explains_every_option():
+    status, out, _ = run("--help")
+    assert status == 0
+    options = ("--repeats", "--seed", "--jobs", "--out", "--models", "--vision", "--fault", "--cluster", "weight")
+    for option in options:
+        assert option in out
+
+
+def wait_for(out, pattern):
+    deadline = time.monotonic() + 240
+    while not list(out.rglob(pattern)):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_killed_run_resumes_to_the_same_numbers(tmp_path):
+    interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
+    # While repeats are run, and while their results are written; benchmarks/trust/kills.py kills at random moments.
+    for written in ("repeat_*.npz", "figure3.png"):
+        process = start("weight", "--repeats", 4, "--jobs", 1, "--out", interrupted)
+        wait_for(interrupted, written)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        assert not (interrupted / "report.html").exists()
+
+    status, out, err = run("weight", "--repeats", 4, "--jobs", 2, "--out", interrupted)
+    assert status == 0, err
+    assert "report.html" in out
+    assert "4/4" in err
+    status, _, err = run("weight", "--repeats", 4, "--jobs", 1, "--out", whole)
+    assert status == 0, err
+
+    assert (whole / "report.html").exists()
+    assert list_differences(whole, interrupted) == []
+
+
+def test_files_that_differ_are_named(tmp_path):
+    for name, metrics in (("one", {"a": 1, "wall_s": 2.0}), ("other", {"a": 1, "wall_s": 3.0})):
+        folder = tmp_path / name
+        folder.mkdir()
+        (folder / "metrics.json").write_text(json.dumps(metrics))
+        (folder / "figure.png").write_bytes(b"same")
+        np.savez(folder / "repeat.npz", x=np.arange(3))
+    one, other = tmp_path / "one", tmp_path / "other"
+    assert list_differences(one, other) == []
+    (other / "metrics.json").write_text(json.dumps({"a": 2, "wall_s": 2.0}))
+    (other / "figure.png").write_bytes(b"other")
+    np.savez(other / "repeat.npz", x=np.arange(3) + 1e-16)
+    (one / "more.txt").touch()
+    assert list_differences(one, other) == ["figure.png", "metrics.json", "more.txt", "repeat.npz"]
+
+
+def test_interruption_ends_in_one_line(tmp_path):
+    process = start("weight", "--repeats", 1000, "--jobs", 1, "--out", tmp_path)
+    while not list(tmp_path.rglob("*.npz")) and process.poll() is None:
+        time.sleep(0.1)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
+    assert "Traceback" not in err

@@ -1,0 +1,35 @@
+import ast
+import re
+from pathlib import Path
+
+import numpy as np
+
+from affordance.random_streams import Stream
+
+ROOT = Path(__file__).parents[1]
+# More than any observer has.
+MOST_TRIALS = 10**4
+
+
+def test_streams_draw_different_numbers():
+    draws = {np.random.default_rng([0, stream]).random() for stream in Stream}
+    assert len(draws) == len(Stream)
+
+
+def test_streams_are_no_trials():
+    assert min(Stream) > MOST_TRIALS
+
+
+def test_a_trailing_zero_adds_nothing_to_a_seed():
+    """Why streams must differ though what stands behind them does."""
+    assert np.random.default_rng([0, Stream.SHOWN]).random() == np.random.default_rng([0, Stream.SHOWN, 0]).random()
+
+
+def test_streams_are_numbered_nowhere_else():
+    found = []
+    for path in sorted(path for folder in ("affordance", "benchmarks") for path in (ROOT / folder).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            is_power = isinstance(node, ast.BinOp) and isinstance(node.op, ast.Pow)
+            if is_power and re.fullmatch(r"10 \*\* [5-9]", ast.unparse(node)):
+                found.append(path.name)
+    assert set(found) == {"random_streams.py"}

@@ -1,0 +1,189 @@
+import numpy as np
+import pytest
+from helpers.synthetic_pictures import CAMERA, NOISY, PERFECT, STAND, draw_picture, make_ellipsoid
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from affordance.vision.pixels import ellipsoid_fit
+from affordance.vision.pixels.ellipsoid_fit import (
+    SeenEllipsoid,
+    UndeterminedError,
+    View,
+    build_strain,
+    deform,
+    fit_ellipsoid,
+    guess,
+    trace_rays,
+)
+from affordance.vision.pixels.pipeline import collect_view
+from affordance.vision.pixels.segmentation import segment
+
+BALL = make_ellipsoid([0.04, 0.04, 0.04], [0.02, -0.03, STAND - 0.04])
+TURN = Rotation.from_rotvec([0.4, -0.7, 1.1]).as_matrix()
+EGG = make_ellipsoid([0.03, 0.05, 0.08], [-0.04, 0.05, STAND - 0.09], TURN)
+
+
+def fit(ellipsoid, noise, rng=None):
+    return fit_in(draw_picture([ellipsoid], [(0.7, 0.4, 0.2)]), noise, rng)
+
+
+def fit_in(picture, noise, rng=None):
+    if rng is not None:
+        picture = noise.add_to(picture, CAMERA, rng)
+    segmentation = segment(picture, STAND, noise)
+    assert segmentation.num_parts == 1
+    return fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, noise)
+
+
+def find_deformation(true, found):
+    """The nine numbers that make one ellipsoid of another, to first order: E S + S E = dS in the axes of S."""
+    squares, axes = np.linalg.eigh(true.shape_matrix)
+    change = axes.T @ (found.shape_matrix - true.shape_matrix) @ axes
+    E = axes @ (change / (squares[:, None] + squares[None])) @ axes.T
+    return np.concatenate([found.centre - true.centre, E[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]])
+
+
+@pytest.mark.parametrize("ellipsoid", [BALL, EGG])
+def test_ellipsoid_is_recovered_exactly_from_perfect_depth(ellipsoid):
+    found = fit(ellipsoid, PERFECT).ellipsoid
+    np.testing.assert_allclose(found.centre, ellipsoid.centre, atol=1e-5)
+    np.testing.assert_allclose(found.shape_matrix, ellipsoid.shape_matrix, atol=2e-4 * 0.08**2)
+
+
+def test_points_sighted_lie_on_the_surface_and_on_their_rays(rng):
+    pixels = CAMERA.project(EGG.centre[None]) + rng.uniform(-15.0, 15.0, (50, 2))
+    seen = trace_rays(EGG, CAMERA.compute_rays(pixels), CAMERA.focal_length)
+    np.testing.assert_allclose(CAMERA.project(seen.points), pixels, atol=1e-9)
+    from_centre = seen.points - EGG.centre
+    quadratic = np.einsum("ni,ij,nj->n", from_centre, np.linalg.inv(EGG.shape_matrix), from_centre)
+    np.testing.assert_allclose(quadratic, 1.0, atol=1e-9)
+    assert (seen.depth < EGG.centre[2]).all()  # the near side
+    assert (seen.outline_distance > 0.0).all()
+
+
+def test_outline_distance_is_counted_in_pixels():
+    """Of a ball on the optical axis: its outline is a circle whose radius follows from a right triangle."""
+    ball = make_ellipsoid([0.05] * 3, [0.0, 0.0, 0.8])
+    radius = CAMERA.focal_length * 0.05 / np.sqrt(0.8**2 - 0.05**2)
+    for beside in (-2.0, -0.5, 0.0, 0.5, 2.0):
+        pixel = np.add(CAMERA.centre, (radius - beside, 0.0))
+        distance = trace_rays(ball, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length).outline_distance[0]
+        assert distance == pytest.approx(beside, abs=0.08)
+
+
+def test_deformations_are_affine_maps_of_the_surface(rng):
+    numbers = 0.05 * rng.standard_normal(9)
+    directions = rng.standard_normal((20, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = EGG.centre + directions @ np.linalg.cholesky(EGG.shape_matrix).T
+    moved = EGG.centre + numbers[:3] + (points - EGG.centre) @ (np.eye(3) + build_strain(numbers[3:]))
+    deformed = deform(EGG, numbers)
+    from_centre = moved - deformed.centre
+    quadratic = np.einsum("ni,ij,nj->n", from_centre, np.linalg.inv(deformed.shape_matrix), from_centre)
+    np.testing.assert_allclose(quadratic, 1.0, atol=1e-9)
+
+
+def test_derivatives_agree_with_finite_differences(rng):
+    pixels = CAMERA.project(EGG.centre[None]) + rng.uniform(-15.0, 15.0, (40, 2))
+    rays = CAMERA.compute_rays(pixels)
+    rim = find_rim(EGG)
+    problem = ellipsoid_fit._Problem(EGG, rays, np.full(40, 0.8), np.full(40, 1e-3), rim, NOISY, CAMERA.focal_length)
+    steps = np.array([1e-7] * 3 + [1e-6] * 6 + [1e-4])
+    for numbers in (np.zeros(10), np.append(np.zeros(9), 0.7)):
+        numeric = np.column_stack(
+            [
+                (problem.compute_residuals(numbers + step) - problem.compute_residuals(numbers - step))
+                / (2.0 * step.max())
+                for step in np.diag(steps)
+            ]
+        )
+        J = problem.compute_jacobian(numbers)
+        np.testing.assert_allclose(J, numeric, atol=1e-5 * np.abs(numeric).max(axis=0).max())
+
+
+def find_rim(ellipsoid):
+    """Rays along the outline, by bisection from the centre outwards."""
+    rays = []
+    centre = CAMERA.project(ellipsoid.centre[None])[0]
+    for angle in np.linspace(0.0, 6.0, 12):
+        low, high = 0.0, 200.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            pixel = centre + middle * np.array([np.cos(angle), np.sin(angle)])
+            inside = (
+                trace_rays(ellipsoid, CAMERA.compute_rays(pixel[None]), CAMERA.focal_length).outline_distance[0] > 0.0
+            )
+            low, high = (middle, high) if inside else (low, middle)
+        rays.append(pixel)
+    return CAMERA.compute_rays(np.array(rays))
+
+
+def test_guess_is_near_enough_to_start_from():
+    view = collect_view_of(EGG)
+    first = guess(view, CAMERA)
+    np.testing.assert_allclose(first.centre, EGG.centre, atol=0.02)
+    volumes = [np.sqrt(np.linalg.det(ellipsoid.shape_matrix)) for ellipsoid in (first, EGG)]
+    assert 0.5 < volumes[0] / volumes[1] < 2.0
+
+
+def collect_view_of(ellipsoid) -> View:
+    picture = draw_picture([ellipsoid], [(0.7, 0.4, 0.2)])
+    return collect_view(picture, segment(picture, STAND, PERFECT), 0)
+
+
+@pytest.mark.parametrize("ellipsoid", [make_ellipsoid([0.03, 0.02, 0.025], [0.1, 0.05, STAND - 0.03]), EGG])
+def test_errors_are_as_large_as_claimed(ellipsoid: SeenEllipsoid):
+    """Over 24 looks the mean of chi^2 of nine numbers is 9, its standard deviation sqrt(18 / 24) = 0.9."""
+    squares, picture = [], draw_picture([ellipsoid], [(0.7, 0.4, 0.2)])
+    for seed in range(24):
+        found = fit_in(picture, NOISY, np.random.default_rng(seed))
+        error = find_deformation(ellipsoid, found.ellipsoid)
+        squares.append(error @ np.linalg.solve(found.covariance, error))
+        assert 0.7 < found.misfit < 1.3
+    assert 5.0 < np.mean(squares) < 14.0
+
+
+def test_axis_along_the_view_is_the_least_certain():
+    covariance = fit(BALL, NOISY, np.random.default_rng(1)).covariance
+    xx, yy, zz = np.diag(covariance)[3:6]
+    assert zz > 4.0 * max(xx, yy)
+
+
+def test_readings_of_something_else_are_left_out():
+    picture = draw_picture([EGG], [(0.7, 0.4, 0.2)])
+    segmentation = segment(picture, STAND, NOISY)
+    clean = fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, NOISY)
+    rows, columns = np.nonzero(segmentation.labels == 0)
+    picture.depth[rows[::50], columns[::50]] -= 0.05
+    spoilt = fit_ellipsoid(collect_view(picture, segmentation, 0), CAMERA, NOISY)
+    np.testing.assert_allclose(spoilt.ellipsoid.centre, clean.ellipsoid.centre, atol=3e-4)
+    assert spoilt.num_readings < clean.num_readings
+
+
+def test_readings_on_a_line_determine_no_ellipsoid():
+    pixels = np.column_stack([np.arange(300.0, 340.0), np.full(40, 240.0)])
+    view = View(pixels, np.full(40, 0.8), pixels)
+    with pytest.raises(UndeterminedError, match="40 readings of a part lie on a line, must cover an area"):
+        fit_ellipsoid(view, CAMERA, NOISY)
+
+
+def test_readings_that_contradict_each_other_determine_no_ellipsoid(rng):
+    view = collect_view_of(BALL)
+    torn = view._replace(depth=rng.uniform(0.3, 3.0, len(view.depth)), outline=view.outline[:9])
+    with pytest.raises(UndeterminedError, match="part"):
+        fit_ellipsoid(torn, CAMERA, PERFECT)
+
+
+def test_fit_that_does_not_end_is_none(monkeypatch):
+    monkeypatch.setattr(ellipsoid_fit, "least_squares", lambda *args, **kw: least_squares(*args, **kw, max_nfev=1))
+    with pytest.raises(UndeterminedError, match="no ellipsoid fits a part best: The maximum number"):
+        fit(EGG, NOISY, np.random.default_rng(0))
+
+
+def test_singular_matrix_is_no_fit(monkeypatch):
+    def fail(*args, **kw):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(ellipsoid_fit, "least_squares", fail)
+    with pytest.raises(UndeterminedError, match="determines no ellipsoid: Singular matrix"):
+        fit(EGG, NOISY, np.random.default_rng(0))

@@ -1,0 +1,120 @@
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Material, Tool
+from affordance.vision.pixels.ellipsoid_fit import SeenEllipsoid, trace_rays
+from affordance.vision.pixels.rig import DEFAULT_RIG, LAMPS, build_rig_diagram, compute_shading, find_box, render
+
+RED = Material("red", (0.8, 0.2, 0.1), 1000.0, 0.0, "made up")
+BLUE = Material("blue", (0.1, 0.3, 0.9), 2000.0, 0.0, "made up")
+
+
+def make_part(semi_axes, position, material=RED, R_TE=None):
+    X_TE = np.eye(4)
+    X_TE[:3, 3] = position
+    X_TE[:3, :3] = np.eye(3) if R_TE is None else R_TE
+    return Component(Ellipsoid(semi_axes), X_TE, material, material)
+
+
+EGG = Tool(
+    "egg", (make_part((0.14, 0.09, 0.06), (0.3, 0.1, 0), RED, Rotation.from_rotvec([0.3, 0.4, 0.5]).as_matrix()),)
+)
+PAIR = Tool("pair", (make_part((0.05, 0.02, 0.02), (0.05, 0, 0)), make_part((0.05, 0.02, 0.02), (0.15, 0, 0), BLUE)))
+
+
+@pytest.fixture(scope="module")
+def pair():
+    return render(PAIR)
+
+
+def see_from_camera(tool, number=0) -> SeenEllipsoid:
+    X_CT = np.linalg.inv(DEFAULT_RIG.compute_camera_pose(tool))
+    part = tool.components[number]
+    R_CE = X_CT[:3, :3] @ part.X_TE[:3, :3]
+    return SeenEllipsoid((X_CT @ part.X_TE)[:3, 3], (R_CE * part.shape.sizes**2) @ R_CE.T)
+
+
+def test_object_lies_on_the_stand_in_the_middle_of_the_picture():
+    low, high = find_box(EGG)
+    X_WT = DEFAULT_RIG.place(EGG)
+    np.testing.assert_allclose((X_WT[:3, :3] @ (0.5 * (low + high)) + X_WT[:3, 3])[:2], 0.0, atol=1e-12)
+    assert X_WT[2, 3] + low[2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_pixels_are_where_the_camera_says(pair):
+    """A symmetric object in the middle is symmetric about the optical axis, to a tenth of a pixel."""
+    rows, columns = np.nonzero(pair.labels >= 0)
+    np.testing.assert_allclose([columns.mean(), rows.mean()], DEFAULT_RIG.camera.centre, atol=0.1)
+
+
+def test_renderer_draws_ellipsoids_of_the_right_size_at_the_right_depth():
+    """Area and depth agree with the pinhole camera's geometry; facets are made up for in the mean."""
+    camera = DEFAULT_RIG.camera
+    rows, columns = np.indices((camera.height, camera.width))
+    rays = camera.compute_rays(np.column_stack([columns.ravel(), rows.ravel()]).astype(float))
+    exact = trace_rays(see_from_camera(EGG), rays, camera.focal_length)
+    inside = (exact.outline_distance > 0.0).reshape(camera.height, camera.width)
+    rendered = render(EGG)
+    assert (rendered.labels == 0).sum() / inside.sum() == pytest.approx(1.0, abs=0.001)
+    deep = (exact.outline_distance > 5.0).reshape(camera.height, camera.width)
+    difference = rendered.picture.depth[deep] - exact.depth.reshape(camera.height, camera.width)[deep]
+    assert abs(difference.mean()) < 1e-4
+    assert np.abs(difference).max() < 5e-4
+
+
+def test_labels_depth_and_colour_agree(pair):
+    depth, colour = pair.picture.depth, pair.picture.colour
+    assert depth[pair.labels < 0] == pytest.approx(DEFAULT_RIG.height, abs=1e-4)
+    assert (depth[pair.labels >= 0] < DEFAULT_RIG.height - 0.015).all()
+    for number, part in enumerate(PAIR.components):
+        rows, columns = np.nonzero(pair.labels == number)
+        brightest = colour[round(rows.mean()), round(columns.mean())] / 255.0
+        top = compute_shading(np.array([[0.0, 0.0, -1.0]]))[0]
+        np.testing.assert_allclose(brightest, top * np.array(part.looks_like.colour), atol=1.5 / 255)
+
+
+def test_shading_is_what_the_renderer_does():
+    rendered, ellipsoid, camera = render(EGG), see_from_camera(EGG), DEFAULT_RIG.camera
+    rows, columns = np.nonzero(rendered.labels == 0)
+    rays = camera.compute_rays(np.column_stack([columns, rows]).astype(float))
+    seen = trace_rays(ellipsoid, rays, camera.focal_length)
+    deep = seen.outline_distance > 3.0
+    normals = seen.normals / np.linalg.norm(seen.normals, axis=1, keepdims=True)
+    expected = compute_shading(normals)[deep, None] * np.array(RED.colour)
+    np.testing.assert_allclose(rendered.picture.colour[rows[deep], columns[deep]] / 255.0, expected, atol=0.02)
+
+
+def test_lamps_do_not_saturate_white():
+    normals = np.random.default_rng(0).standard_normal((1000, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    assert compute_shading(normals).max() <= 1.0
+    facing = compute_shading(normals[normals[:, 2] < 0.0])
+    assert facing.min() > 0.1  # no side that the camera sees is dark
+    assert np.allclose([np.linalg.norm(lamp.direction_C) for lamp in LAMPS], 1.0)
+
+
+def test_pictures_of_one_object_are_equal(pair):
+    again = render(PAIR)
+    np.testing.assert_array_equal(again.picture.colour, pair.picture.colour)
+    np.testing.assert_array_equal(again.picture.depth, pair.picture.depth)
+
+
+def test_diagram_names_its_systems_and_ports():
+    diagram = build_rig_diagram(PAIR)
+    assert {system.get_name() for system in diagram.GetSystems()} == {"scene_graph", "camera"}
+    for name in ("colour", "depth", "labels"):
+        assert diagram.HasOutputPort(name)
+
+
+def test_part_that_is_no_ellipsoid_is_refused():
+    class Cube:
+        sizes = np.ones(3)
+
+        def find_support(self, direction_E):
+            return np.sign(direction_E)
+
+    tool = Tool("cube", (Component(Cube(), np.eye(4), RED, RED),))
+    with pytest.raises(ValueError, match="part 0 of cube is a Cube, must be an Ellipsoid"):
+        build_rig_diagram(tool)

@@ -1,0 +1,156 @@
+"""Both ways of seeing come out of one port."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.options import list_options
+from affordance.exceptions import NothingSeenError
+from affordance.experiments import suite, weight
+from affordance.experiments.weight import load_config
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.proprioception.static_hold import StaticHold
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.trial import TrialRunner
+from affordance.vision.features import FeatureSource, VisionError, measure_features
+from affordance.vision.observe import observe
+from affordance.vision.pixels import camera_sensor
+from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
+from affordance.vision.pixels.failed_frames import save_frame
+from affordance.vision.visual_prior import predict_object
+
+PIXELS = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
+MATERIALS = load_materials(MODELS / "materials.yaml")
+STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", MATERIALS)
+EXPERT = MaterialMemory.from_densities({material.colour: material.density for material in MATERIALS.values()})
+
+
+def test_features_are_measured_as_before_where_they_are_not_seen():
+    settings = dataclasses.replace(DEFAULT_SETTINGS, vision_error=VisionError(0.05, 0.002, 0.02))
+    ours = observe(STICK, settings, np.random.default_rng(3))
+    theirs = measure_features(STICK, settings.vision_error, np.random.default_rng(3))
+    for one, other in zip(ours, theirs, strict=True):
+        np.testing.assert_array_equal(one.X_TE, other.X_TE)
+        assert (one.shape, one.colour, one.colour_sd) == (other.shape, other.colour, 0.0)
+        assert len(one.deformations) == 0
+
+
+def test_features_from_pictures_are_those_of_the_grip_in_the_hand():
+    by_wood, by_steel = (STICK.gripped_by(grip) for grip in STICK.grips)
+    for tool in (by_wood, by_steel):
+        belief = predict_object(observe(tool, PIXELS, np.random.default_rng(0)), EXPERT, PIXELS.prior)
+        com = belief.parameter_mean[1:4] / belief.parameter_mean[0]
+        np.testing.assert_allclose(com, tool.p_TTcm, atol=0.004)
+
+
+def test_perfect_picture_of_an_appearance_is_taken_once(monkeypatch):
+    rendered = []
+    monkeypatch.setattr(camera_sensor, "render", lambda tool, rig: rendered.append(tool) or get_rendering(tool))
+    sensor = CameraSensor()
+    for seed in range(3):
+        sensor.take_image(STICK, np.random.default_rng(seed))
+    assert len(rendered) == 1
+
+
+def get_rendering(tool):
+    get_camera_sensor().take_image(tool, np.random.default_rng(0))
+    return get_camera_sensor()._renderings[tool.appearance]
+
+
+def test_port_of_the_trial_shows_what_was_seen():
+    runner = TrialRunner(PIXELS)
+    tool = STICK.gripped_by(STICK.grips[0])
+    memory = MaterialMemory().add_colours([part.looks_like.colour for part in tool.components], PIXELS.prior)
+    first, again, other = (runner.run_hold(tool, memory, duration=0.2, seed=seed) for seed in ((1,), (1,), (2,)))
+    np.testing.assert_array_equal(first.q, again.q)
+    assert first.log_evidence == again.log_evidence
+    assert (first.q != other.q).any()
+    assert first.memory.colours == memory.colours
+
+
+def test_geometry_seen_is_no_noise_of_the_joints():
+    """What was seen inexactly says less of densities than the same seen exactly, as much as Y cov Y^T says."""
+    tool = STICK.gripped_by(STICK.grips[0])
+    seen = observe(tool, PIXELS, np.random.default_rng(0))
+    exact = [dataclasses.replace(part, deformations=np.zeros((0, 4, 4))) for part in seen]
+    hold = StaticHold(get_arm())
+    precisions = []
+    for features in (seen, exact):
+        belief = predict_object(features, EXPERT, PIXELS.prior)
+        rho = EXPERT.belief.untruncated_mean
+        statistics = hold.measure(belief, rho, PIXELS.noise, (1,))
+        args = (statistics.features, 1, len(hold.tau_arm), belief.geometry, rho)
+        precisions.append(PIXELS.noise.compute_likelihood(*args).precision)
+    assert (np.linalg.eigvalsh(precisions[1] - precisions[0]) > -1e-18).all()
+    assert np.trace(precisions[0]) < np.trace(precisions[1])
+
+
+def get_arm():
+    return TrialRunner(DEFAULT_SETTINGS).get_diagram(STICK.gripped_by(STICK.grips[0])).arm
+
+
+def test_options_can_be_seen():
+    told, seen = (list_options(STICK, seed=2, feature_source=feature_source) for feature_source in FeatureSource)
+    assert [option.name for option in told] == [option.name for option in seen]
+    assert len(told[0].features[0].deformations) == 0
+    assert len(seen[0].features[0].deformations) == 9
+
+
+def blind(self, picture):
+    raise NothingSeenError("nothing is nearer than the stand", *picture)
+
+
+def test_picture_that_shows_nothing_names_the_object(monkeypatch):
+    monkeypatch.setattr(CameraSensor, "detect_parts", blind)
+    with pytest.raises(NothingSeenError, match="stick: nothing is nearer than the stand") as caught:
+        observe(STICK, PIXELS, np.random.default_rng(0))
+    assert caught.value.depth.shape == (480, 640)
+
+
+def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path):
+    monkeypatch.setattr(CameraSensor, "detect_parts", blind)
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "feature_source": FeatureSource.PIXELS}
+    with pytest.raises(
+        NothingSeenError, match=r"rod_10cm: nothing is nearer .* \(picture saved as .*\.npz\)"
+    ) as caught:
+        suite.run_suite(["weight"], tmp_path, **arguments)
+    with np.load(caught.value.frame) as kept:
+        np.testing.assert_array_equal(kept["colour"], caught.value.colour)
+        np.testing.assert_array_equal(kept["depth"], caught.value.depth)
+    assert (tmp_path / "frames" / "NothingSeenError.png").stat().st_size > 10_000
+    assert not (tmp_path / "weight" / "metrics.json").exists()
+
+
+@pytest.mark.parametrize("shape", [(1, 1), (5, 4)])
+def test_frames_of_any_size_and_depth_are_kept(tmp_path, shape):
+    depth = np.full(shape, np.nan)
+    error = NothingSeenError("nothing", np.zeros((*shape, 3), dtype=np.uint8), depth)
+    saved = save_frame(error, tmp_path, "frame")
+    assert type(saved) is NothingSeenError
+    assert (tmp_path / "frame.png").exists()
+    mismatched = NothingSeenError("nothing", np.zeros((2, 2, 3), dtype=np.uint8), depth)
+    save_frame(mismatched, tmp_path, "other")
+    assert (tmp_path / "other.npz").exists()
+    assert not (tmp_path / "other.png").exists()
+
+
+def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
+    """One observer, twice: the second time nothing is run again. Pictures of all objects stand in the report."""
+    config = load_config(feature_source=FeatureSource.PIXELS)
+    weight.run(config, tmp_path, repeats=1, jobs=1)
+    numbers = json.loads((tmp_path / "metrics.json").read_text())
+    assert numbers["config"]["settings"]["feature_source"] == "pixels"
+    assert abs(numbers["density_median"][-1] / numbers["density_true"] - 1.0) < 0.1
+    assert numbers["drop_m"][3] < 0.25 * numbers["drop_m"][0]
+    assert numbers["decoy_rises"] == 1.0
+    assert "seen.png" in (tmp_path / "section.json").read_text()
+    assert (tmp_path / "seen.png").stat().st_size > 10_000
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "repeats").rglob("*.npz")}
+    weight.run(config, tmp_path, repeats=1, jobs=1)
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "repeats").rglob("*.npz")} == kept
+    again = json.loads((tmp_path / "metrics.json").read_text())
+    assert {**again, "wall_s": 0.0} == {**numbers, "wall_s": 0.0}
