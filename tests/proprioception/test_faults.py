@@ -188,12 +188,12 @@ def test_decoy_and_bias_are_grossly_surprising_and_an_honest_trial_is_not(weight
 
 def test_surprise_teaches_or_does_not_as_the_settings_say(weight_config):
     faults = Faults(bias_sd=5.0)
-    teaching, refused = (run(weight_config, faults, learns_from_surprises=learns) for learns in (True, False))
+    teaching, refused = (run(weight_config, faults, learns_from_outliers=learns) for learns in (True, False))
     assert teaching.surprising
     assert refused.surprising
     assert refused.memory.colours == ()
     assert teaching.memory.belief.size == 1
-    honest, careful = (run(weight_config, NO_FAULTS, learns_from_surprises=learns) for learns in (True, False))
+    honest, careful = (run(weight_config, NO_FAULTS, learns_from_outliers=learns) for learns in (True, False))
     np.testing.assert_array_equal(honest.memory.belief.information_vector, careful.memory.belief.information_vector)
 
 

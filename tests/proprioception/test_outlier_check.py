@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from affordance.belief.object_belief import Geometry
+from affordance.objects.geometry import Geometry
 from affordance.objects.tool import DENSITY_MAX
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
 from affordance.proprioception.static_hold import StaticHold
