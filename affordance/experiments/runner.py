@@ -88,7 +88,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "config": experiment,
         "versions": list_versions(),
         "wall_s": time.perf_counter() - start,
-        "finished": f"{datetime.datetime.now():%Y-%m-%d %H:%M}",
+        "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
     write_json(folder / "metrics.json", {**numbers, **run})
 

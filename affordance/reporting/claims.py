@@ -13,7 +13,7 @@ import numpy as np
 from simpleeval import InvalidExpression, SimpleEval
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.formatting import format_beside, format_number
+from affordance.reporting.formatting import format_beside
 
 # What expressions may call.
 FUNCTIONS: Mapping[str, Callable[..., Any]] = {
@@ -183,7 +183,7 @@ def _show_bound(criterion: Criterion, bound: Any) -> str:
     if isinstance(bound, bool | np.bool_):
         return "yes" if bound else "no"
     entries = np.unique(np.atleast_1d(bound) * criterion.scale)
-    return f"{', '.join(format_number(float(entry)) for entry in entries)} {criterion.unit}".strip()
+    return f"{', '.join(f'{entry:.4g}' for entry in entries)} {criterion.unit}".strip()
 
 
 def _to_array(value: Any) -> Any:
