@@ -1,7 +1,7 @@
 """The command line: ``affordance COMMAND``.
 
-A command is a module of ``affordance.commands``, imported when it is asked for, so that ``affordance doctor`` runs where
-Drake cannot be imported. The name of an experiment stands for ``run`` with that experiment.
+A command is a module of ``affordance.commands``, imported when it is asked for, so that ``affordance doctor`` runs
+where Drake cannot be imported. The name of an experiment stands for ``run`` with that experiment.
 """
 
 import argparse
