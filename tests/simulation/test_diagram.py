@@ -15,7 +15,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 @pytest.fixture
 def trial(runner, weight):
-    return runner.get_diagram(weight.tools[0])
+    return runner.get_diagram(weight.duration)
 
 
 def list_connections(diagram):
@@ -28,10 +28,11 @@ def list_connections(diagram):
 def test_diagram_is_wired_as_the_design_says(trial):
     assert list_connections(trial.diagram) >= {
         ("material_memory", "materials", "visual_prior", "materials"),
-        ("vision", "features", "visual_prior", "features"),
+        ("feature_sensor", "features", "visual_prior", "features"),
         ("visual_prior", "prior", "density_estimator", "prior"),
         ("visual_prior", "prior", "mpc_controller", "belief"),
         ("density_estimator", "posterior", "material_memory", "posterior"),
+        ("density_estimator", "p_value", "material_memory", "p_value"),
         ("task", "goal", "mpc_controller", "goal"),
         ("plant", "state", "mpc_controller", "state"),
         ("mpc_controller", "tau", "plant", "actuation"),
@@ -54,7 +55,7 @@ def test_plant_is_continuous(trial):
 
 def test_belief_of_the_controller_is_another_connection(weight):
     settings = dataclasses.replace(weight.settings, uses_posterior=True)
-    connections = list_connections(build_trial_diagram(weight.tools[0], settings).diagram)
+    connections = list_connections(build_trial_diagram(settings, weight.duration).diagram)
     assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
     assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
 
