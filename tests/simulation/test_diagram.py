@@ -80,6 +80,19 @@ def test_committed_picture_is_up_to_date(trial, tmp_path):
     assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
 
 
+def test_systems_stand_in_the_parts_of_the_papers_figure_2(trial):
+    """Everything of vision, proprioception and control by its own module; what is left is the world."""
+    graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
+    found = {part.graph_attr["label"]: set(part.nodes()) for part in graph.subgraphs()}
+    by_folder = {"vision": "Visual", "proprioception": "Proprioceptive", "control": "Control"}
+    expected = {f"<B>{name} system</B>": set() for name in by_folder.values()} | {"<B>World</B>": set()}
+    for system in trial.diagram.GetSystems():
+        _, folder, *_ = f"{type(system).__module__}.".split(".")
+        name = f"{by_folder[folder]} system" if folder in by_folder else "World"
+        expected[f"<B>{name}</B>"].add(system.get_name())
+    assert {label: nodes for label, nodes in found.items() if label} == expected
+
+
 def test_description_names_every_system_and_connection(trial):
     graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
     assert sorted(graph.nodes()) == sorted(system.get_name() for system in trial.diagram.GetSystems())
