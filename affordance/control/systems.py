@@ -54,7 +54,7 @@ class MpcController(SampledSystem):
     ) -> None:
         super().__init__()
         self._model = ArmModel(arm)
-        self._limits = arm.shrink_limits(angle_margin)
+        self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
         # By their horizons in ticks; made when they are first asked for.

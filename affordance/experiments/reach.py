@@ -238,5 +238,7 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, settings)
-    return ReachExperiment(experience, novel, Reach(load_path(models / "paths" / "reach.yaml")), models)
+    file = models / "paths" / "reach.yaml"
+    path = load_path(file)
+    experience, novel = load_subjects(models, seed, settings, task=file, start=path.start)
+    return ReachExperiment(experience, novel, Reach(path), models)

@@ -189,5 +189,7 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, settings)
-    return HammerExperiment(experience, novel, load_hammer(models / "nail.yaml"), models)
+    file = models / "nail.yaml"
+    task = load_hammer(file)
+    experience, novel = load_subjects(models, seed, settings, task=file, start=task.start)
+    return HammerExperiment(experience, novel, task, models)
