@@ -12,9 +12,6 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.settings import Settings
 
-# Lengths of a tool in two grips that differ by less are equal, [m].
-_SAME_LENGTH = 1e-9
-
 
 def load_novel_tools(models: Path, experience: ExperienceConfig) -> tuple[Tool, ...]:
     """Reads the novel tools from a folder of models.
@@ -33,10 +30,6 @@ def load_novel_tools(models: Path, experience: ExperienceConfig) -> tuple[Tool, 
         if unknown:
             problem = f"looks like {', '.join(sorted(unknown))}, must look like what com.yaml is made of"
             raise BadValueError(path, f"tools: {tool.name}", problem)
-        lengths = [float(tool.gripped_by(grip).p_TTfree[0]) for grip in tool.grips]
-        if abs(lengths[0] - lengths[1]) > _SAME_LENGTH:
-            problem = f"reach {lengths[0]:g} and {lengths[1]:g} m beyond the hand, must reach equally far"
-            raise BadValueError(path, f"tools: {tool.name}.grips", problem)
     check_tools_are_honest(path, tools)
     return tools
 
