@@ -81,9 +81,13 @@ class BlowCost:
         return self.compute_at_speed(pi, self.find_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
-        """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
+        """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``.
+
+        Beyond the fastest swing, which is infeasible, they grow as the square of the speed, as kinetic energy does.
+        """
         work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk))
-        return Costs(work, effort, (load <= 1.0) & (speed <= self.speeds[-1]))
+        beyond = np.square(np.maximum(1.0, speed / self.speeds[-1]))
+        return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]))
 
     def explain_infeasibility(self, pi: Array) -> str:
         """Says which limit forbids the blow with a tool of inertial parameters pi, (10,); empty if none does."""

@@ -137,7 +137,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
         swings=tuple(swings),
         speeds=np.array(speeds[1:]),
         masses=tuple(masses),
-        motions=tuple(MotionCost(model, _sample_swing(swing, settings.control_period)) for swing in swings),
+        motions=tuple(MotionCost(model, sample_swing(swing, settings.control_period)) for swing in swings),
         joint_names=tuple(model.arm.joint_names),
         infeasible_reason=infeasible_reason,
     )
@@ -192,8 +192,8 @@ def _plan_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, g
     return plan_swing(model, target, speed=speed, duration=hammer.duration)
 
 
-def _sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """The swing in ticks, with the mean acceleration of each."""
+def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
+    """A swing in control periods, with the mean acceleration of each."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

@@ -129,16 +129,14 @@ class MpcController(SampledSystem):
 
         The torque of its beginning would err by half of what gravity and gyration change in a tick, always in the
         same direction: in two seconds of reaching the forearm, of whose angle nothing is asked, then drifts by
-        36 degrees (docs/decisions/0005-controller.md). Where a limit is active the program has bounded the torque of the
-        beginning, and that is what counts.
+        36 degrees (docs/decisions/0005-controller.md). Where a limit is active the program has bounded the torque of
+        the beginning, and that is what counts.
         """
         q, v = np.split(x, 2)
         half = 0.5 * self._control_period
         v_middle = v + half * vdot
         self._model.set_state(np.concatenate([q + half * 0.5 * (v + v_middle), v_middle]))
-        tau: Array = np.clip(
-            self._model.compute_inverse_dynamics(vdot), -self._limits.tau_max, self._limits.tau_max
-        )
+        tau: Array = np.clip(self._model.compute_inverse_dynamics(vdot), -self._limits.tau_max, self._limits.tau_max)
         return tau
 
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
