@@ -1,0 +1,79 @@
+"""Values of the task files that an arm needs otherwise: each with its old and new value, and why."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from affordance.files.atomic import write_text
+
+
+class Change(NamedTuple):
+    """A value that differs from the one the tasks came with.
+
+    Attributes:
+        file: Path within the folder of models.
+        key: Where in the file.
+        old: What it was.
+        new: What it is.
+        why: Why.
+    """
+
+    file: str
+    key: str
+    old: Any
+    new: Any
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.key}: {show(self.old)} -> {show(self.new)} ({self.why})"
+
+
+def show(value: Any) -> str:
+    """A value in few digits."""
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(show(entry) for entry in value)}]"
+    return str(value)
+
+
+def apply_changes(models: Path, changes: Sequence[Change]) -> None:
+    """Writes changed values into the files of a folder of models, and says so at the top of each.
+
+    Keys are paths such as ``blow.duration`` or ``tools.*.components.*.semi_axes``; an old and a new number under a
+    key with ``*`` stand for a factor on every number there.
+    """
+    for file in dict.fromkeys(change.file for change in changes):
+        of_file = [change for change in changes if change.file == file]
+        path = models / file
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for change in of_file:
+            if "*" in change.key:
+                factor = change.new / change.old
+                _edit(content, change.key.split("."), lambda value, by=factor: _scale(value, by))
+            else:
+                _edit(content, change.key.split("."), lambda _, new=change.new: new)
+        notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
+        write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
+
+
+def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
+    """Changes the value, or with ``*`` the values, at a path of keys; optional ones may be absent."""
+    first, rest = keys[0], keys[1:]
+    if first == "*":
+        for entry in content.values() if isinstance(content, dict) else content:
+            _edit(entry, rest, change)
+    elif first in content:
+        if rest:
+            _edit(content[first], rest, change)
+        else:
+            content[first] = change(content[first])
+
+
+def _scale(value: Any, factor: float) -> Any:
+    """Multiplies a number, or every number of a list, keeping six significant digits."""
+    if isinstance(value, list):
+        return [_scale(entry, factor) for entry in value]
+    return float(f"{value * factor:.6g}")
