@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
@@ -20,6 +21,7 @@ from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import compute_stiffness
 from affordance.plant.nail import NailPlacement
 from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
@@ -41,7 +43,7 @@ class TrialDiagram:
     """A built Diagram, with the handles needed to set it up and read it out.
 
     One serves any number of trials with tools of the same shape: what a trial changes lives in its Context. Without a
-    nail ``nail_logs`` is None.
+    nail ``nail_logs`` is None. An arm is stiff if damping brings a joint to rest within a tick of the controller.
     """
 
     diagram: Diagram
@@ -59,6 +61,12 @@ class TrialDiagram:
     state_log: VectorLogSink
     tau_log: VectorLogSink
     nail_logs: NailLogs | None
+    is_stiff: bool
+
+    @property
+    def simulator(self) -> SimulatorConfig:
+        """Drake's configuration of the simulator for this arm."""
+        return self.settings.stiff_simulator if self.is_stiff else self.settings.simulator
 
 
 def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | None = None) -> TrialDiagram:
@@ -180,6 +188,7 @@ def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | No
         state_log,
         tau_log,
         nail_logs,
+        compute_stiffness(model, settings.control_period) > 1.0,
     )
 
 

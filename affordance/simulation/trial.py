@@ -123,12 +123,12 @@ class TrialRunner:
         simulator.set_monitor(watch)
         touch, leave = strike.contact
         duration = strike.compute_duration(self.settings.mpc.horizon)
-        _advance(simulator, self.settings.simulator, touch)
+        _advance(simulator, trial.simulator, touch)
         _advance(simulator, self.settings.contact_simulator, leave)
         # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
         watch.stops_at_touch = True
         end = duration + _ROUNDING
-        if not _advance(simulator, self.settings.simulator, end):
+        if not _advance(simulator, trial.simulator, end):
             watch.stops_at_touch = False
             _advance(simulator, self.settings.second_touch_simulator, end)
         simulator.AdvancePendingEvents()
@@ -151,7 +151,7 @@ class TrialRunner:
         trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
 
         simulator = Simulator(trial.diagram, context)
-        ApplySimulatorConfig(self.settings.simulator, simulator)
+        ApplySimulatorConfig(trial.simulator, simulator)
         simulator.Initialize()
         return simulator
 
