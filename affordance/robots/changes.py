@@ -9,6 +9,11 @@ import yaml
 from affordance.files.atomic import write_text
 
 
+# The key that stands for every length of the objects of a tools file; its values are factors.
+SIZE_OF_TOOLS = "size"
+_LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
+
+
 class Change(NamedTuple):
     """A value that differs from the one the tasks came with.
 
@@ -42,17 +47,17 @@ def show(value: Any) -> str:
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
     """Writes changed values into the files of a folder of models, and says so at the top of each.
 
-    Keys are paths such as ``blow.duration`` or ``tools.*.components.*.semi_axes``; an old and a new number under a
-    key with ``*`` stand for a factor on every number there.
+    Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
     for file in dict.fromkeys(change.file for change in changes):
         of_file = [change for change in changes if change.file == file]
         path = models / file
         content = yaml.safe_load(path.read_text(encoding="utf-8"))
         for change in of_file:
-            if "*" in change.key:
+            if change.key == SIZE_OF_TOOLS:
                 factor = change.new / change.old
-                _edit(content, change.key.split("."), lambda value, by=factor: _scale(value, by))
+                for key in _LENGTHS:
+                    _edit(content, key.split("."), lambda value, by=factor: _scale(value, by))
             else:
                 _edit(content, change.key.split("."), lambda _, new=change.new: new)
         notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
@@ -60,7 +65,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value, or with ``*`` the values, at a path of keys; optional ones may be absent."""
+    """Changes the value at a path of keys, or with ``*`` all values there; some may be absent."""
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:

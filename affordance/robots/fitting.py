@@ -21,7 +21,7 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.static_hold import StaticHold
-from affordance.robots.changes import Change
+from affordance.robots.changes import SIZE_OF_TOOLS, Change
 from affordance.settings import Settings
 
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"
@@ -100,9 +100,8 @@ def fit_objects(models: Path) -> Fit:
     for factor in _FACTORS:
         if measure_holding(models, factor).load <= _ENOUGH:
             why = f"{too_heavy}; masses are {factor**3:.2f} times what they were"
-            keys = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
             files = [file for file in _ALL_TOOLS if (models / file).exists()]
-            return Fit(tuple(Change(file, key, 1.0, factor, why) for file in files for key in keys))
+            return Fit(tuple(Change(file, SIZE_OF_TOOLS, 1.0, factor, why) for file in files))
     least = 100.0 * measure_holding(models, _FACTORS[-1]).load
     return Fit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
 
