@@ -17,7 +17,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("file", type=Path, help="the robot's file")
     add_arm_arguments(parser, required=True)
     parser.add_argument("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
-    parser.add_argument("--tasks", choices=("fit", "keep"), default="fit", help="whether path, blow and objects are changed to what the arm can do")
+    parser.add_argument(
+        "--tasks",
+        choices=("fit", "keep"),
+        default="fit",
+        help="whether path, blow and objects are changed to what the arm can do",
+    )
     parser.add_argument("--out", type=Path, required=True, help="folder for the models; must be new or empty")
 
 
@@ -25,11 +30,29 @@ def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> Non
     """Declares what is said of an arm besides its file; also for commands that take a robot's file in passing."""
     parser.add_argument("--tip", required=required, help="link or frame at the arm's end, where it holds things")
     parser.add_argument("--base", help="link that is fixed to the world (default: where the limb begins)")
-    parser.add_argument("--out-axis", metavar="AXIS", help=f"axis of the tip that points out of the hand: {', '.join(OUT_AXES)}; write --out-axis=-z")
-    parser.add_argument("--posture", nargs="+", default=[], metavar="JOINT=VALUE", help="where other joints are frozen, and the arm's own at home (rad, m)")
-    parser.add_argument("--rotor-inertia", nargs="+", default=[], metavar="VALUE", help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE")
+    parser.add_argument(
+        "--out-axis",
+        metavar="AXIS",
+        help=f"axis of the tip that points out of the hand: {', '.join(OUT_AXES)}; write --out-axis=-z",
+    )
+    parser.add_argument(
+        "--posture",
+        nargs="+",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="where other joints are frozen, and the arm's own at home (rad, m)",
+    )
+    parser.add_argument(
+        "--rotor-inertia",
+        nargs="+",
+        default=[],
+        metavar="VALUE",
+        help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
+    )
     parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
-    parser.add_argument("--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)")
+    parser.add_argument(
+        "--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)"
+    )
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:

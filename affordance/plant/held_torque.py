@@ -7,7 +7,7 @@ from v to
 
 so that a mean acceleration vdot over the tick takes tau = bias + D v + M phi(h M^-1 D)^-1 vdot. Where a joint's
 inertia over its damping is far below the tick, as in the wrists of many robot files, which leave out the inertia of
-rotors, the torques of the instantaneous equation would move it by a fraction of what is planned: it would seem locked.
+rotors, torques of the instantaneous equation would move it by a fraction of what is planned: it would seem locked.
 Without damping phi is one, and this is the plain model.
 """
 
@@ -56,7 +56,7 @@ class HeldTorqueModel(ArmModel):
         return held
 
     def _decompose(self) -> tuple[Array, Array, Array]:
-        """L, x and V with M = L L^T and L^-1 (h D) L^-T = V diag(x) V^T: x are the eigenvalues of h M^-1 D, rising."""
+        """L, x and V with M = L L^T and L^-1 (h D) L^-T = V diag(x) V^T; x are eigenvalues of h M^-1 D, rising."""
         L = np.linalg.cholesky(super().compute_mass_matrix())
         whitened = np.linalg.solve(L, np.diag(np.sqrt(self._damping)))
         x, V = np.linalg.eigh(whitened @ whitened.T)

@@ -175,4 +175,4 @@ def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidT
     if yaw:
         R_WB = RollPitchYaw(0.0, 0.0, -yaw).ToRotationMatrix() @ R_WB
     z = X_WB.translation()[2] if height is None else height
-    return RigidTransform(R_WB, [0.0, 0.0, float(z)])
+    return RigidTransform(R_WB, np.array([0.0, 0.0, float(z)]))

@@ -88,7 +88,7 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
 
 
 def _find_limb(tree: RobotTree, body: RigidBody, down: Joint) -> str:
-    """The first joint of a limb that leaves a body, or what is fixed to it, elsewhere than by a joint; empty if none."""
+    """The first joint of a limb that leaves a body elsewhere than by a joint; empty if none."""
     children = [joint for joint in tree.joints_above.values() if joint.parent_body().index() == body.index()]
     for joint in children:
         if joint.index() == down.index() or _contains(tree, joint, down):

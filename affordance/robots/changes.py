@@ -1,13 +1,13 @@
 """Values of the task files that an arm needs otherwise: each with its old and new value, and why."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import yaml
 
 from affordance.files.atomic import write_text
-
 
 # The key that stands for every length of the objects of a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"
@@ -57,9 +57,9 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
             if change.key == SIZE_OF_TOOLS:
                 factor = change.new / change.old
                 for key in _LENGTHS:
-                    _edit(content, key.split("."), lambda value, by=factor: _scale(value, by))
+                    _edit(content, key.split("."), partial(_scale, factor))
             else:
-                _edit(content, change.key.split("."), lambda _, new=change.new: new)
+                _edit(content, change.key.split("."), partial(_replace, change.new))
         notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
         write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
 
@@ -77,8 +77,13 @@ def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> No
             content[first] = change(content[first])
 
 
-def _scale(value: Any, factor: float) -> Any:
+def _replace(new: Any, value: Any) -> Any:
+    """The new value, whatever the old one was."""
+    return new
+
+
+def _scale(factor: float, value: Any) -> Any:
     """Multiplies a number, or every number of a list, keeping six significant digits."""
     if isinstance(value, list):
-        return [_scale(entry, factor) for entry in value]
+        return [_scale(factor, entry) for entry in value]
     return float(f"{value * factor:.6g}")

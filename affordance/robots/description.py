@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
 from affordance.arrays import Array
@@ -64,7 +65,7 @@ class Inertial(NamedTuple):
             return ""
         try:
             inertia = RotationalInertia(Ixx, Iyy, Izz, *products)
-            SpatialInertia.MakeFromCentralInertia(self.mass, [0.0, 0.0, 0.0], inertia)
+            SpatialInertia.MakeFromCentralInertia(self.mass, np.zeros(3), inertia)
         except (RuntimeError, ValueError):
             return f"has an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
         return ""

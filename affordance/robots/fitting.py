@@ -1,7 +1,8 @@
 """Which path, blow and objects an arm can do: proposals, tried in a fixed order, never a silent change.
 
-The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects stay
-as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the true densities.
+The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects
+stay as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the
+true densities.
 """
 
 import math
@@ -171,7 +172,10 @@ def fit_blow(models: Path) -> Fit:
             cost = task.build_cost(model, tool.components, settings)
             reached = _bound_depth(cost, tool)
             if reached < depth:
-                depth, limiting = reached, f"with the {tool.name} by {tool.grip} {cost.describe_lack(tool.parameters)}"
+                depth, limiting = (
+                    reached,
+                    f"with the {tool.name} by {tool.grip} {cost.describe_lack(tool.parameters)}",
+                )
         lack = lack or limiting
         if depth > best[0]:
             best = depth, task.duration

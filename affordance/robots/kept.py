@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import shutil
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,7 +14,9 @@ from affordance.robots.report import write_report
 _PROGRAM = Path(__file__).resolve().parent
 
 
-def import_arm(path: Path, options: ImportOptions, folder: Path, *, with_meshes: bool = True, fits_tasks: bool = True) -> list[str]:
+def import_arm(
+    path: Path, options: ImportOptions, folder: Path, *, with_meshes: bool = True, fits_tasks: bool = True
+) -> list[str]:
     """Imports an arm into a folder of models, with its report.
 
     Args:
@@ -72,8 +75,6 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")
     if not (folder / "report.html").exists():  # the last file to be written
         if folder.exists():
-            import shutil
-
             shutil.rmtree(folder)
         import_arm(path, options, folder)
     return folder

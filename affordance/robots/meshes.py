@@ -1,4 +1,4 @@
-"""What an arm looks like: the file's own shapes, its meshes as Wavefront files that Drake draws everywhere, or capsules.
+"""What an arm looks like: the file's own shapes, its meshes as files that Drake draws everywhere, or capsules.
 
 Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converted to OBJ, one for each colour, with at
 most so many triangles that a page with the arm stays small.
@@ -43,7 +43,9 @@ class Appearance:
         self.remarks: list[str] = []
 
 
-def draw_arm(arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool) -> Appearance:
+def draw_arm(
+    arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool
+) -> Appearance:
     """Chooses what is drawn of each link: the file's shapes where they can be had, else capsules.
 
     Args:
@@ -91,7 +93,9 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
     return next((candidate for candidate in candidates if candidate.is_file()), None)
 
 
-def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance) -> list[tuple[Any, tuple[float, ...]]]:
+def _load_mesh(
+    shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
+) -> list[tuple[Any, tuple[float, ...]]]:
     """Triangles in a link's frame, each part with its colour; says so where they cannot be had."""
     import trimesh  # here, as it takes a second and only this needs it
 
@@ -116,7 +120,9 @@ def _load_mesh(shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appe
 def _find_colour(part: Any) -> tuple[float, ...]:
     """Main colour of a mesh."""
     try:
-        rgba = np.asarray(part.visual.main_color if hasattr(part.visual, "main_color") else part.visual.material.main_color)
+        rgba = np.asarray(
+            part.visual.main_color if hasattr(part.visual, "main_color") else part.visual.material.main_color
+        )
     except (AttributeError, TypeError, ValueError):
         return _GREY
     if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's own, where a file says nothing
@@ -136,7 +142,7 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
     total = sum(len(part.faces) for part, _ in parts)
     visuals = []
     for number, key in enumerate(sorted(groups)):
-        mesh = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
+        mesh: Any = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
         mesh.merge_vertices()
         target = max(4, int(_TRIANGLES * len(mesh.faces) / total))
         if len(mesh.faces) > target:

@@ -18,8 +18,9 @@ from affordance.robots.xml_reader import Numbers, remove_children
 # Of what acts on joints; what acts on tendons, bodies and sites is no actuator of one joint.
 _ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
 _MAIN = "main"
+_OF_SITES = ("name", "pos", "quat", "euler", "axisangle")
 _KEPT_SECTIONS = ("compiler", "default", "worldbody", "option")
-_Class = Mapping[str, Mapping[str, str]]
+_Classes = Mapping[str, Mapping[str, Mapping[str, str]]]
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
@@ -115,7 +116,7 @@ def _list_bodies(root: Element) -> Iterator[tuple[Element, str]]:
         yield from descend(world, world.get("childclass", _MAIN))
 
 
-def _read_efforts(root: Element, classes: _Class, numbers: Numbers) -> dict[str, float]:
+def _read_efforts(root: Element, classes: _Classes, numbers: Numbers) -> dict[str, float]:
     """Largest torques of joints, from what drives them, [N m]."""
     efforts: dict[str, float] = {}
     for actuator in root.iterfind("actuator/*"):
@@ -164,7 +165,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial | 
     return Inertial(mass, as_triple(list(place)), (0.0, 0.0, 0.0), values, in_link=not turned)
 
 
-def _find_mesh(body: Element, classes: _Class, class_name: str) -> str:
+def _find_mesh(body: Element, classes: _Classes, class_name: str) -> str:
     """A mesh that gives a body its mass; empty for none."""
     for geom in body.findall("geom"):
         attributes = {**classes.get(geom.get("class", class_name), {}).get("geom", {}), **geom.attrib}
@@ -177,12 +178,12 @@ def _make_sites_bodies(body: Element) -> None:
     """Makes bodies without mass of a body's sites, so that they can be named as tip."""
     for site in body.findall("site"):
         if site.get("name"):
-            place = {key: site.attrib[key] for key in ("name", "pos", "quat", "euler", "axisangle") if key in site.attrib}
+            place = {str(key): site.attrib[key] for key in _OF_SITES if key in site.attrib}
             ElementTree.SubElement(body, "body", place)
         body.remove(site)
 
 
-def _read_visuals(body: Element, classes: _Class, class_name: str, numbers: Numbers) -> Iterator[Visual]:
+def _read_visuals(body: Element, classes: _Classes, class_name: str, numbers: Numbers) -> Iterator[Visual]:
     """Spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned."""
     for geom in body.findall("geom"):
         attributes = {**classes.get(geom.get("class", class_name), {}).get("geom", {}), **geom.attrib}

@@ -10,7 +10,7 @@ from affordance.robots.importer import ImportedArm, ImportOptions
 
 # Damping that takes more than this part of a joint's torque at full rate was hardly measured.
 _MUCH_DAMPING = 0.5
-# Joints of at least this torque are driven by gears, whose rotors are felt; below this inertia none are there, [kg m^2].
+# Less than what any geared motor is felt as: none is in the file, [kg m^2].
 _NO_ROTOR = 1e-3
 _MANY = 12
 
@@ -45,7 +45,9 @@ def _list_taken(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
     arm, chain = imported.arm, imported.chain
     yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
     yield f"base: {arm.base}, as {chain.why_base}"
-    how = "as given" if options.out_axis else "the axis nearest to the line from the last joints; --out-axis overrides"
+    how = (
+        "as given" if options.out_axis else "the axis nearest to the line from the last joints; --out-axis overrides"
+    )
     yield f"out of the hand points {arm.out_axis} of {options.tip} ({how})"
     merged = [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]
     if merged:
@@ -72,7 +74,8 @@ def _list_assumed(imported: ImportedArm, options: ImportOptions) -> Iterator[str
     bare = [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]
     if bare:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
-        yield f"no inertia of rotors and gears, for {some}; --rotor-inertia gives it (0.1 kg m^2 is usual for a geared joint)"
+        gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
+        yield f"no inertia of rotors and gears, for {some}; {gives}"
     light = [link.name for link in arm.links if link.inertial.mass == 0.0]
     if light:
         yield f"no mass: {', '.join(light)}, as the file has it"
@@ -103,13 +106,13 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
         part = link.damping * link.velocity / link.effort
         if np.isfinite(part) and part > _MUCH_DAMPING:
             yield (
-                f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its torque at "
-                "its full rate; --damping none leaves damping out"
+                f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
+                "torque at its full rate; --damping none leaves damping out"
             )
     if imported.home.load > 1.0:
         yield (
-            f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, it can hold no level posture within its "
-            f"torque limits: {100.0 * imported.home.load:.0f} % in the best one"
+            f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, it holds no level posture within "
+            f"its torque limits: {100.0 * imported.home.load:.0f} % in the best one"
         )
     for remark in imported.tree.remarks:
         yield f"Drake says: {remark}"

@@ -96,7 +96,9 @@ class ReducedArm:
         return replace(self, links=links)
 
 
-def reduce_arm(tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], out_axis: str | None) -> ReducedArm:
+def reduce_arm(
+    tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], out_axis: str | None
+) -> ReducedArm:
     """Makes an arm of a chain.
 
     Args:
@@ -159,9 +161,11 @@ def reduce_arm(tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[
         base=chain.base.name(),
         X_WB=chain.base.body_frame().CalcPoseInWorld(context),
         links=tuple(links),
-        X_LH=_simplify(X_LT @ RigidTransform(_turn_to(axis), [0.0, 0.0, 0.0])),
+        X_LH=_simplify(X_LT @ RigidTransform(_turn_to(axis))),
         out_axis=axis,
-        base_bodies=tuple((body.name(), body.body_frame().CalcPose(context, chain.base.body_frame())) for body in carried),
+        base_bodies=tuple(
+            (body.name(), body.body_frame().CalcPose(context, chain.base.body_frame())) for body in carried
+        ),
         frozen=dict(frozen),
     )
 
@@ -176,7 +180,7 @@ def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
     for X_PL in reversed(X_PLs):
         if np.linalg.norm(p_T) > 0.03:
             break
-        p_T = X_PL @ p_T
+        p_T = X_PL.rotation().matrix() @ p_T + X_PL.translation()
         R_JT = X_PL.rotation().matrix() @ R_JT
     along = R_JT.T @ p_T
     worst = int(np.argmax(np.abs(along)))
@@ -231,7 +235,8 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
         X_MB = joint.frame_on_child().GetFixedPoseInBodyFrame().inverse()
         X = X_PF @ X_FM @ X_MB @ X
         body = joint.parent_body()
-    return first.GetFixedPoseInBodyFrame().inverse() @ X
+    X_first: RigidTransform = first.GetFixedPoseInBodyFrame().inverse() @ X
+    return X_first
 
 
 def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:

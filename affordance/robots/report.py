@@ -3,7 +3,7 @@
 import html
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -36,7 +36,9 @@ class Part(NamedTuple):
     table: Sequence[Sequence[str]] = ()
 
 
-def write_report(models: Path, imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]) -> None:
+def write_report(
+    models: Path, imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
+) -> None:
     """Writes ``report.txt``, ``report.html`` and a picture into a folder of models.
 
     Args:
@@ -74,18 +76,22 @@ def list_parts(
         for link, angle in zip(arm.links, home.q, strict=True)
     ]
     holding = [
-        f"the hand is held at {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m from the shoulder",
-        f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint that carries most; "
+        f"the hand is {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m away from the shoulder",
+        f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint most loaded; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
         f"at rest it bears {imported.payload:.3g} kg there; then {imported.weakest} gives way",
-        f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} of its length",
+        f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
         tasks = Part("Tasks", ["left as they came"])
     elif not fitted.changes:
-        tasks = Part("Tasks", ["path, blow and objects serve as they are" if not fitted.lacks else "nothing was changed"])
+        tasks = Part(
+            "Tasks", ["path, blow and objects serve as they are" if not fitted.lacks else "nothing was changed"]
+        )
     else:
-        table = [(change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes]
+        table = [
+            (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes
+        ]
         tasks = Part("Tasks", ["changed to what the arm can do:"], [("file", "value", "old", "new", "why"), *table])
     lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
     parts = [
@@ -107,9 +113,9 @@ def draw_posture(models: Path) -> Figure:
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
     (picture,) = take_pictures(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
-    context = arm.plant.CreateDefaultContext()
+    context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
-    hand = arm.hand.CalcPoseInWorld(context)
+    hand: Any = arm.hand.CalcPoseInWorld(context)
     free = hand @ longest.p_TTfree
     places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
     points = np.array([*places, hand.translation()])
@@ -118,7 +124,10 @@ def draw_posture(models: Path) -> Figure:
     rendered.imshow(picture)
     rendered.set_axis_off()
     rendered.set_title(f"at home, with {longest.name}")
-    for axes, row, name, label in ((side, 2, "from the right", "up (m)"), (above, 1, "from above", "to the left (m)")):
+    for axes, row, name, label in (
+        (side, 2, "from the right", "up (m)"),
+        (above, 1, "from above", "to the left (m)"),
+    ):
         axes.plot(points[:, 0], points[:, row], "o-", color=OBJECT_COLOURS[0], label="joints and hand")
         ends = np.array([hand.translation(), free])
         axes.plot(ends[:, 0], ends[:, row], "-", color=OBJECT_COLOURS[4], linewidth=3.0, label="object")
@@ -137,7 +146,13 @@ def _write_text(title: str, parts: Sequence[Part]) -> str:
         lines += ["", part.heading, "-" * len(part.heading), *(f"- {sentence}" for sentence in part.sentences)]
         if part.table:
             widths = [max(len(row[k]) for row in part.table) for k in range(len(part.table[0]))]
-            lines += ["", *("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in part.table)]
+            lines += [
+                "",
+                *(
+                    "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+                    for row in part.table
+                ),
+            ]
     return "\n".join(lines) + "\n"
 
 
@@ -154,5 +169,7 @@ def _write_page(title: str, parts: Sequence[Part]) -> str:
             body.append("</table>")
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8">'
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n" + "\n".join(body) + "\n</body></html>\n"
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n"
+        + "\n".join(body)
+        + "\n</body></html>\n"
     )

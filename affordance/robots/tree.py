@@ -56,7 +56,9 @@ class RobotTree:
             return next(iter(found.values()))
         path = self.description.path
         if found:
-            raise BadValueError(option, "", f"is {name!r}, which {path} has more than once: {', '.join(sorted(found))}")
+            raise BadValueError(
+                option, "", f"is {name!r}, which {path} has more than once: {', '.join(sorted(found))}"
+            )
         joints = {joint.name(): joint for joint in self.joints_above.values()}
         if name in joints:
             child = joints[name].child_body().name()
@@ -87,8 +89,7 @@ def build_tree(description: Description) -> RobotTree:
             problem = " ".join(str(error).split()).replace("<literal-string>", "")
             raise ModelFileError(description.path, f"cannot be parsed: {problem}") from error
     joints_above = {}
-    for index in plant.GetJointIndices():
-        joint = plant.get_joint(index)
+    for joint in map(plant.get_joint, plant.GetJointIndices()):
         joints_above[joint.child_body().index()] = joint
     if not any(joint.num_velocities() for joint in joints_above.values()):
         raise ModelFileError(description.path, "has no joint that moves")

@@ -84,9 +84,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
     rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    values = tuple(
-        numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in names
-    )
+    values = tuple(numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in names)
     mass = numbers.parse_one(get_attribute(inertial.find("mass"), "value"), f"{key}.mass", 0.0)
     return Inertial(
         mass,

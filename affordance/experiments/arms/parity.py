@@ -88,12 +88,22 @@ def _compare(imported: ImportedArm, reduced: Any, tip: int, rng: np.random.Gener
     statics, n = build_statics(imported.arm), len(imported.arm.links)
     plant, context, forces = statics.plant, statics.context, MultibodyForces(statics.plant)
     data = reduced.createData()
-    R_TH = imported.chain.tip.CalcPose(
-        imported.tree.plant.CreateDefaultContext(), imported.chain.joints[-1].frame_on_child()
-    ).rotation().matrix().T @ imported.arm.X_LH.rotation().matrix()
+    R_TH = (
+        imported.chain.tip.CalcPose(
+            imported.tree.plant.CreateDefaultContext(), imported.chain.joints[-1].frame_on_child()
+        )
+        .rotation()
+        .matrix()
+        .T
+        @ imported.arm.X_LH.rotation().matrix()
+    )
     found = []
     for _ in range(_STATES):
-        q, v, vdot = rng.uniform(-1.5, 1.5, n), rng.uniform(-_RATE, _RATE, n), rng.uniform(-1.0, 1.0, n) * _ACCELERATION
+        q, v, vdot = (
+            rng.uniform(-1.5, 1.5, n),
+            rng.uniform(-_RATE, _RATE, n),
+            rng.uniform(-1.0, 1.0, n) * _ACCELERATION,
+        )
         q_pin = _write_angles(reduced, q)
         M = pinocchio.crba(reduced, data, q_pin)
         M = np.triu(M) + np.triu(M, 1).T

@@ -41,7 +41,12 @@ ROBOTS = (
     Robot("romeo", "romeo_description/urdf/romeo.urdf", "l_wrist", required=False),
     Robot("centauro", "centauro_description/urdf/centauro.urdf", "arm1_8", required=False),
     Robot("so101", "so_arm_description/urdf/so101.urdf", "gripper_frame_link", required=False),
-    Robot("anymal-kinova", "anymal_b_simple_description/robots/anymal-kinova.urdf", "j2s6s200_end_effector", required=False),
+    Robot(
+        "anymal-kinova",
+        "anymal_b_simple_description/robots/anymal-kinova.urdf",
+        "j2s6s200_end_effector",
+        required=False,
+    ),
     Robot("tiago_pro", "tiago_pro_description/robots/tiago_pro.urdf", "arm_right_tool_link", required=False),
 )
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
+from scipy.stats import spearmanr
 
 from affordance.experiments.arms.programs import NAMES, OK
 
@@ -53,7 +53,9 @@ def describe_study(found: _Found, ours: Mapping[str, Any]) -> ArmsSection:
     loaded = {name: one for name, one in found.items() if one["metrics"]["loads"]}
     required = {name: one for name, one in found.items() if one["required"]}
     complete = [name for name, one in required.items() if _is_complete(one)]
-    parities = [one["metrics"]["parity_error"] for one in loaded.values() if one["metrics"]["parity_error"] is not None]
+    parities = [
+        one["metrics"]["parity_error"] for one in loaded.values() if one["metrics"]["parity_error"] is not None
+    ]
     speeds = {name: one["metrics"]["real_time_factor"] for name, one in loaded.items()}
     claims = [
         ArmClaim(
@@ -71,7 +73,9 @@ def describe_study(found: _Found, ours: Mapping[str, Any]) -> ArmsSection:
     if speeds:
         slowest = min(speeds.values())
         text = "A hold is simulated at least five times as fast as it takes."
-        claims.append(ArmClaim(text, "smallest real-time factor at least", _REAL_TIME, slowest, slowest >= _REAL_TIME))
+        claims.append(
+            ArmClaim(text, "smallest real-time factor at least", _REAL_TIME, slowest, slowest >= _REAL_TIME)
+        )
     captions = {
         "arms": (
             "Left: how far the first object of Simulation I falls in the hand of each arm, simulated, over what the "
@@ -91,21 +95,21 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
     free = {name: ratio for name, ratio in ratios.items() if loaded[name]["sag"]["limited"] <= 0.05}
     drops = {name: one["weight"]["drop_m"][0] for name, one in loaded.items() if "weight" in one}
     parts = [
-        "An arm sags under an object it takes for lighter than it is by T²/6 times the acceleration it did not foresee, "
-        "with T the horizon of its plan: the mass not foreseen over the arm's own effective mass at the hand and the mass "
-        "that is. Nothing in that is fitted."
+        "An arm sags under an object it takes for lighter than it is by T²/6 times the acceleration it did not "
+        "foresee, with T the horizon of its plan: by the mass not foreseen over the arm's own effective mass at the "
+        "hand and the mass that is believed. Nothing in that is fitted."
     ]
     if free:
         low, high = min(free.values()), max(free.values())
         parts.append(
-            f"On the {len(free)} arms that meet no limit the first object falls {low:.2f} to {high:.2f} times as far as so "
-            "predicted (it overshoots where the fall is small; where it is large the arm turns away under it)."
+            f"On the {len(free)} arms that meet no limit the first object falls {low:.2f} to {high:.2f} times as far "
+            "as predicted so: it overshoots a small fall, and turns away under a large one."
         )
     if drops:
         least, most = min(drops, key=drops.__getitem__), max(drops, key=drops.__getitem__)
         own = ours["weight"]["drop_m"][0] if "weight" in ours else float("nan")
         parts.append(
-            f"The first drop is from {100.0 * drops[least]:.1f} cm ({least}) to {100.0 * drops[most]:.1f} cm ({most}), "
+            f"The first drop is {100.0 * drops[least]:.1f} cm ({least}) to {100.0 * drops[most]:.1f} cm ({most}), "
             f"ours {100.0 * own:.1f} cm."
         )
     for task in ("reach", "hammer"):
@@ -114,26 +118,32 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
             masses = [loaded[name]["sag"]["arm_mass"] / loaded[name]["sag"]["object_mass"] for name in works]
             rho = _correlate_ranks(masses, list(works.values()))
             parts.append(
-                f"In {task}ing the dearer grip costs {100.0 * min(works.values()):.1f} to "
-                f"{100.0 * max(works.values()):.1f} % more; the rank correlation with the arm's effective mass over the "
-                f"object's is {rho:.2f}."
+                f"In {name_of_task(task)} the dearer grip costs {100.0 * min(works.values()):.1f} to "
+                f"{100.0 * max(works.values()):.1f} % more; its rank correlation with the arm's effective mass over "
+                f"the object's is {rho:.2f}."
             )
     rates = {name: one["heavy"]["rate"] for name, one in loaded.items()}
     over = {name: rate for name, rate in rates.items() if rate > 1.0}
     if over:
-        listed = ", ".join(f"{name} {rate:.2f} ({loaded[name]['heavy']['rate_joint']})" for name, rate in over.items())
+        listed = ", ".join(
+            f"{name} {rate:.2f} ({loaded[name]['heavy']['rate_joint']})" for name, rate in over.items()
+        )
         parts.append(
-            "Limits of rate are kept in the plan, by the believed inertia: under a wrong belief a joint exceeds its limit "
-            "by what it accelerates beyond its plan in a step of the plan (20 ms). The first time the heaviest object is "
-            f"held, largest rates over their limits are: {listed}; all others stay below 1."
+            "Limits of rate are kept in the plan, by the believed inertia: under a wrong belief a joint exceeds its "
+            "limit by what it accelerates beyond its plan in a step of the plan (20 ms). The first time the heaviest "
+            f"object is held, largest rates over their limits are {listed}; on all other arms less than 1."
         )
     return " ".join(parts)
 
 
 def _correlate_ranks(x: list[float], y: list[float]) -> float:
     """Spearman's rank correlation."""
-    ranks = [np.argsort(np.argsort(values)) for values in (x, y)]
-    return float(np.corrcoef(*ranks)[0, 1])
+    return float(spearmanr(x, y).statistic)
+
+
+def name_of_task(task: str) -> str:
+    """The task as a noun."""
+    return {"reach": "reaching", "hammer": "hammering"}[task]
 
 
 def _is_complete(one: Mapping[str, Any]) -> bool:
@@ -142,7 +152,8 @@ def _is_complete(one: Mapping[str, Any]) -> bool:
 
 def write_table(found: _Found) -> str:
     """The table of all robots, in Markdown."""
-    head = ("robot", "joints, frozen", "parity", "payload (kg)", "torque at home", *NAMES, "x real time", "first drop (cm)", "decoy lift (cm)", "reach, hammer: dearer grip (%)", "claims met")
+    outcomes = ("first drop (cm)", "decoy lift (cm)", "reach, hammer: dearer grip (%)", "claims met")
+    head = ("robot", "joints, frozen", "parity", "payload (kg)", "torque at home", *NAMES, "x real time", *outcomes)
     rows = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
     for name, one in found.items():
         metrics = one["metrics"]
@@ -154,7 +165,8 @@ def write_table(found: _Found) -> str:
         drop = f"{100.0 * one['weight']['drop_m'][0]:.1f}" if "weight" in one else "-"
         lift = f"{100.0 * one['weight']['decoy_lift_m']:.1f}" if "weight" in one else "-"
         works = ", ".join(
-            f"{100.0 * (one[task]['energy_ratio_true'] - 1.0):.1f}" if task in one else "-" for task in ("reach", "hammer")
+            f"{100.0 * (one[task]['energy_ratio_true'] - 1.0):.1f}" if task in one else "-"
+            for task in ("reach", "hammer")
         )
         verdicts = [met for claims in one["claims"].values() for met in claims.values()]
         cells = (

@@ -192,8 +192,14 @@ def _measure_with_rotors(path: Path, options: ImportOptions, rotor: float, model
 def _list_changed(models: Path) -> list[str]:
     """Values of the tasks that differ from ours, each with old, new and why."""
     mark = "# Changed by affordance import-arm: "
-    files = [models / "nail.yaml", *sorted((models / "paths").glob("*.yaml")), *sorted((models / "tools").glob("*.yaml"))]
-    return [line.removeprefix(mark) for file in files for line in file.read_text().splitlines() if line.startswith(mark)]
+    files = [
+        models / "nail.yaml",
+        *sorted((models / "paths").glob("*.yaml")),
+        *sorted((models / "tools").glob("*.yaml")),
+    ]
+    return [
+        line.removeprefix(mark) for file in files for line in file.read_text().splitlines() if line.startswith(mark)
+    ]
 
 
 def _pick_outcomes(ran: dict[str, dict[str, Any] | str]) -> dict[str, Any]:
@@ -229,7 +235,9 @@ def _fail(reason: str) -> dict[str, Any]:
 
 def asdict_of(sag: Sag) -> dict[str, Any]:
     """A measurement as plain data."""
-    return {name: value if isinstance(value, str) else float(np.float64(value)) for name, value in sag._asdict().items()}
+    return {
+        name: value if isinstance(value, str) else float(np.float64(value)) for name, value in sag._asdict().items()
+    }
 
 
 __all__: Sequence[str] = ("StudyConfig", "run_study")
