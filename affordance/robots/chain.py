@@ -9,6 +9,8 @@ from affordance.robots.tree import RobotTree
 
 # So many moving joints in series, beside the arm, make a limb of their own; one is a neck or a gripper's finger.
 _LIMB = 2
+# An arm that would end below a joint that cannot be its own has at least so many, or the joint is refused.
+_FEWEST = 3
 
 
 class Chain(NamedTuple):
@@ -45,6 +47,11 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     tip = tree.find_frame(tip_name, "--tip")
     body = tip.body()
     base = None if base_name is None else tree.find_frame(base_name, "--base").body()
+    if base is not None and base.index() != body.index():
+        above = [joint.parent_body() for joint in tree.climb(body)]
+        if base.index() not in [link.index() for link in above]:
+            names = ", ".join(link.name() for link in above)
+            raise BadValueError("--base", "", f"is {base_name!r}, which is not above {tip_name}, must be of {names}")
     joints: list[RevoluteJoint] = []
     why = "it is the robot's root"
     for joint in tree.climb(tip.body()):
@@ -55,7 +62,7 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
             break
         if joint.num_velocities():
             problem = _find_obstacle(tree, joint)
-            if problem and base is None and joints:
+            if problem and base is None and len(joints) >= _FEWEST:
                 why = f"the joint above it, {joint.name()}, {problem}"
                 break
             if problem:
@@ -64,10 +71,6 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
             joints.insert(0, joint)
         body = joint.parent_body()
     if base is not None:
-        if body.index() != base.index():
-            above = [joint.parent_body().name() for joint in tree.climb(tip.body())]
-            problem = f"is {base_name!r}, which is not above {tip_name}, must be one of {', '.join(above)}"
-            raise BadValueError("--base", "", problem)
         why = "it was given"
     if not joints:
         where = f"between it and {body.name()}" if body.name() != "world" else "between it and the world"

@@ -4,6 +4,7 @@ The arm reaches out by nine tenths of its length, or less where it could not bea
 does not matter: the base is turned instead. Frames: H the hand, S the origin of the second joint (the shoulder).
 """
 
+import itertools
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -27,8 +28,9 @@ _REACHES = (0.9, 0.8, 0.7, 0.6, 0.5)
 TEST_MASS, TEST_DISTANCE = 0.8, 0.125
 # The first reach that loads no joint by more than this part of its torque limit is taken: what is left moves the arm.
 _ENOUGH = 0.8
-# The hand points away from the shoulder within this cone, and joints keep so far from their limits, [rad].
-_CONE, _CLEARANCE = np.radians(20.0), np.radians(10.0)
+# The hand points away from the shoulder within the first of these cones, or where no posture does, the second; joints
+# keep so far from their limits, [rad].
+_CONES, _CLEARANCE = np.radians([20.0, 60.0]), np.radians(10.0)
 # Least singular value of the hand's Jacobian, as part of the arm's length: below, the arm is nearly singular.
 _LEAST_SINGULAR = 0.03
 # Weight of the mean square distance of joints from the middle of their range, beside the load.
@@ -131,10 +133,12 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
         return measure(fixed)
     best: tuple[float, HomePosture] | None = None
     singular: tuple[float, HomePosture] | None = None
-    for reach in _REACHES:
+    for cone, reach in itertools.product(_CONES, _REACHES):
+        if cone > _CONES[0] and (best or singular) is not None:
+            break
+        goal = _Goal(bounds, middle, half, reach * length, float(cone))
         for start in range(_STARTS):
-            guess = middle if start == 0 else rng.uniform(*bounds)
-            q = _solve(statics, bounds, middle, half, reach * length, guess)
+            q = _solve(statics, goal, middle if start == 0 else rng.uniform(*bounds))
             if q is None:
                 continue
             posture = measure(q)
@@ -162,10 +166,19 @@ def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random
     return float(np.quantile(distances, 0.999))
 
 
-def _solve(
-    statics: ArmStatics, bounds: tuple[Array, Array], middle: Array, half: Array, distance: float, guess: Array
-) -> Array | None:
+class _Goal(NamedTuple):
+    """Where joints may be, the middle and half of their ranges, the hand's distance, [m], and its cone, [rad]."""
+
+    bounds: tuple[Array, Array]
+    middle: Array
+    half: Array
+    distance: float
+    cone: float
+
+
+def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
     """The posture nearest to the middle of all ranges with the hand at a distance, level and pointing outwards."""
+    bounds, middle, half, distance, cone = goal
     plant, hand, context = statics.plant, statics.hand, statics.context
     joint = statics.joints[min(1, len(statics.joints) - 1)]
     shoulder = joint.frame_on_parent()
@@ -183,6 +196,6 @@ def _solve(
         PointToPointDistanceConstraint(plant, shoulder, origin, hand, origin, distance, distance, context), q
     )
     # Looking back along the hand, the shoulder is within the cone.
-    program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, _CONE, context), q)
+    program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, cone, context), q)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

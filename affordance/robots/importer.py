@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -48,6 +49,20 @@ class ImportOptions:
     height: float | None = None
 
 
+class ReadArm(NamedTuple):
+    """An arm as a robot's file has it.
+
+    Attributes:
+        tree: The robot.
+        chain: Its joints in it.
+        arm: The arm alone.
+    """
+
+    tree: RobotTree
+    chain: Chain
+    arm: ReducedArm
+
+
 @dataclass(frozen=True)
 class ImportedArm:
     """An arm, and where it comes from.
@@ -78,12 +93,12 @@ class ImportedArm:
         return dict(zip(self.arm.joint_names, self.home.q.tolist(), strict=True))
 
 
-def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
-    """Reads a robot's file and makes an arm of it.
+def read_arm(path: Path, options: ImportOptions) -> ReadArm:
+    """Reads a robot's file and takes the arm out of it.
 
     Raises:
         BadValueError: The file, or an option, does not say what an arm needs; the message says what and where.
-        ModelFileError: Drake cannot parse the file, or there is no posture to hold things in.
+        ModelFileError: Drake cannot parse the file.
     """
     if options.out_axis is not None and options.out_axis not in OUT_AXES:
         raise BadValueError("--out-axis", "", f"is {options.out_axis!r}, must be one of {', '.join(OUT_AXES)}")
@@ -93,7 +108,17 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
     context, frozen = freeze(tree, chain, options.posture)
     arm = reduce_arm(tree, chain, context, frozen, options.out_axis)
     rotors = _spread_rotors(arm, options.rotor_inertia)
-    arm = arm.changed(damping=options.damping, rotor_inertia=rotors)
+    return ReadArm(tree, chain, arm.changed(damping=options.damping, rotor_inertia=rotors))
+
+
+def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
+    """Reads a robot's file and makes an arm of it, with a posture to hold things in.
+
+    Raises:
+        BadValueError: The file, or an option, does not say what an arm needs; the message says what and where.
+        ModelFileError: Drake cannot parse the file, or there is no posture to hold things in.
+    """
+    tree, chain, arm = read_arm(path, options)
     statics = build_statics(arm)
     _check_mass_matrix(path, arm, statics)
     try:

@@ -17,7 +17,7 @@ from affordance.robots.description import Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 
 # Of each link, at most; a page with nine links then grows by about a megabyte.
-_TRIANGLES = 3000
+_TRIANGLES = 4000
 # Colours that differ by less in every channel are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
@@ -109,6 +109,8 @@ def _load_mesh(
     except Exception as error:  # whatever a loader of some format raises for a file that is damaged
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []
+    if not parts:
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it holds no triangles)")
     X = X_LV.GetAsMatrix4() @ np.diag([*shape.sizes, 1.0])
     found = []
     for part in parts:

@@ -20,7 +20,7 @@ from affordance.robots.importer import ImportedArm, ImportOptions
 from affordance.robots.notes import list_notes
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture"
-_WIDTH, _HEIGHT = 900, 640
+_WIDTH, _HEIGHT = 720, 540
 _STYLE = (
     "body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem } "
     "img { max-width: 100% } table { border-collapse: collapse } td, th { text-align: left; padding: 0.3rem 0.8rem; "

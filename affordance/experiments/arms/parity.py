@@ -7,8 +7,7 @@ import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
 from affordance.arrays import Array
-from affordance.robots.importer import ImportedArm, ImportOptions, build_statics, extract_arm
-from affordance.robots.tree import RobotTree
+from affordance.robots.importer import ImportOptions, ReadArm, build_statics, read_arm
 
 # States compared, and how fast joints turn and speed up in them, [rad/s, rad/s^2].
 _STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0
@@ -37,15 +36,15 @@ def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityE
         ImportError: Pinocchio is not installed.
     """
     rng = np.random.default_rng(seed)
-    frozen = draw_posture(extract_arm(path, options).tree, options, rng)
-    imported = extract_arm(path, ImportOptions(options.tip, options.base, options.out_axis, frozen, damping=False))
+    frozen = draw_posture(read_arm(path, options), rng)
+    imported = read_arm(path, ImportOptions(options.tip, options.base, options.out_axis, frozen, damping=False))
     reduced = _build_reduced(path, imported)
     return _compare(imported, *reduced, rng)
 
 
-def draw_posture(tree: RobotTree, options: ImportOptions, rng: np.random.Generator) -> dict[str, float]:
+def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
     """Draws values for all joints but the arm's own, within their limits, or half a turn of those that have none."""
-    chain = set(extract_arm(tree.description.path, options).arm.joint_names)
+    tree, chain = read.tree, set(read.arm.joint_names)
     values = {}
     for joint in tree.joints_above.values():
         notes = tree.description.joints.get(joint.name())
@@ -57,7 +56,7 @@ def draw_posture(tree: RobotTree, options: ImportOptions, rng: np.random.Generat
     return values
 
 
-def _build_reduced(path: Path, imported: ImportedArm) -> tuple[Any, int]:
+def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
     """Pinocchio's model with the same joints frozen, and the number of the tip's frame in it."""
     import pinocchio
 
@@ -82,7 +81,7 @@ def _build_reduced(path: Path, imported: ImportedArm) -> tuple[Any, int]:
     return reduced, reduced.getFrameId(imported.chain.tip.name(), pinocchio.FrameType.BODY)
 
 
-def _compare(imported: ImportedArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
+def _compare(imported: ReadArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
     import pinocchio
 
     statics, n = build_statics(imported.arm), len(imported.arm.links)
