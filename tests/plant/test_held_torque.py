@@ -44,7 +44,7 @@ def simulate_tick(arm: Arm, x: np.ndarray, tau: np.ndarray) -> np.ndarray:
     return plant.GetVelocities(context)
 
 
-@pytest.mark.parametrize("damping", [0.01, 0.3, 10.0])
+@pytest.mark.parametrize("damping", [0.0, 0.01, 0.3, 10.0])
 def test_a_held_torque_gives_the_mean_acceleration_it_was_computed_for(tmp_path: Path, damping: float) -> None:
     arm = load_arm(write_damped_arm(tmp_path, {"wrist_deviation": damping, "elbow_flexion": damping}))
     held = HeldTorqueModel(arm, TICK)
@@ -54,8 +54,8 @@ def test_a_held_torque_gives_the_mean_acceleration_it_was_computed_for(tmp_path:
     held.set_state(x)
     tau = held.compute_inverse_dynamics(planned)
     found = (simulate_tick(arm, x, tau) - 0.05) / TICK
-    # What is left is how gravity, mass matrix and Coriolis forces change within the tick.
-    np.testing.assert_allclose(found, planned, atol=0.03)
+    # What is left, without damping too, is how gravity and mass matrix change within the tick.
+    np.testing.assert_allclose(found, planned, atol=0.06)
 
 
 def test_the_torque_of_the_instantaneous_equation_would_leave_a_damped_wrist_all_but_locked(tmp_path: Path) -> None:
