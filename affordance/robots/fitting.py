@@ -13,7 +13,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from affordance.choice.hammer import BlowCost, load_hammer
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError
@@ -174,7 +175,7 @@ def fit_blow(models: Path) -> Fit:
             if reached < depth:
                 depth, limiting = (
                     reached,
-                    f"with the {tool.name} by {tool.grip} {cost.describe_lack(tool.parameters)}",
+                    f"with the {tool.name} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}",
                 )
         lack = lack or limiting
         if depth > best[0]:
@@ -194,7 +195,7 @@ def fit_blow(models: Path) -> Fit:
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
     """How deep the nail can be driven, in tenths of a millimetre if not as deep as is asked for, [m]."""
-    nail = cost.hammer.nail
+    nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set
     depth = cost.find_greatest_depth(tool.parameters)

@@ -12,7 +12,7 @@ from affordance.files.atomic import write_text
 from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
-from affordance.reporting.renderings import Pose, take_pictures
+from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import show
 from affordance.robots.folder import Fitted
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS
@@ -112,7 +112,7 @@ def draw_posture(models: Path) -> Figure:
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
-    (picture,) = take_pictures(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
+    (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
     context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
     hand: Any = arm.hand.CalcPoseInWorld(context)

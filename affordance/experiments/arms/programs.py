@@ -1,34 +1,31 @@
 """The experiments as this study uses them: whether one can be run with a folder of models, and what it finds."""
 
 import json
-import logging
 from pathlib import Path
 from typing import Any
 
 from affordance.exceptions import AffordanceError
-from affordance.experiments import com, reach, weight
-from affordance.experiments.hammer import experiment as hammer
-from affordance.experiments.suite import run_suite
+from affordance.experiments.suite import load_experiment, run_suite
+from affordance.plant.arm import ARM
+from affordance.settings import Settings
 
 OK = "ok"
-_PROGRAMS = {module.NAME: module for module in (weight, com, reach, hammer)}
-NAMES = tuple(_PROGRAMS)
-_LOG = logging.getLogger(__name__)
+NAMES = ("weight", "com", "reach", "hammer")
 
 
 def find_lack(name: str, models: Path) -> str:
     """Says why an experiment cannot be run with a folder of models, in a line; ``ok`` if it can."""
     try:
-        _PROGRAMS[name].load_config(models)
+        load_experiment(name, models, 0, Settings(arm=models / ARM.name)).plan(1)
     except AffordanceError as error:
         return str(error).replace(f"{models}/", "")
     return OK
 
 
 def run_program(name: str, models: Path, out: Path, *, seed: int, repeats: int, jobs: int) -> dict[str, Any] | str:
-    """Runs an experiment into a folder; one that was run before is not run again.
+    """Runs an experiment into a folder; observers that were simulated before are not simulated again.
 
-    Returns: Its metrics, with its claims under ``claims``; or why it cannot be run.
+    Returns: Its metrics, with its claims under ``claims``; or why it cannot be run, in a line.
     """
     try:
         run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs)

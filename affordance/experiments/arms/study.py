@@ -14,7 +14,7 @@ from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.arms.figure import draw_study
 from affordance.experiments.arms.measure import Sag, measure_sag
 from affordance.experiments.arms.parity import compute_parity
-from affordance.experiments.arms.programs import NAMES, OK, find_lack, run_program
+from affordance.experiments.arms.programs import NAMES, OK, run_program
 from affordance.experiments.arms.robots import ROBOTS, Robot, find_folder
 from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
@@ -168,9 +168,7 @@ def _run_all(models: Path, config: StudyConfig, out: Path) -> dict[str, dict[str
     """Runs every experiment that can be run."""
     ran: dict[str, dict[str, Any] | str] = {}
     for name in NAMES:
-        lack = find_lack(name, models)
-        settings = {"seed": config.seed, "repeats": config.repeats, "jobs": config.jobs}
-        ran[name] = run_program(name, models, out, **settings) if lack == OK else lack
+        ran[name] = run_program(name, models, out, seed=config.seed, repeats=config.repeats, jobs=config.jobs)
     return ran
 
 
