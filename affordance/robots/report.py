@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.files.atomic import write_text
+from affordance.exceptions import UnavailableError
+from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import ARM, load_arm
-from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
+from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import show
 from affordance.robots.folder import Fitted
@@ -19,7 +20,7 @@ from affordance.robots.home import TEST_DISTANCE, TEST_MASS
 from affordance.robots.importer import ImportedArm, ImportOptions
 from affordance.robots.notes import list_notes
 
-TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture"
+TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
 _WIDTH, _HEIGHT = 720, 540
 _STYLE = (
     "body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem } "
@@ -50,8 +51,8 @@ def write_report(
     """
     parts = list_parts(imported, options, fitted, looks)
     title = f"The arm of {imported.tree.description.path.name}, to {options.tip}"
-    save_figure(draw_posture(models), models, PICTURE)
-    (models / f"{PICTURE}.svg").unlink()  # the page shows the other
+    figure = draw_posture(models)
+    write_atomic(models / PICTURE, lambda path: figure.savefig(path, dpi=130))
     write_text(models / TEXT, _write_text(title, parts))
     write_text(models / PAGE, _write_page(title, parts))
 
@@ -112,14 +113,17 @@ def draw_posture(models: Path) -> Figure:
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
-    (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
+    try:
+        (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
+    except UnavailableError:
+        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # the joints are drawn all the same
     context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
     hand: Any = arm.hand.CalcPoseInWorld(context)
     free = hand @ longest.p_TTfree
     places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
     points = np.array([*places, hand.translation()])
-    figure = Figure(figsize=(12.0, 4.6))
+    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
     rendered, side, above = figure.subplots(1, 3, width_ratios=[1.5, 1.0, 1.0])
     rendered.imshow(picture)
     rendered.set_axis_off()
@@ -157,7 +161,7 @@ def _write_text(title: str, parts: Sequence[Part]) -> str:
 
 
 def _write_page(title: str, parts: Sequence[Part]) -> str:
-    body = [f"<h1>{html.escape(title)}</h1>", f'<img src="{PICTURE}.png" alt="the arm in its home posture">']
+    body = [f"<h1>{html.escape(title)}</h1>", f'<img src="{PICTURE}" alt="the arm in its home posture">']
     for part in parts:
         body.append(f"<h2>{html.escape(part.heading)}</h2>")
         body.append("<ul>" + "".join(f"<li>{html.escape(sentence)}</li>" for sentence in part.sentences) + "</ul>")

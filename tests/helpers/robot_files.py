@@ -60,7 +60,13 @@ def build_urdf(*, changes: dict[str, str] | None = None) -> str:
             joint(f"{side}_fixed", f"{side}_4", f"{side}_tool", kind="fixed", origin="0.1 0 0"),
             link(f"{side}_finger", mass=0.05, x=0.02),
             link(f"{side}_thumb", mass=0.04, x=0.02),
-            joint(f"{side}_grip", f"{side}_4", f"{side}_finger", kind="prismatic", limit='lower="0" upper="0.04" effort="5" velocity="1"'),
+            joint(
+                f"{side}_grip",
+                f"{side}_4",
+                f"{side}_finger",
+                kind="prismatic",
+                limit='lower="0" upper="0.04" effort="5" velocity="1"',
+            ),
             joint(
                 f"{side}_follow",
                 f"{side}_4",
@@ -85,9 +91,11 @@ def write_urdf(folder: Path, *, changes: dict[str, str] | None = None) -> Path:
 
 
 SDF = """<sdf version="1.9"><model name="swinger">
-<link name="foot"><inertial><mass>5</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+<link name="foot"><inertial><mass>5</mass>
+<inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
 <link name="upper"><pose relative_to="foot">0 0 0.5 0 0 0.3</pose>
-<inertial><pose>0.2 0 0 0.1 0 0</pose><mass>2</mass><inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial>
+<inertial><pose>0.2 0 0 0.1 0 0</pose><mass>2</mass>
+<inertia><ixx>0.01</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial>
 <visual name="v"><geometry><box><size>0.4 0.05 0.05</size></box></geometry></visual>
 <collision name="c"><geometry><mesh><uri>model://nowhere/a.stl</uri></mesh></geometry></collision></link>
 <link name="lower"><pose relative_to="upper">0.4 0 0 0 0.2 0</pose>
@@ -98,7 +106,8 @@ SDF = """<sdf version="1.9"><model name="swinger">
 <limit><lower>-3</lower><upper>3</upper><velocity>2</velocity><effort>30</effort></limit>
 <dynamics><friction>0.7</friction><spring_stiffness>4</spring_stiffness></dynamics></axis></joint>
 <joint name="tilt" type="revolute"><pose>0.01 0 0.02 0 0.1 0</pose><parent>upper</parent><child>lower</child>
-<axis><xyz>0 1 0</xyz><limit><lower>-2</lower><upper>2</upper><velocity>2</velocity><effort>30</effort></limit></axis></joint>
+<axis><xyz>0 1 0</xyz>
+<limit><lower>-2</lower><upper>2</upper><velocity>2</velocity><effort>30</effort></limit></axis></joint>
 <joint name="bend" type="revolute"><parent>lower</parent><child>wrist</child><axis><xyz>0 1 0</xyz>
 <limit><lower>-2</lower><upper>2</upper><velocity>2</velocity><effort>20</effort></limit></axis></joint>
 <frame name="grip" attached_to="wrist"><pose>0.1 0 0 0 0 0</pose></frame>
@@ -106,10 +115,12 @@ SDF = """<sdf version="1.9"><model name="swinger">
 
 MJCF = """<mujoco model="reacher"><compiler angle="radian"/>
 <default><joint damping="0.1" armature="0.02"/><motor gear="2"/>
-<default class="strong"><joint armature="0.05" range="-2 2" frictionloss="0.3"/><motor ctrlrange="-10 12" gear="3"/></default></default>
+<default class="strong"><joint armature="0.05" range="-2 2" frictionloss="0.3"/>
+<motor ctrlrange="-10 12" gear="3"/></default></default>
 <asset><mesh name="m" file="nowhere.stl"/></asset>
 <worldbody><light pos="0 0 3"/><geom type="plane" size="1 1 1"/>
-<body name="root" pos="0 0 0.4"><freejoint/><inertial pos="0 0 0" mass="4" diaginertia="0.1 0.1 0.1"/><geom type="mesh" mesh="m"/>
+<body name="root" pos="0 0 0.4"><freejoint/><inertial pos="0 0 0" mass="4" diaginertia="0.1 0.1 0.1"/>
+<geom type="mesh" mesh="m"/>
 <body name="first" pos="0 0 0.1" childclass="strong">
 <joint name="a1" axis="0 0 1"/><joint name="a2" axis="0 1 0"/>
 <inertial pos="0.1 0 0" mass="1.5" fullinertia="0.01 0.012 0.013 0.001 0 0"/>

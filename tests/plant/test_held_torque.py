@@ -11,7 +11,6 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from affordance.plant.arm import ARM, Arm, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness
-from affordance.objects.load import load_materials, load_tools
 from affordance.settings import Settings
 from affordance.simulation.diagram import build_trial_diagram
 
@@ -109,10 +108,9 @@ def test_stiffness_is_the_tick_over_the_shortest_time_constant_of_damping(tmp_pa
 
 def test_only_a_stiff_arm_is_simulated_with_the_accuracy_for_stiff_arms(tmp_path: Path) -> None:
     settings = Settings(arm=write_damped_arm(tmp_path, {"wrist_deviation": 3.0}))
-    tool = load_tools(ARM.parent / "tools" / "weight.yaml", load_materials(ARM.parent / "materials.yaml"))[0]
-    stiff = build_trial_diagram(tool, settings)
+    stiff = build_trial_diagram(settings, 1.0)
     assert stiff.is_stiff
     assert stiff.simulator.accuracy == settings.stiff_accuracy
-    plain = build_trial_diagram(tool, Settings())
+    plain = build_trial_diagram(Settings(), 1.0)
     assert not plain.is_stiff
     assert plain.simulator.accuracy == settings.accuracy

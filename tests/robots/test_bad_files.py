@@ -1,12 +1,12 @@
-"""Every mistake in a robot's file, or in what is said of it, is one line that names file or option, place and bound."""
+"""Every mistake in a robot's file, or in what is said of it, is one line that names file or option and place."""
 
 from pathlib import Path
 
 import pytest
+from helpers.robot_files import MJCF, SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
 from affordance.robots.importer import ImportOptions, extract_arm, parse_rotor_inertia
-from helpers.robot_files import MJCF, SDF, write_urdf
 
 TIP = ImportOptions("right_tool")
 GOOD_LIMIT = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
@@ -23,21 +23,42 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
 @pytest.mark.parametrize(
     ("changes", "said"),
     [
-        ({GOOD_LIMIT: 'lower="-2.5" upper="2.4" velocity="3"'}, "joint right_j1: has no limit of torque (effort), must"),
-        ({'effort="40"': 'effort="0"'}, "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0"),
+        (
+            {GOOD_LIMIT: 'lower="-2.5" upper="2.4" velocity="3"'},
+            "joint right_j1: has no limit of torque (effort), must",
+        ),
+        (
+            {'effort="40"': 'effort="0"'},
+            "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0",
+        ),
         ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a limit of rate (velocity) of 0 rad/s, must be more"),
         ({'upper="2.4"': 'upper="fast"'}, "joint lift.limit.upper: is 'fast', must be a number"),
         ({'effort="40"': 'effort="much"'}, "joint lift.limit.effort: is 'much', must be a number"),
         ({'lower="-2.5" upper="2.4"': 'lower="1" upper="1"'}, "has limits of angle from 1 to 1 rad, must be a range"),
-        ({'name="right_j3" type="revolute"': 'name="right_j3" type="prismatic"'}, "joint right_j3: is of type prismatic"),
-        ({'<safety_controller k_velocity="1"/>': '<mimic joint="right_j2"/>'}, "joint right_j3: follows right_j2 (mimic)"),
-        ({"<mass value=\"1.0\"/>": '<mass value="-2"/>'}, "link right_1: has a mass of -2 kg with moments of inertia"),
-        ({"<mass value=\"1.0\"/>": '<mass value="0"/>'}, "link right_1: has a mass of 0 kg with moments of inertia"),
+        (
+            {'name="right_j3" type="revolute"': 'name="right_j3" type="prismatic"'},
+            "joint right_j3: is of type prismatic",
+        ),
+        (
+            {'<safety_controller k_velocity="1"/>': '<mimic joint="right_j2"/>'},
+            "joint right_j3: follows right_j2 (mimic)",
+        ),
+        ({'<mass value="1.0"/>': '<mass value="-2"/>'}, "link right_1: has a mass of -2 kg with moments of inertia"),
+        ({'<mass value="1.0"/>': '<mass value="0"/>'}, "link right_1: has a mass of 0 kg with moments of inertia"),
         ({'ixx="0.004"': 'ixx="0.4"'}, "has an inertia no solid can have (Ixx, Iyy, Izz 0.4, 0.005, 0.006 kg m^2)"),
-        ({'rpy="0.1 0.2 0.3"': 'rpy="0.1 0.2"'}, "link pelvis.inertial.origin.rpy: is '0.1 0.2', must be 3 finite numbers"),
+        (
+            {'rpy="0.1 0.2 0.3"': 'rpy="0.1 0.2"'},
+            "link pelvis.inertial.origin.rpy: is '0.1 0.2', must be 3 finite numbers",
+        ),
         ({"</robot>": ""}, "is not XML: "),
-        ({"<robot ": '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', "<gazebo/>": "<xacro:macro/>"}, "is a xacro"),
-        ({"<robot ": "<machine ", "</robot>": "</machine>"}, "is of <machine>, must be of <robot> (URDF), <sdf> or <muj"),
+        (
+            {"<robot ": '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', "<gazebo/>": "<xacro:macro/>"},
+            "is a xacro",
+        ),
+        (
+            {"<robot ": "<machine ", "</robot>": "</machine>"},
+            "is of <machine>, must be of <robot> (URDF), <sdf> or <muj",
+        ),
         ({'joint name="neck"': 'joint name="lift"'}, "joint lift: is there twice"),
         ({'<parent link="right_1"/>': '<parent link="nowhere"/>'}, "cannot be parsed: "),
     ],
@@ -70,7 +91,10 @@ def test_mimic_and_prismatic_end_a_chain_but_not_one_that_names_its_base(tmp_pat
         (ImportOptions("right_tool", posture={"nek": 0.1}), "--posture: names 'nek', which is no moving joint of"),
         (ImportOptions("right_tool", posture={"neck": 7.0}), "--posture: puts neck at 7, must be from -2.5 to 2.4"),
         (ImportOptions("right_tool", posture={"left_follow": 0.2}), "which follows left_grip"),
-        (ImportOptions("right_tool", rotor_inertia={"neck": 0.2}), "--rotor-inertia: names 'neck', which is no joint of"),
+        (
+            ImportOptions("right_tool", rotor_inertia={"neck": 0.2}),
+            "--rotor-inertia: names 'neck', which is no joint of",
+        ),
     ],
 )
 def test_a_bad_option_is_refused_in_one_line(tmp_path: Path, options: ImportOptions, said: str) -> None:
@@ -126,8 +150,11 @@ def test_an_sdf_link_of_the_arm_without_inertial_is_refused_and_not_taken_for_a_
     ("old", "new", "said"),
     [
         ('forcerange="-8 7"', "", "joint a3: has no limit of torque (effort)"),
-        ('<inertial pos="0.05 0 0" mass="0.4" diaginertia="0.001 0.0012 0.0013"/>', '<geom type="mesh" mesh="m"/>',
-         "link third: takes its inertia from the mesh m, must have an <inertial>"),
+        (
+            '<inertial pos="0.05 0 0" mass="0.4" diaginertia="0.001 0.0012 0.0013"/>',
+            '<geom type="mesh" mesh="m"/>',
+            "link third: takes its inertia from the mesh m, must have an <inertial>",
+        ),
         ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
         ("<asset>", '<include file="more.xml"/><asset>', "include: is not read here, must be written out"),
     ],

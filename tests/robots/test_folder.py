@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.robot_files import write_urdf
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError
@@ -15,7 +16,6 @@ from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
-from helpers.robot_files import write_urdf
 
 
 @pytest.fixture(scope="module")

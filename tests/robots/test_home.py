@@ -4,13 +4,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.robot_files import write_urdf
 
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.home import TEST_DISTANCE
 from affordance.robots.importer import ImportOptions, build_statics, extract_arm
-from helpers.robot_files import write_urdf
 
 OURS = ImportOptions("hand_grip")
 
@@ -49,12 +49,17 @@ def test_the_payload_loads_the_weakest_joint_to_its_limit_and_no_other_beyond(tm
 def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
     arm = load_arm()
     model = ArmModel(arm)
-    model.set_payload(np.array([0.7, 0.7 * TEST_DISTANCE, 0, 0, 0, 0.7 * TEST_DISTANCE**2, 0.7 * TEST_DISTANCE**2, 0, 0, 0]))
+    model.set_payload(
+        np.array([0.7, 0.7 * TEST_DISTANCE, 0, 0, 0, 0.7 * TEST_DISTANCE**2, 0.7 * TEST_DISTANCE**2, 0, 0, 0])
+    )
     q = np.linspace(0.1, 0.6, arm.num_joints)
     model.set_state(np.concatenate([q, np.zeros(arm.num_joints)]))
     statics = build_statics(extract_arm(MODELS / "arm.sdf", OURS).arm)
     np.testing.assert_allclose(
-        statics.compute_torques(q, 0.7), model.compute_inverse_dynamics(np.zeros(arm.num_joints)), rtol=0.0, atol=1e-12
+        statics.compute_torques(q, 0.7),
+        model.compute_inverse_dynamics(np.zeros(arm.num_joints)),
+        rtol=0.0,
+        atol=1e-12,
     )
 
 
@@ -69,7 +74,9 @@ def test_the_base_is_turned_so_that_the_hand_points_forward(tmp_path: Path) -> N
 
 @pytest.mark.parametrize(("option", "column"), [("x", [1, 0, 0]), ("-z", [0, 0, -1]), ("y", [0, 1, 0])])
 def test_the_axis_that_points_out_is_the_one_that_is_given(option: str, column: list[int]) -> None:
-    given = extract_arm(MODELS / "arm.sdf", ImportOptions("hand_grip", out_axis=option, posture=dict.fromkeys(_joints(), 0.0)))
+    given = extract_arm(
+        MODELS / "arm.sdf", ImportOptions("hand_grip", out_axis=option, posture=dict.fromkeys(_joints(), 0.0))
+    )
     np.testing.assert_allclose(given.arm.X_LH.rotation().matrix()[:, 0], column, atol=1e-15)
     assert np.linalg.det(given.arm.X_LH.rotation().matrix()) == pytest.approx(1.0)
 

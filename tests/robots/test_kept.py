@@ -4,6 +4,8 @@ import argparse
 from pathlib import Path
 
 import pytest
+from helpers.robot_files import MJCF, write_urdf
+from matplotlib.figure import Figure
 
 from affordance.commands import import_arm as command
 from affordance.exceptions import AffordanceError
@@ -12,17 +14,16 @@ from affordance.robots import kept, report
 from affordance.robots.folder import Fitted
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_kept
-from helpers.robot_files import MJCF, write_urdf
 
 TIP = ImportOptions("right_tool")
 
 
 @pytest.fixture(autouse=True)
-def _leave_tasks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Fitting tasks is slow, and tested elsewhere; pictures are small."""
+def _hurry(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+    """Fitting tasks is slow, and tested elsewhere; pictures are drawn where they are asked for."""
     monkeypatch.setattr(kept, "fit_tasks", lambda _: Fitted((), {"blow": "too weak"}))
-    monkeypatch.setattr(report, "_WIDTH", 80)  # rendering is slow
-    monkeypatch.setattr(report, "_HEIGHT", 60)
+    if "report" not in request.node.name:
+        monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
 
 
 def test_an_arm_is_imported_once_for_the_same_file_and_options(tmp_path: Path) -> None:
@@ -72,7 +73,9 @@ def parse(*words: str) -> argparse.Namespace:
     return parser.parse_args(words)
 
 
-def test_the_command_imports_any_format_and_says_what_it_did(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_command_imports_any_format_and_says_what_it_did(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "reacher.xml"
     path.write_text(MJCF)
     out = tmp_path / "models"

@@ -5,14 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from helpers.robot_files import write_urdf
 from pydrake.geometry import Role
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
 from pydrake.systems.framework import DiagramBuilder
 
-from affordance.plant.arm import ARM, add_arm
+from affordance.plant.arm import ARM, parse_arm
 from affordance.robots.folder import write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.meshes import find_mesh_file, write_obj
-from helpers.robot_files import write_urdf
 
 TIP = ImportOptions("right_tool")
 
@@ -39,10 +40,12 @@ def test_a_mesh_keeps_its_shape_and_place_and_loses_triangles_it_does_not_need(t
 def test_the_strict_program_draws_what_was_written(tmp_path: Path) -> None:
     write_meshes(tmp_path, right_2=trimesh.creation.box([0.1, 0.05, 0.05]))
     write_folder(extract_arm(write_urdf(tmp_path), TIP), tmp_path / "models", source="a test")
-    builder = DiagramBuilder()
-    add_arm(builder, tmp_path / "models" / ARM.name)
-    inspector = builder.GetSubsystemByName("scene_graph").model_inspector()
-    shapes = [type(inspector.GetShape(geometry)).__name__ for geometry in inspector.GetAllGeometryIds(Role.kIllustration)]
+    plant, scene_graph = AddMultibodyPlantSceneGraph(DiagramBuilder(), 0.0)
+    parse_arm(plant, tmp_path / "models" / ARM.name)
+    inspector = scene_graph.model_inspector()
+    shapes = [
+        type(inspector.GetShape(geometry)).__name__ for geometry in inspector.GetAllGeometryIds(Role.kIllustration)
+    ]
     # The torso carries the arm; where its mesh is nowhere it is left out.
     assert sorted(shapes) == ["Capsule", "Capsule", "Capsule", "Mesh"]
 

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.robot_files import MJCF, SDF, write_urdf
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
 from affordance.experiments.arms.parity import compute_parity
 from affordance.experiments.arms.robots import ROBOTS, Robot, find_folder
 from affordance.robots.importer import ImportOptions, build_statics, read_arm
-from helpers.robot_files import MJCF, SDF, write_urdf
 
 # What is left is rounding.
 EXACT = 1e-12

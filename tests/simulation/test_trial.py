@@ -36,8 +36,7 @@ def test_arm_that_knows_the_density_does_not_move(runner, weight):
 def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight):
     tool = weight.tools[2]
     light, heavy = (
-        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,))
-        for density in (6000, 11000)
+        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
     )
     assert light.height_centre[-1] < -0.005
     assert heavy.height_centre[-1] > 0.005
@@ -73,9 +72,7 @@ def test_logged_motion_is_consistent(runner, weight):
 
 def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight, arm):
     """With a row a tick, each row's torque was constant over the tick before it: its work is tau . (q_k - q_k-1)."""
-    settings = dataclasses.replace(
-        weight.settings, log_period=weight.settings.control_period, accuracy=1e-8
-    )
+    settings = dataclasses.replace(weight.settings, log_period=weight.settings.control_period, accuracy=1e-8)
     tool = weight.tools[0]
     record = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=0.5, seed=(0,))
     context = arm.plant.CreateDefaultContext()
@@ -185,8 +182,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
 def test_seed_decides_what_the_controller_believes(weight, changes):
     runner = TrialRunner(dataclasses.replace(weight.settings, **changes))
     first, second, again = (
-        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1]
-        for seed in (1, 2, 1)
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1] for seed in (1, 2, 1)
     )
     assert np.abs(first - second).max() > 0.01
     np.testing.assert_array_equal(first, again)
