@@ -30,6 +30,9 @@ from affordance.simulation.trial import TrialRunner
 
 # Long enough for the sag to be over, [s].
 _HOLD = 1.5
+# How often it is timed; the fastest counts, as what else a machine does only slows it down, and the first one also
+# builds the Diagram.
+_TIMES = 3
 
 
 class Sag(NamedTuple):
@@ -43,7 +46,7 @@ class Sag(NamedTuple):
         rate: Largest rate of a joint over its limit, [1].
         rate_joint: Which joint.
         limited: Part of the ticks in which a limit was active.
-        real_time_factor: Simulated time over CPU time.
+        real_time_factor: Simulated time over CPU time, of the fastest of three holds.
     """
 
     arm_mass: float
@@ -83,10 +86,11 @@ def measure_sag(models: Path, tool_index: int = 0, task_models: Path | None = No
     predicted = float(up @ held.compute_point_jacobian(tool.p_TTcentre) @ e)
 
     runner = TrialRunner(settings)
-    runner.run_hold(tool, MaterialMemory(), duration=0.1, seed=(0,))  # what is done once is not counted
-    start = time.process_time()
-    record = runner.run_hold(tool, MaterialMemory(), duration=_HOLD, seed=(0,))
-    factor = _HOLD / (time.process_time() - start)
+    seconds = []
+    for _ in range(_TIMES):
+        start = time.process_time()
+        record = runner.run_hold(tool, MaterialMemory(), duration=_HOLD, seed=(0,))
+        seconds.append(time.process_time() - start)
     rates = np.abs(record.v).max(axis=0) / arm.limits.v_max
     return Sag(
         arm_mass,
@@ -96,7 +100,7 @@ def measure_sag(models: Path, tool_index: int = 0, task_models: Path | None = No
         float(rates.max()),
         arm.joint_names[int(np.argmax(rates))],
         record.counts.limited * settings.control_period / _HOLD,
-        factor,
+        _HOLD / min(seconds),
     )
 
 
