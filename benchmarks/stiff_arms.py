@@ -1,4 +1,4 @@
-"""What damping on light wrists costs an integrator, and what helps: python -m benchmarks.stiff_arms MODELS [MODELS ...].
+"""What damping on light wrists costs an integrator, and what helps: python -m benchmarks.stiff_arms MODELS ...
 
 MODELS are folders that ``affordance import-arm`` wrote. Each arm holds the heaviest object of Simulation I, which it
 takes for lighter than it is, for 0.6 s. Errors are of joint angles, against an accuracy of 1e-8.

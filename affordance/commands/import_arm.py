@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from affordance.robots.frozen import parse_values
-from affordance.robots.importer import OUT_AXES, ImportOptions, parse_rotor_inertia
+from affordance.robots.importer import AXES, ImportOptions, parse_rotor_inertia
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
 
@@ -33,7 +33,7 @@ def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> Non
     parser.add_argument(
         "--out-axis",
         metavar="AXIS",
-        help=f"axis of the tip that points out of the hand: {', '.join(OUT_AXES)}; write --out-axis=-z",
+        help=f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z",
     )
     parser.add_argument(
         "--posture",
@@ -50,6 +50,9 @@ def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> Non
         help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
     )
     parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
+    parser.add_argument(
+        "--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)"
+    )
     parser.add_argument(
         "--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)"
     )
@@ -69,6 +72,7 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         rotor_inertia=parse_rotor_inertia(arguments.rotor_inertia),
         damping=arguments.damping == "file",
         height=arguments.base_height,
+        up=arguments.up,
     )
 
 

@@ -1,7 +1,7 @@
 """From a robot's file to the arm alone, in a posture to hold things in; nothing is written here."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -16,10 +16,10 @@ from affordance.robots.chain import Chain, find_chain
 from affordance.robots.frozen import check_posture, freeze, parse_values
 from affordance.robots.home import ArmStatics, HomePosture, find_home
 from affordance.robots.reader import read_robot
-from affordance.robots.reduced_arm import ReducedArm, reduce_arm
+from affordance.robots.reduced_arm import ReducedArm, reduce_arm, turn_up
 from affordance.robots.tree import RobotTree, build_tree
 
-OUT_AXES = ("x", "y", "z", "-x", "-y", "-z")
+AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if the least of its eigenvalues is less than this part of the largest, as where a link
 # without mass turns about an axis of its own.
 _LEAST_EIGENVALUE = 1e-12
@@ -38,6 +38,7 @@ class ImportOptions:
         rotor_inertia: Of rotor and gears as felt at joints, by joint; of every joint under the empty name, [kg m^2].
         damping: Whether the file's damping is kept.
         height: Of the base above the world's origin, [m]; the file's if None.
+        up: Which axis of the robot's root points up; z in all but few files.
     """
 
     tip: str
@@ -47,6 +48,7 @@ class ImportOptions:
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
     damping: bool = True
     height: float | None = None
+    up: str = "z"
 
 
 class ReadArm(NamedTuple):
@@ -100,13 +102,16 @@ def read_arm(path: Path, options: ImportOptions) -> ReadArm:
         BadValueError: The file, or an option, does not say what an arm needs; the message says what and where.
         ModelFileError: Drake cannot parse the file.
     """
-    if options.out_axis is not None and options.out_axis not in OUT_AXES:
-        raise BadValueError("--out-axis", "", f"is {options.out_axis!r}, must be one of {', '.join(OUT_AXES)}")
+    for option, axis in (("--out-axis", options.out_axis), ("--up", options.up)):
+        if axis is not None and axis not in AXES:
+            raise BadValueError(option, "", f"is {axis!r}, must be one of {', '.join(AXES)}")
     tree = build_tree(read_robot(path))
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain, options.posture)
     arm = reduce_arm(tree, chain, context, frozen, options.out_axis)
+    if options.up != "z":
+        arm = replace(arm, X_WB=turn_up(options.up) @ arm.X_WB)
     rotors = _spread_rotors(arm, options.rotor_inertia)
     return ReadArm(tree, chain, arm.changed(damping=options.damping, rotor_inertia=rotors))
 

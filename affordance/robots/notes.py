@@ -57,7 +57,10 @@ def _list_taken(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
 
 def _list_assumed(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
     arm = imported.arm
-    yield "the base is fixed to the world, upright, and turned so that the hand points forward"
+    yield (
+        f"the base is fixed to the world, {options.up} of the robot's root pointing up, and turned so that the hand "
+        "points forward"
+    )
     frozen = arm.frozen
     if frozen:
         listed = [f"{name} at {value:.4g}" for name, value in frozen.items() if value or name in options.posture]

@@ -196,6 +196,12 @@ def _turn_to(axis: str) -> RotationMatrix:
     return RotationMatrix(R)
 
 
+def turn_up(axis: str) -> RigidTransform:
+    """Turns a robot whose root has a signed axis pointing up so that it stands."""
+    # The rotation that puts x along the axis, turned over to put the axis along z.
+    return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
+
+
 def _check_inertias(tree: RobotTree, bodies: list[RigidBody]) -> None:
     for body in bodies:
         fault = tree.description.faults.get(body.name())

@@ -11,6 +11,7 @@ from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.home import TEST_DISTANCE
 from affordance.robots.importer import ImportOptions, build_statics, extract_arm
+from affordance.robots.reduced_arm import turn_up
 
 OURS = ImportOptions("hand_grip")
 
@@ -79,6 +80,12 @@ def test_the_axis_that_points_out_is_the_one_that_is_given(option: str, column: 
     )
     np.testing.assert_allclose(given.arm.X_LH.rotation().matrix()[:, 0], column, atol=1e-15)
     assert np.linalg.det(given.arm.X_LH.rotation().matrix()) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("up", ["x", "-x", "y", "-y", "z", "-z"])
+def test_the_axis_that_points_up_does(up: str) -> None:
+    R = turn_up(up).rotation().matrix()
+    np.testing.assert_allclose(R[:, "xyz".index(up[-1])] * (-1 if "-" in up else 1), [0.0, 0.0, 1.0], atol=1e-15)
 
 
 def _joints() -> list[str]:

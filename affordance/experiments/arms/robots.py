@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import NamedTuple
 
+from affordance.robots.importer import ImportOptions
+
 _ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 
 
@@ -14,12 +16,19 @@ class Robot(NamedTuple):
         file: Its file, within the folder of robots.
         tip: The link or frame that holds things.
         required: Whether all four experiments are to run on it; others may be told why not.
+        up: Which axis of its root points up.
     """
 
     name: str
     file: str
     tip: str
     required: bool = True
+    up: str = "z"
+
+    @property
+    def options(self) -> ImportOptions:
+        """What is said of it."""
+        return ImportOptions(self.tip, up=self.up)
 
 
 ROBOTS = (
@@ -32,7 +41,7 @@ ROBOTS = (
     Robot("z1", "z1_description/urdf/z1.urdf", "gripperStator"),
     Robot("talos", "talos_data/robots/talos_full_v2.urdf", "gripper_left_base_link"),
     Robot("kinova", "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
-    Robot("human", "human_description/robots/human.urdf", "right_hand"),
+    Robot("human", "human_description/robots/human.urdf", "right_hand", up="y"),  # by the conventions of biomechanics
     Robot("ur3", "ur_description/urdf/ur3_robot.urdf", "tool0", required=False),
     Robot("tiago", "tiago_description/robots/tiago.urdf", "arm_tool_link", required=False),
     Robot("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "left_rubber_hand", required=False),

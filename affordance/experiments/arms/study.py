@@ -95,7 +95,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
     Returns: Under ``metrics`` the numbers other programs rely on; beside them what explains them.
     """
     path = find_folder(config.robots) / robot.file
-    options = ImportOptions(robot.tip)
+    options = robot.options
     try:
         models = import_kept(path, options, out / "imported")
     except AffordanceError as error:
