@@ -47,7 +47,7 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
     axes.plot([], [], "o", color=OBJECT_COLOURS[0], label="as in the file (squares: a limit active)")
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel("fall predicted, T²/6 of the unforeseen acceleration (cm)")
+    axes.set_xlabel("fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)")
     axes.set_ylabel("fall of the first object, simulated (cm)")
     axes.legend(frameon=False, fontsize=_FONT, loc="upper left")
 
@@ -88,6 +88,8 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
                 axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel("effective mass of the arm over the mass of the first object")
+    axes.set_xlabel(
+        "effective mass of the arm, up and down at the hand,\nover the mass of the first object of Simulation I"
+    )
     axes.set_ylabel("the dearer grip costs more by (%)")
     axes.legend(frameon=False, fontsize=_FONT)

@@ -1,12 +1,13 @@
 """What an arm does when an object is put into its hand that it takes for lighter than it is, and why.
 
 The arm sags until what its plan asks for, under the believed inertia, makes up for the torque it did not foresee. A
-plan of minimum acceleration from rest at a distance e from its goal begins with 6 e / T^2, so that
+plan of minimum acceleration in N steps from rest at a distance e from its goal begins with 6 N / (N + 1) e / T^2, so
+that
 
-    e = T^2 / 6 M^-1 Y (pi - pi_believed)
+    e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
 with M the mass matrix under the believed load, for a torque that is held (plant/held_torque.py). The heavier arm and
-rotors are at the hand, the less it sags: along the vertical, by T^2 g / 6 times the mass not foreseen over the sum of
+rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen over the sum of
 the arm's own effective mass and the mass that is.
 """
 
@@ -82,7 +83,8 @@ def measure_sag(models: Path, tool_index: int = 0, task_models: Path | None = No
     held.set_payload(believed.parameters)
     held.set_state(home)
     unforeseen = Y @ (tool.parameters - believed.parameters)
-    e = settings.mpc.horizon**2 / 6.0 * np.linalg.solve(held.compute_mass_matrix(), unforeseen)
+    compliance = (1.0 + 1.0 / settings.mpc.num_steps) * settings.mpc.horizon**2 / 6.0
+    e = compliance * np.linalg.solve(held.compute_mass_matrix(), unforeseen)
     predicted = float(up @ held.compute_point_jacobian(tool.p_TTcentre) @ e)
 
     runner = TrialRunner(settings)

@@ -95,8 +95,8 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
     free = {name: ratio for name, ratio in ratios.items() if loaded[name]["sag"]["limited"] <= 0.05}
     drops = {name: one["weight"]["drop_m"][0] for name, one in loaded.items() if "weight" in one}
     parts = [
-        "An arm sags under an object it takes for lighter than it is by T²/6 times the acceleration it did not "
-        "foresee, with T the horizon of its plan: by the mass not foreseen over the arm's own effective mass at the "
+        "An arm sags under an object it takes for lighter than it is by (1 + 1/N) T²/6 times the acceleration it did "
+        "not foresee, with T the horizon of its plan and N its steps: by the mass not foreseen over the arm's own effective mass at the "
         "hand and the mass that is believed. Nothing in that is fitted."
     ]
     if free:
@@ -183,4 +183,16 @@ def write_table(found: _Found) -> str:
             f"{sum(verdicts)} of {len(verdicts)}",
         )
         rows.append("| " + " | ".join(cells) + " |")
-    return "\n".join(rows) + "\n"
+    return "\n".join([*rows, "", *_list_verdicts(found)]) + "\n"
+
+
+def _list_verdicts(found: _Found) -> list[str]:
+    """A table of the experiments' claims by robot."""
+    known = {name: one["claims"] for name, one in found.items() if one.get("claims")}
+    texts = list(dict.fromkeys((task, text) for claims in known.values() for task in claims for text in claims[task]))
+    words = {True: "met", False: "not met", None: "-"}
+    rows = [f"| claim | {' | '.join(known)} |", "|" + " --- |" * (len(known) + 1)]
+    for task, text in texts:
+        verdicts = [words[claims.get(task, {}).get(text)] for claims in known.values()]
+        rows.append(f"| {task}: {text} | {' | '.join(verdicts)} |")
+    return rows
