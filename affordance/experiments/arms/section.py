@@ -96,8 +96,8 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
     drops = {name: one["weight"]["drop_m"][0] for name, one in loaded.items() if "weight" in one}
     parts = [
         "An arm sags under an object it takes for lighter than it is by (1 + 1/N) T²/6 times the acceleration it did "
-        "not foresee, with T the horizon of its plan and N its steps: by the mass not foreseen over the arm's own effective mass at the "
-        "hand and the mass that is believed. Nothing in that is fitted."
+        "not foresee, with T the horizon of its plan and N its steps: by the mass not foreseen over the arm's own "
+        "effective mass at the hand and the mass that is believed. Nothing in that is fitted."
     ]
     if free:
         low, high = min(free.values()), max(free.values())

@@ -90,9 +90,7 @@ def test_the_figure_has_a_point_for_every_robot_that_was_imported() -> None:
     assert {text.get_text() for text in right.texts} == {"panda", "ours"}
 
 
-def test_the_formula_predicts_the_sag_of_our_arm_where_it_is_small(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_formula_predicts_a_small_sag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # With heavy rotors our arm sags little, and the formula, which is of small angles and of rest, must hold.
     monkeypatch.setattr(measure, "_TIMES", 1)
     for name in ("package.xml", "arm.dmd.yaml"):
