@@ -7,8 +7,8 @@ that
     e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
 with M the mass matrix under the believed load, for a torque that is held (plant/held_torque.py). The heavier arm and
-rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen over
-the sum of the arm's own effective mass and the mass that is believed.
+rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen,
+over the sum of the arm's own effective mass and the mass that is believed.
 """
 
 import dataclasses

@@ -6,13 +6,6 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_contract import check_results
-
-from affordance.choice.hammer import BlowCost
-from affordance.choice.ranking import NO_OPTION
-from affordance.exceptions import BadValueError
-from affordance.experiments import reach
-from affordance.experiments.hammer import experiment as hammer
 from affordance.experiments.hammer.blows import (
     build_choices,
     check_first_crossover,
@@ -21,11 +14,18 @@ from affordance.experiments.hammer.blows import (
     list_densities_of_map,
 )
 from affordance.experiments.hammer.section import describe
+from affordance.experiments.shared.novel_objects import hold
+from helpers.results_contract import check_results
+
+from affordance.choice.hammer import BlowCost
+from affordance.choice.ranking import NO_OPTION
+from affordance.exceptions import BadValueError
+from affordance.experiments import reach
+from affordance.experiments.hammer import experiment as hammer
 from affordance.experiments.hammer.work_map import find_crossovers
 from affordance.experiments.shared.checks import switch_faults_on
 from affordance.experiments.shared.decisions import choose_by_expectation, choose_by_sample
 from affordance.experiments.shared.experience import collect_experience
-from affordance.experiments.shared.novel_objects import hold
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import load_arm
