@@ -2,7 +2,7 @@
 
 The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects
 stay as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the
-true densities.
+true densities, and what can be planned is simulated.
 """
 
 import math
@@ -19,12 +19,13 @@ from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError
 from affordance.objects.load import load_materials, load_tools
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.changes import SIZE_OF_TOOLS, Change
 from affordance.settings import Settings
+from affordance.simulation.rollout import roll_out
 
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
@@ -149,6 +150,11 @@ def _find_lack(model: ArmModel, path: TimedPath, tools: Sequence[Tool], settings
         if loads.max() > 1.0:
             joint = model.arm.joint_names[int(np.argmax(loads))]
             return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+    # What is planned well may yet be carried out badly, as where limits hold the arm back.
+    for tool in tools:
+        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
+        if missed := path.describe_error(rollout.error):
+            return f"{tool.name} by {tool.grip}, simulated, {missed}"
     return ""
 
 

@@ -124,11 +124,11 @@ def run_blow(
     monitor = BlowMonitor(trial.arm.plant, tool.name)
     simulator.set_monitor(monitor)
     touch, leave = strike.contact
-    _advance(simulator, trial.simulator, touch)
+    _advance(simulator, settings.simulator, touch)
     _advance(simulator, settings.contact_simulator, leave)
     # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
     monitor.stops_at_touch = True
-    if not _advance(simulator, trial.simulator, duration + END_MARGIN):
+    if not _advance(simulator, settings.simulator, duration + END_MARGIN):
         monitor.stops_at_touch = False
         _advance(simulator, settings.second_touch_simulator, duration + END_MARGIN)
     record = finish(trial, simulator, tool)

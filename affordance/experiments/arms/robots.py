@@ -41,7 +41,9 @@ ROBOTS = (
     Robot("z1", "z1_description/urdf/z1.urdf", "gripperStator"),
     Robot("talos", "talos_data/robots/talos_full_v2.urdf", "gripper_left_base_link"),
     Robot("kinova", "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
-    Robot("human", "human_description/robots/human.urdf", "right_hand", up="y"),  # by the conventions of biomechanics
+    Robot(
+        "human", "human_description/robots/human.urdf", "right_hand"
+    ),  # y is up in its file: with z up it lies; upright, its path is not followed
     Robot("ur3", "ur_description/urdf/ur3_robot.urdf", "tool0", required=False),
     Robot("tiago", "tiago_description/robots/tiago.urdf", "arm_tool_link", required=False),
     Robot("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "left_rubber_hand", required=False),
