@@ -15,7 +15,7 @@ from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import HeldTorqueModel
 
 _LOG = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ class MpcController(SampledSystem):
         angle_margin: float,
     ) -> None:
         super().__init__()
-        self._model = ArmModel(arm)
+        self._model = HeldTorqueModel(arm, control_period)
         self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
@@ -125,18 +125,11 @@ class MpcController(SampledSystem):
             discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
 
     def _hold_torque(self, x: Array, vdot: Array) -> Array:
-        """Torque that, held for a tick, gives accelerations in the mean of it: that of its middle, within limits.
+        """Torque that, held for a tick, gives mean accelerations, within limits.
 
-        The torque of its beginning would err by half of what gravity and gyration change in a tick, always in the
-        same direction: in two seconds of reaching the forearm, of whose angle nothing is asked, then drifts by
-        36 degrees (docs/decisions/0005-controller.md). Where a limit is active the program has bounded the torque of
-        the beginning, and that is what counts.
+        Where a limit is active the program has bounded the torque of the tick's beginning, and that is what counts.
         """
-        q, v = np.split(x, 2)
-        half = 0.5 * self._control_period
-        v_middle = v + half * vdot
-        self._model.set_state(np.concatenate([q + half * 0.5 * (v + v_middle), v_middle]))
-        tau: Array = np.clip(self._model.compute_inverse_dynamics(vdot), -self._limits.tau_max, self._limits.tau_max)
+        tau: Array = np.clip(self._model.compute_held_torque(x, vdot), -self._limits.tau_max, self._limits.tau_max)
         return tau
 
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
