@@ -99,7 +99,7 @@ class Ellipsoid:
 def build_inertia_map(
     shapes: Sequence[Shape], poses_TE: Sequence[Array], material_indices: Sequence[int], num_materials: int
 ) -> Array:
-    """Builds Phi: pi = Phi rho (design 1).
+    """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
 
     Args:
         shapes: The solid parts E of a tool T.

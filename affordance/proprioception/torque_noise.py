@@ -50,7 +50,7 @@ class NoiseModel(Protocol):
 
 @dataclass(frozen=True)
 class WeberNoise:
-    """One percept a trial, felt with a Weber fraction and an absolute threshold (design 5).
+    """One measurement a trial, with errors of a Weber fraction and an absolute threshold.
 
     The percept is the mean torque of the hold. Its standard deviation at joint j is
     sqrt(threshold^2 + (weber_fraction tau_j)^2), with tau_j the mean total torque, the arm's own weight included.
