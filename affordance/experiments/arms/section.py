@@ -1,90 +1,40 @@
 """What the study of arms says: its table, its claims and its paragraph, as data for the report."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from scipy.stats import spearmanr
 
 from affordance.experiments.arms.programs import NAMES, OK
+from affordance.reporting.section import Section, Table, render_section
 
-_PARITY, _REAL_TIME = 1e-9, 5.0
+SECTION = Path(__file__).parent / "section.yaml"
 _Found = Mapping[str, Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
-class ArmClaim:
-    """Something that is asked of the study, and what was found.
-
-    Attributes:
-        text: What is asked.
-        criterion: When it is met.
-        bound: The number that is compared with.
-        value: What was found.
-        met: Whether it is met.
-    """
-
-    text: str
-    criterion: str
-    bound: float
-    value: float
-    met: bool
-
-
-@dataclass(frozen=True)
-class ArmsSection:
-    """The study's part of a report.
-
-    Attributes:
-        title: Its heading.
-        paragraph: What was found and why.
-        claims: What was asked and found.
-        captions: Of the figures, by name.
-    """
-
-    title: str
-    paragraph: str
-    claims: tuple[ArmClaim, ...]
-    captions: Mapping[str, str]
-
-
-def describe_study(found: _Found, ours: Mapping[str, Any]) -> ArmsSection:
+def describe_study(found: _Found, ours: Mapping[str, Any]) -> Section:
     """Says what was found."""
     loaded = {name: one for name, one in found.items() if one["metrics"]["loads"]}
-    required = {name: one for name, one in found.items() if one["required"]}
-    complete = [name for name, one in required.items() if _is_complete(one)]
+    required = [one for one in found.values() if one["required"]]
     parities = [
         one["metrics"]["parity_error"] for one in loaded.values() if one["metrics"]["parity_error"] is not None
     ]
-    speeds = {name: one["metrics"]["real_time_factor"] for name, one in loaded.items()}
-    claims = [
-        ArmClaim(
-            "All four experiments run on the arms that were asked for, from unedited files.",
-            "robots with four experiments",
-            float(len(required)),
-            float(len(complete)),
-            len(complete) == len(required),
-        )
-    ]
-    if parities:
-        worst = max(parities)
-        text = "Mass matrix, gravity, inverse dynamics and tip pose agree with Pinocchio."
-        claims.append(ArmClaim(text, "largest relative difference at most", _PARITY, worst, worst <= _PARITY))
-    if speeds:
-        slowest = min(speeds.values())
-        text = "A hold is simulated at least five times as fast as it takes."
-        claims.append(
-            ArmClaim(text, "smallest real-time factor at least", _REAL_TIME, slowest, slowest >= _REAL_TIME)
-        )
-    captions = {
-        "arms": (
-            "Left: how far the first object of Simulation I falls in the hand of each arm, simulated, over what the "
-            "formula predicts that has no constant to fit. Middle: the same over how heavy the arm is at the hand; "
-            "green lines give every joint of an arm rotors of 0.03, 0.1 and 0.3 kg m². Right: by how much the dearer "
-            "grip of the stick costs more."
-        )
+    numbers = {
+        "num_required": len(required),
+        "num_complete": sum(_is_complete(one) for one in required),
+        # Where nothing could be measured no claim is met.
+        "parity_error": max(parities, default=None),
+        "real_time_factor": min((one["metrics"]["real_time_factor"] for one in loaded.values()), default=None),
     }
-    return ArmsSection("The same claims on other arms", _explain(loaded, ours), tuple(claims), captions)
+    facts = {
+        "explanation": _explain(loaded, ours),
+        "robot_rows": [_list_cells(name, one) for name, one in found.items()],
+    }
+    section = render_section(SECTION, numbers, facts)
+    rows = _list_verdicts(found)
+    verdicts = Table("What became of the simulations' claims on each robot.", ["claim", *_select_judged(found)], rows)
+    return section._replace(tables=[*section.tables, verdicts] if rows else section.tables)
 
 
 def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
@@ -150,49 +100,42 @@ def _is_complete(one: Mapping[str, Any]) -> bool:
     return all(one["metrics"]["experiments"][name] == OK for name in NAMES)
 
 
-def write_table(found: _Found) -> str:
-    """The table of all robots, in Markdown."""
-    outcomes = ("first drop (cm)", "decoy lift (cm)", "reach, hammer: dearer grip (%)", "claims met")
-    head = ("robot", "joints, frozen", "parity", "payload (kg)", "torque at home", *NAMES, "x real time", *outcomes)
-    rows = ["| " + " | ".join(head) + " |", "|" + " --- |" * len(head)]
-    for name, one in found.items():
-        metrics = one["metrics"]
-        if not metrics["loads"]:
-            rows.append(f"| {name} | {metrics['experiments']['weight']} |" + " |" * (len(head) - 2))
-            continue
-        ran = ["ok" if metrics["experiments"][each] == OK else metrics["experiments"][each] for each in NAMES]
-        parity = "-" if metrics["parity_error"] is None else f"{metrics['parity_error']:.0e}"
-        drop = f"{100.0 * one['weight']['drop_m'][0]:.1f}" if "weight" in one else "-"
-        lift = f"{100.0 * one['weight']['decoy_lift_m']:.1f}" if "weight" in one else "-"
-        works = ", ".join(
-            f"{100.0 * (one[task]['energy_ratio_true'] - 1.0):.1f}" if task in one else "-"
-            for task in ("reach", "hammer")
-        )
-        verdicts = [met for claims in one["claims"].values() for met in claims.values()]
-        cells = (
-            name,
-            f"{metrics['joints']}, {metrics['frozen_joints']}",
-            parity,
-            f"{metrics['payload_kg']:.2f}",
-            f"{metrics['home_torque_ratio']:.2f}",
-            *ran,
-            f"{metrics['real_time_factor']:.1f}",
-            drop,
-            lift,
-            works,
-            f"{sum(verdicts)} of {len(verdicts)}",
-        )
-        rows.append("| " + " | ".join(cells) + " |")
-    return "\n".join([*rows, "", *_list_verdicts(found)]) + "\n"
+def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
+    """A robot's row: as many cells as the section's table has."""
+    metrics = one["metrics"]
+    if not metrics["loads"]:
+        return [name, metrics["experiments"]["weight"], *[""] * 11]
+    ran = ["ok" if metrics["experiments"][each] == OK else metrics["experiments"][each] for each in NAMES]
+    works = [
+        f"{100.0 * (one[task]['energy_ratio_true'] - 1.0):.1f}" if task in one else "-"
+        for task in ("reach", "hammer")
+    ]
+    verdicts = [met for claims in one["claims"].values() for met in claims.values()]
+    return [
+        name,
+        f"{metrics['joints']}, {metrics['frozen_joints']}",
+        "-" if metrics["parity_error"] is None else f"{metrics['parity_error']:.0e}",
+        f"{metrics['payload_kg']:.2f}",
+        f"{metrics['home_torque_ratio']:.2f}",
+        *ran,
+        f"{metrics['real_time_factor']:.1f}",
+        f"{100.0 * one['weight']['drop_m'][0]:.1f}" if "weight" in one else "-",
+        ", ".join(works),
+        f"{sum(verdicts)} of {len(verdicts)}",
+    ]
 
 
-def _list_verdicts(found: _Found) -> list[str]:
-    """A table of the experiments' claims by robot."""
-    known = {name: one["claims"] for name, one in found.items() if one.get("claims")}
+def _select_judged(found: _Found) -> dict[str, Mapping[str, Any]]:
+    """The experiments' claims of the robots that have any, by robot."""
+    return {name: one["claims"] for name, one in found.items() if one.get("claims")}
+
+
+def _list_verdicts(found: _Found) -> list[list[str]]:
+    """The experiments' claims, a row each, with what became of them on every robot."""
+    known = _select_judged(found)
     texts = list(dict.fromkeys((task, text) for claims in known.values() for task in claims for text in claims[task]))
     words = {True: "met", False: "not met", None: "-"}
-    rows = [f"| claim | {' | '.join(known)} |", "|" + " --- |" * (len(known) + 1)]
-    for task, text in texts:
-        verdicts = [words[claims.get(task, {}).get(text)] for claims in known.values()]
-        rows.append(f"| {task}: {text} | {' | '.join(verdicts)} |")
-    return rows
+    return [
+        [f"{task}: {text}", *(words[claims.get(task, {}).get(text)] for claims in known.values())]
+        for task, text in texts
+    ]

@@ -4,7 +4,7 @@ import dataclasses
 import json
 import logging
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +16,12 @@ from affordance.experiments.arms.measure import Sag, measure_sag
 from affordance.experiments.arms.parity import compute_parity
 from affordance.experiments.arms.programs import NAMES, OK, run_program
 from affordance.experiments.arms.robots import ROBOTS, Robot, find_folder
+from affordance.experiments.arms.section import describe_study
 from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
+from affordance.reporting.report import write_report, write_section
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_kept
@@ -139,14 +141,13 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
 
 
 def write_results(found: dict[str, dict[str, Any]], ours: dict[str, Any], out: Path) -> None:
-    """Writes metrics, what is behind them, the table, and the figure."""
-    from affordance.experiments.arms.section import describe_study, write_table
-
+    """Writes metrics, what is behind them, the figure, and the study's part of the report beside its folder."""
     save_figure(draw_study(found, ours), out, "arms")
     details = {"robots": {name: {k: v for k, v in one.items() if k != "metrics"} for name, one in found.items()}}
-    write_json(out / DETAILS, {**details, "ours": ours, "section": asdict(describe_study(found, ours))})
-    write_text(out / "table.md", write_table(found))
+    write_json(out / DETAILS, {**details, "ours": ours})
     write_json(out / METRICS, {"robots": {name: one["metrics"] for name, one in found.items()}})
+    write_section(out, describe_study(found, ours))
+    write_report(out.parent)
 
 
 def _study_ours(config: StudyConfig, out: Path) -> dict[str, Any]:

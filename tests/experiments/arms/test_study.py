@@ -12,7 +12,7 @@ from affordance.experiments.arms.figure import draw_study
 from affordance.experiments.arms.measure import measure_sag
 from affordance.experiments.arms.programs import NAMES
 from affordance.experiments.arms.robots import ROBOTS
-from affordance.experiments.arms.section import describe_study, write_table
+from affordance.experiments.arms.section import describe_study
 from affordance.experiments.arms.study import StudyConfig, check_config
 from affordance.files.model_folder import MODELS
 
@@ -56,7 +56,7 @@ def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
     one["metrics"]["experiments"] = {**one["metrics"]["experiments"], "hammer": "too weak"}
     worse = describe_study({"a": invent(), "b": one}, ours)
     assert [claim.met for claim in worse.claims] == [False, False, False]
-    assert [claim.value for claim in worse.claims] == [1.0, 1e-8, 4.9]
+    assert [claim.criteria[0].value for claim in worse.claims] == ["1", "1.0 × 10^-8", "4.9"]
 
 
 def test_a_robot_that_is_not_required_may_lack_an_experiment() -> None:
@@ -67,18 +67,18 @@ def test_a_robot_that_is_not_required_may_lack_an_experiment() -> None:
 
 def test_a_joint_beyond_its_rate_is_named() -> None:
     over = invent(heavy={**invent()["heavy"], "rate": 2.17, "rate_joint": "wrist"})
-    assert "kinova 2.17 (wrist)" in describe_study({"kinova": over}, invent()).paragraph
-    assert "largest rates over their limits" not in describe_study({"a": invent()}, invent()).paragraph
+    assert "kinova 2.17 (wrist)" in describe_study({"kinova": over}, invent()).summary
+    assert "largest rates over their limits" not in describe_study({"a": invent()}, invent()).summary
 
 
-def test_the_table_shows_robots_that_were_refused_and_claims_by_robot() -> None:
+def test_tables_show_robots_that_were_refused_and_claims_by_robot() -> None:
     refused = {"required": False, "metrics": {"loads": False, "experiments": dict.fromkeys(NAMES, "no such tip")}}
-    table = write_table({"panda": invent(), "odd": refused})
-    assert "| odd | no such tip |" in table
-    assert "| weight: the drop falls | met |" in table
-    assert "| weight: the decoy rises | not met |" in table
-    rows = [row for row in table.split("\n\n")[0].splitlines() if row]
-    assert len({row.count("|") for row in rows}) == 1
+    robots, verdicts = describe_study({"panda": invent(), "odd": refused}, invent()).tables
+    assert robots.rows[1][:2] == ["odd", "no such tip"]
+    assert ["weight: the drop falls", "met"] in verdicts.rows
+    assert ["weight: the decoy rises", "not met"] in verdicts.rows
+    assert {len(row) for row in robots.rows} == {len(robots.header)}
+    assert {len(row) for row in verdicts.rows} == {len(verdicts.header)}
 
 
 def test_the_figure_has_a_point_for_every_robot_that_was_imported() -> None:
