@@ -20,14 +20,14 @@ from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
-# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/test_reach_task.py).
+# Nodes of the quadrature along a motion: the midpoint rule errs by under 0.1 % (tests/choice/test_motion_cost.py).
 NUM_NODES = 50
 # Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which caches hold.
 _CHUNK = 2000
 
 
 class PlannedMotion(NamedTuple):
-    """A motion of K ticks, each of constant joint acceleration.
+    """A motion of K control periods, each of constant joint acceleration.
 
     Attributes:
         control_period: Duration of each, [s].
@@ -104,7 +104,7 @@ class MotionCost:
         Args:
             model: The arm; its state and payload are set.
             motion: The motion.
-            num_nodes: Nodes of the midpoint rule, at most one a tick.
+            num_nodes: Nodes of the midpoint rule, at most one a control period.
             infeasible_reason: Why the motion does not do what is asked; it is then feasible with no tool.
         """
         self.motion = motion
@@ -114,7 +114,7 @@ class MotionCost:
         nodes = ((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes).astype(int)
         self._weight = motion.control_period * num_ticks / num_nodes
         vdot = motion.vdot[nodes]
-        # Halfway through the tick.
+        # Halfway through the control period.
         v = motion.v[nodes] + 0.5 * motion.control_period * vdot
         q = motion.q[nodes] + 0.5 * motion.control_period * (motion.v[nodes] + v) * 0.5
         model.set_payload(np.zeros(NUM_PARAMETERS))

@@ -11,7 +11,7 @@ class Task(Protocol):
     """States its goal at the end of a controller's horizon."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses how far ahead the controller plans, a multiple of its tick.
+        """Chooses how far ahead the controller plans, a multiple of its control period.
 
         Args:
             time: Now, [s].
