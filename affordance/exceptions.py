@@ -120,7 +120,7 @@ class StallError(AffordanceError):
 
 
 class SeeingError(AffordanceError):
-    """A picture from which the features of an object cannot be had.
+    """A picture in which the features of an object cannot be detected.
 
     Attributes:
         reason: What is the matter, with the number and its bound.
@@ -167,11 +167,11 @@ class TooSmallError(SeeingError):
 
 
 class HiddenPartError(SeeingError):
-    """One part stands before another, so that too little of that one is seen."""
+    """One part stands before another, so that too little of that one is visible."""
 
 
 class NoFitError(SeeingError):
-    """No ellipsoid of a plausible size explains what is seen of a part."""
+    """No ellipsoid of a plausible size fits what is visible of a part."""
 
 
 def _on_one_line(text: str) -> str:

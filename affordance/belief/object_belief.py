@@ -1,4 +1,4 @@
-"""What is believed of one object: its densities, and what they say of its inertia by its geometry."""
+"""Belief about one object: its densities, and through its geometry its inertia."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from affordance.objects.geometry import Geometry
 
 
 class Memory(Protocol):
-    """What is believed of all materials, by colour, and how it learns."""
+    """Belief about the densities of all materials, by colour, and how it is updated."""
 
     @property
     def colours(self) -> tuple[Colour, ...]:

@@ -21,14 +21,14 @@ _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """How many ticks of a trial had a limit active, and in how many the solver failed."""
+    """In how many control periods of a trial a limit was active, and in how many the solver failed."""
 
     limited: int
     failed: int
 
 
 class MpcController(SampledSystem):
-    """Replans at every tick and holds the first torque until the next.
+    """Replans every control period and holds the torque until the next.
 
     Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. The task chooses how
     far ahead is planned; where it says not at all, the previous plan goes on, and should the solver fail too, with a
@@ -57,7 +57,7 @@ class MpcController(SampledSystem):
         self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
-        # By their horizons in ticks; made when they are first asked for.
+        # By their horizons in control periods; built at first use.
         self._mpcs: dict[int, MinimumAccelerationMpc] = {}
         self._get_mpc(settings.horizon)
         self._num_joints = arm.num_joints
@@ -72,7 +72,7 @@ class MpcController(SampledSystem):
         self._plan = int(self.DeclareDiscreteState(N * n))
         # When the plan was made, and for how long.
         self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
-        self._counts = int(self.DeclareDiscreteState(2))  # ticks limited, ticks failed
+        self._counts = int(self.DeclareDiscreteState(2))  # control periods limited, and failed
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
             "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
@@ -85,7 +85,7 @@ class MpcController(SampledSystem):
         self._seed.set(context, seed)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns how many ticks were limited and failed so far."""
+        """Returns how many control periods were limited and failed so far."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 

@@ -15,7 +15,7 @@ class Task(Protocol):
         """Joint angles in which it begins, at rest, shape (num_joints,), [rad]."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses how far ahead the controller plans, a multiple of its tick.
+        """Chooses how far ahead the controller plans, a multiple of its control period.
 
         Args:
             time: Now, [s].

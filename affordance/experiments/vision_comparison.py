@@ -127,7 +127,7 @@ def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, A
 
 
 def _read_mode(path: Path, curves: Sequence[Curve]) -> SavedRun | None:
-    """Reads what was kept; None if nothing was. A file that is no such thing is set aside."""
+    """Reads what was kept; None if nothing was. A file that is no such thing is quarantined."""
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         shared = {name: numbers[_SHARED][name] for name in ("faults", "seed", "repeats", "models")}

@@ -1,7 +1,7 @@
 """Reading YAML files so that every mistake is named by file, key, value and bound.
 
 A Record is a mapping of a file together with where it stands there. Values are taken out of it one by one, each
-with its bound; ``finish`` then refuses keys nobody asked for, so that a misspelt optional key is not ignored.
+with its bound; ``finish`` then rejects keys nobody asked for, so that a misspelt optional key is not ignored.
 """
 
 import math
@@ -185,7 +185,7 @@ class Record:
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads numbers such as 1e-3 as YAML 1.2 does, and refuses a key given twice."""
+    """Reads numbers such as 1e-3 as YAML 1.2 does, and rejects a key given twice."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         keys = [self.construct_object(key, deep=True) for key, _ in node.value]

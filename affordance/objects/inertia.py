@@ -28,7 +28,7 @@ class Shape(Protocol):
 
     @property
     def sizes(self) -> Array:
-        """The lengths that an eye would measure, shape (num_sizes,), [m]."""
+        """The lengths that can be seen, shape (num_sizes,), [m]."""
 
     @property
     def volume(self) -> float:

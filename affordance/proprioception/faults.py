@@ -1,6 +1,6 @@
 """Faults of sensors and of the arm's model, as data that can be switched on; by default there is none.
 
-Faults of sensors distort what joints feel, after the noise of feeling; the reflex sees the true state, as always. A
+Faults of sensors distort measured torques, after their noise; the controller sees the true state, as always. A
 sample that does not arrive is NaN at every joint. The heavier arm is the one that is moved: models keep their own.
 """
 

@@ -61,7 +61,7 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     """Draws the forces on a nail around the strike, and how far it is driven.
 
     Args:
-        records: What happened to the nail, by the grip the blow was dealt with.
+        records: What happened to the nail, by the grip of the blow.
         force_demanded: Peak of the resistance that was asked for, [N].
     """
     figure = Figure(figsize=(7.2, 5.4))
@@ -109,7 +109,7 @@ def draw_map(
         forces: Demanded force, (F,), rising, [N].
         values: The other quantity, (R,), rising.
         work: Work with each grip, (R, F), [J].
-        feasible: Whether the blow can be dealt with each grip, (R, F).
+        feasible: Whether the blow is feasible with each grip, (R, F).
         case: Force and value of the case that is marked.
         case_label: What it is called.
         value_label: Name and unit of the other quantity.

@@ -43,7 +43,7 @@ _RENDERER = "vtk"
 # Larger than the picture, so that there is stand wherever there is no object; its thickness is not seen, [m].
 _STAND_SIZE = (1.6, 1.4, 0.02)
 # Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small in the mean
-# (tests/test_rig.py); so it is told one that is as much larger.
+# (tests/vision/pixels/test_rig.py); so it is told one that is as much larger.
 _FACETS = 1.0013
 
 
