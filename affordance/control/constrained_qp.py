@@ -56,7 +56,7 @@ class AccelerationProgram:
         # By how much positions and velocities must violate their limits: the least of s_q / T^2 + s_v / T.
         self._rescue = MathematicalProgram()
         vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
-        self._violation = self._rescue.NewContinuousVariables(2, "overstep")
+        self._violation = self._rescue.NewContinuousVariables(2, "violation")
         self._rescue.AddLinearCost(np.array([1.0 / T**2, 1.0 / T]), self._violation)
         self._rescue.AddBoundingBoxConstraint(0.0, np.inf, self._violation)
         of_each = np.kron(np.eye(2), np.ones((N * n, 1)))

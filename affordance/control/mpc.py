@@ -142,7 +142,7 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Looks up the accelerations of an earlier plan, when a new one cannot be had.
+        """Looks up the accelerations of an earlier plan, when there is no new one.
 
         Args:
             vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].

@@ -2,7 +2,7 @@
 
 The motion is a spline of degree five in joint space, from rest where that starts, that strikes as the swing it is
 compared with does: at the same time and place, with the same velocity of the tip and as squarely, and with the same
-room to come to rest in. Of such motions that keep the limits of angle, rate and torque, one is sought that needs
+room to come to rest in. Of such motions within position, velocity and torque limits, one is sought that needs
 least
 
     effort  integral of |tau|^2 dt,    or    work  integral of sum_i |tau_i v_i| dt,
@@ -234,7 +234,7 @@ class SwingSearch:
         found = complete(result.GetSolution(c))
         if not self._keeps_torques(found) or not self._condition.is_met(end @ found[-2:].ravel()):
             raise AffordanceError(
-                f"no swing of {self._times[-1]:g} s within the limits of angle, rate and torque was found"
+                f"no swing of {self._times[-1]:g} s within position, velocity and torque limits was found"
             )
         if self._keeps_torques(start) and self.compute_cost(integrand, found)[0] > first:
             return start, False

@@ -210,7 +210,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
             problem = f"has {name} at {home[index]:g} rad in the home posture, must be from {low:g} to {high:g}"
             raise ModelFileError(directives, problem)
         if not limits.v_max[index] > 0.0:
-            problem = f"has {name} with a limit of rate of {limits.v_max[index]:g} rad/s, must be more than 0"
+            problem = f"has {name} with a velocity limit of {limits.v_max[index]:g} rad/s, must be more than 0"
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
