@@ -10,8 +10,8 @@ subject to the double integrator and
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
     |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
 
-s is zero wherever these limits can be kept, and else as small as can be: torque comes before angle and rate, these
-before the goal, and the goal before ease. The goal is soft, so that a plan always exists: it is missed by about
+s is zero wherever these limits can be kept, and else as small as can be. Priorities: torque > position and velocity >
+goal > cost. The goal is soft, so that a plan always exists: it is missed by about
 1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
 the optimum.
 """
