@@ -93,7 +93,7 @@ class MinimumAccelerationMpc:
         """Plans from a state to a goal.
 
         Args:
-            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             goal: The goal at the end of the horizon.
             model: The believed dynamics, already at state x.
 
@@ -111,7 +111,7 @@ class MinimumAccelerationMpc:
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
         """Plans as if there were no limits, by one linear solve whose factor is kept while C_q and C_v stay.
 
-        Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
+        Returns: Accelerations, angles and velocities over the steps, shape (3 num_steps, num_joints).
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._gain = self._compute_gain(goal)

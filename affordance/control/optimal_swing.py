@@ -51,10 +51,10 @@ class OptimalSwing(NamedTuple):
     Attributes:
         times: (T,), [s].
         q: Joint angles, (T, num_joints), [rad].
-        v: Joint rates, the same shape, [rad/s].
+        v: Joint velocities, the same shape, [rad/s].
         vdot: Joint accelerations, the same shape, [rad/s^2].
         tau: Torques, the same shape, [N m].
-        work: Mechanical work without recovery, [J].
+        work: Absolute joint work, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
         converged: Whether the search ended at an optimum; true where there was none.
     """

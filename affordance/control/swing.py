@@ -48,7 +48,7 @@ class Swing(NamedTuple):
     Attributes:
         q_start: Joint angles at its beginning, shape (num_joints,), [rad].
         q_end: Joint angles at the strike, the same shape.
-        v_end: Joint rates at the strike, the same shape, [rad/s].
+        v_end: Joint velocities at the strike, the same shape, [rad/s].
         duration: From rest to strike, [s].
     """
 
@@ -88,7 +88,7 @@ class Target(NamedTuple):
 
 
 class StrikeCondition:
-    """What angles and rates, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+    """What angles and velocities, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
         """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
@@ -172,7 +172,7 @@ def plan_swing(
     from_start = np.concatenate([q_start, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
-    # Angles and rates at the moments checked are linear in z.
+    # Angles and velocities at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
     for of_z, at_start, lower, upper in (
         ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),

@@ -218,7 +218,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Refuses arms whose joints are not revolute, or do not pair off one to one with actuators."""
+    """Rejects arms whose joints are not revolute, or do not pair off one to one with actuators."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # The nail's comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]

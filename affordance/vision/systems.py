@@ -64,7 +64,7 @@ class MaterialMemorySystem(SampledSystem):
 
     Input ports:
         posterior: Belief after what was measured, ObjectBelief.
-        p_value: Probability of measurements as surprising as these, (1,).
+        p_value: Probability of measurements as improbable as these, (1,).
 
     Output ports:
         materials: Memory.
