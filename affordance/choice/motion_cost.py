@@ -32,7 +32,7 @@ class PlannedMotion(NamedTuple):
     Attributes:
         control_period: Duration of each, [s].
         q: Joint angles at the beginning of each, (K, num_joints), [rad].
-        v: Joint velocities at the beginning of each, (K, num_joints), [rad/s].
+        v: Joint rates at the beginning of each, (K, num_joints), [rad/s].
         vdot: Joint accelerations, (K, num_joints), [rad/s^2].
     """
 
@@ -46,7 +46,7 @@ class Costs(NamedTuple):
     """What a motion costs under each of S inertias.
 
     Attributes:
-        work: Absolute joint work, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4).
+        work: Mechanical work without recovery, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4).
         effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
         feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
     """

@@ -56,7 +56,7 @@ class AccelerationProgram:
         # By how much positions and velocities must violate their limits: the least of s_q / T^2 + s_v / T.
         self._rescue = MathematicalProgram()
         vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
-        self._violation = self._rescue.NewContinuousVariables(2, "violation")
+        self._violation = self._rescue.NewContinuousVariables(2, "overstep")
         self._rescue.AddLinearCost(np.array([1.0 / T**2, 1.0 / T]), self._violation)
         self._rescue.AddBoundingBoxConstraint(0.0, np.inf, self._violation)
         of_each = np.kron(np.eye(2), np.ones((N * n, 1)))
@@ -79,7 +79,7 @@ class AccelerationProgram:
         """Solves for the accelerations.
 
         Args:
-            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
+            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
             goal: The goal at the end of the horizon.
             M: Believed mass matrix, shape (num_joints, num_joints).
             bias: Believed torques at zero acceleration, shape (num_joints,), [N m].
@@ -104,7 +104,7 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(free.shape)
 
     def _solve_within(self, lower: Array, upper: Array, free: Array) -> Array | None:
-        """Solves with angles and velocities between bounds, (2 N n,) each, entering those that are met."""
+        """Solves with angles and rates between bounds, (2 N n,) each, entering those that are met."""
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = free
         while True:
@@ -131,7 +131,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """How far angles and velocities may go down and up from where they coast to, (2 N n,) each."""
+        """How far angles and rates may go down and up from where they coast to, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

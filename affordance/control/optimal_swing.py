@@ -2,7 +2,7 @@
 
 The motion is a spline of degree five in joint space, from rest where that starts, that strikes as the swing it is
 compared with does: at the same time and place, with the same velocity of the tip and as squarely, and with the same
-room to come to rest in. Of such motions within position, velocity and torque limits, one is sought that needs
+room to come to rest in. Of such motions that keep the limits of angle, rate and torque, one is sought that needs
 least
 
     effort  integral of |tau|^2 dt,    or    work  integral of sum_i |tau_i v_i| dt,
@@ -51,10 +51,10 @@ class OptimalSwing(NamedTuple):
     Attributes:
         times: (T,), [s].
         q: Joint angles, (T, num_joints), [rad].
-        v: Joint velocities, the same shape, [rad/s].
+        v: Joint rates, the same shape, [rad/s].
         vdot: Joint accelerations, the same shape, [rad/s^2].
         tau: Torques, the same shape, [N m].
-        work: Absolute joint work, [J].
+        work: Mechanical work without recovery, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
         converged: Whether the search ended at an optimum; true where there was none.
     """

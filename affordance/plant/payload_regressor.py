@@ -23,7 +23,7 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
 
     Args:
         model: The arm; its state is set to x.
-        x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
+        x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
         vdot: Joint accelerations, shape (num_joints,), [rad/s^2].
 
     Returns: Y, shape (num_joints, 10).
@@ -44,7 +44,7 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
     Args:
         chain: The arm's chain from W to T.
         q: Joint angles, shape (N, num_joints), [rad].
-        v: Joint velocities, shape (N, num_joints), [rad/s].
+        v: Joint rates, shape (N, num_joints), [rad/s].
         vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
 
     Returns: Y, shape (N, num_joints, 10).

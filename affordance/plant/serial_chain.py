@@ -58,7 +58,7 @@ class SerialChain:
 
         Args:
             q: Joint angles, shape (N, num_joints), [rad].
-            v: Joint velocities, shape (N, num_joints), [rad/s].
+            v: Joint rates, shape (N, num_joints), [rad/s].
             vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
 
         Returns: The motion of T.
@@ -143,7 +143,7 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def _check_against_plant(chain: SerialChain, arm: Arm, context: Context) -> None:
-    """Rejects plants whose joints branch: a point of the tool would then not be where the chain says."""
+    """Refuses plants whose joints branch: a point of the tool would then not be where the chain says."""
     p_TQ = np.array([0.1, 0.2, 0.3])
     q = np.linspace(0.1, 1.0, arm.num_joints)
     arm.plant.SetPositions(context, q)

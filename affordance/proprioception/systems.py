@@ -46,7 +46,7 @@ class DensityEstimator(SampledSystem):
     Output ports:
         posterior: Belief given the samples so far, ObjectBelief.
         log_evidence: Log probability density of the samples before they were measured, (1,).
-        p_value: Probability of samples as improbable as these under the prior, (1,).
+        p_value: Probability of samples as surprising as these under the prior, (1,).
     """
 
     def __init__(
@@ -135,18 +135,18 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Adds errors to the joints' torques; angles, velocities and accelerations are measured without error.
+    """Adds the noise of feeling to the joints' torques; angles, rates and accelerations are felt as they are.
 
     The errors that last a trial and the seed of those that do not are parameters of the Context. Where torques arrive
     late, those on their way are its discrete state. A torque that did not arrive is NaN.
 
     Input ports:
-        state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
+        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
         tau: True torques, (num_joints,), [N m].
         vdot: True joint accelerations, (num_joints,), [rad/s^2].
 
     Output ports:
-        measurement: Measured torques, then angles and velocities, then accelerations, (4 num_joints,).
+        measurement: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
     """
 
     def __init__(
@@ -192,7 +192,7 @@ class Proprioception(SampledSystem):
         output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
 
     def _feel(self, context: Context) -> Array:
-        """Torques with their errors, (num_joints,), [N m]."""
+        """Torques with the noise of feeling, (num_joints,), [N m]."""
         tau = self._tau.Eval(context)
         gain = context.get_numeric_parameter(self._gain_error).value()
         offset = context.get_numeric_parameter(self._offset_error).value()
@@ -206,6 +206,6 @@ class Proprioception(SampledSystem):
         return round(context.get_time() / self._sample_period)
 
     def _update_late(self, context: Context, discrete_state: DiscreteValues) -> None:
-        """Appends the present sample to those on their way."""
+        """Sends off what is felt now, behind what is on its way."""
         on_their_way = context.get_discrete_state(self._late).value()
         discrete_state.set_value(self._late, np.concatenate([on_their_way[self._num_joints :], self._feel(context)]))

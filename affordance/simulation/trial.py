@@ -41,7 +41,7 @@ class TrialRecord(NamedTuple):
         memory: What is believed of all materials after the trial.
         log_evidence: Log probability density of the measurements before they were made.
         counts: In how many control periods a limit was active, and in how many the solver failed.
-        p_value: Probability of measurements as improbable as these, under what was believed before the trial.
+        p_value: Probability of measurements as surprising as these, under what was believed before the trial.
         samples: How many samples of the torques were accepted, and how many rejected and why.
     """
 

@@ -24,7 +24,7 @@ class Simulated(Protocol):
 
     @property
     def work(self) -> float:
-        """Absolute joint work, [J]."""
+        """Mechanical work without recovery, [J]."""
 
 
 def remove_errors(settings: Settings) -> Settings:
@@ -38,7 +38,7 @@ def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
 
 
 def check_one_grip_is_cheaper(models: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Rejects objects of whose grips none is the correct one.
+    """Refuses objects of whose grips none is the correct one.
 
     Raises:
         BadValueError: The least works are equal.
