@@ -77,7 +77,7 @@ class UnavailableError(AffordanceError):
 
 
 class NoPlanError(AffordanceError):
-    """A controller that finds no motion within the limits of angle and rate.
+    """A controller that finds no motion within position and velocity limits.
 
     Attributes:
         time: When, since the motion began, [s].
@@ -92,7 +92,7 @@ class NoPlanError(AffordanceError):
 
     def __str__(self) -> str:
         near = f", near {self.place}" if self.place else ""
-        return _on_one_line(f"no plan keeps the joints' limits of angle and rate at t = {self.time:.3f} s{near}")
+        return _on_one_line(f"no plan keeps the joints' position and velocity limits at t = {self.time:.3f} s{near}")
 
 
 class StallError(AffordanceError):

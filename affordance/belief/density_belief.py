@@ -190,7 +190,7 @@ class DensityBelief:
         )
 
     def compute_p_value(self, likelihood: Likelihood) -> float:
-        """Probability of data at least as surprising as these under this belief, by their evidence.
+        """Probability of data at least as improbable as these under this belief, by their evidence.
 
         Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared number
         with as many degrees of freedom as there are measured numbers. That densities are positive is left out here.

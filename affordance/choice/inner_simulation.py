@@ -84,7 +84,7 @@ class Choice:
         """Draws inertial parameters of all options from what is believed.
 
         The options of a sample are made of the same materials: a material's mean density is one for all of them, and
-        an object's own deviation from it, and the error of seeing it, are one for all grips of the object.
+        an object's own deviation from it, and the error of its features, are one for all grips of the object.
 
         Returns: Shape (options, num_samples, 10).
         """

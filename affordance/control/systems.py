@@ -37,7 +37,7 @@ class MpcController(SampledSystem):
     Input ports:
         belief: What is believed of the object, ObjectBelief.
         goal: The Task.
-        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+        state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
 
     Output ports:
         tau: Torques, (num_joints,), [N m].

@@ -29,7 +29,7 @@ class Task(Protocol):
 
         Args:
             model: The arm, at state x when called and when left.
-            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             time: Now, [s].
             horizon: How far ahead the goal lies, [s].
 

@@ -140,7 +140,7 @@ class Record:
             yield name, Record(self.path, self._key_of(name), self._take(name))
 
     def finish(self) -> None:
-        """Refuses keys that were never taken.
+        """Rejects keys that were never taken.
 
         Raises:
             BadValueError: A key is left over.

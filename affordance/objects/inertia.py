@@ -58,7 +58,7 @@ class Ellipsoid:
     semi_axes: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        """Refuses impossible ellipsoids.
+        """Rejects impossible ellipsoids.
 
         Raises:
             ValueError: A semi-axis is not finite and positive.

@@ -49,7 +49,7 @@ class HeldTorqueModel(ArmModel):
         """Torques that, held from a state for a tick, give mean accelerations; leaves the model in the tick's middle.
 
         Args:
-            x: Joint angles and rates at the tick's start, (2 num_joints,), [rad, rad/s].
+            x: Joint angles and velocities at the tick's start, (2 num_joints,), [rad, rad/s].
             vdot: Mean accelerations, (num_joints,), [rad/s^2].
 
         Returns: Torques, (num_joints,), [N m].

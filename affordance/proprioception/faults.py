@@ -37,7 +37,7 @@ class Faults:
         stuck_joint: Name of a joint whose sensor reads one torque whatever it carries; empty for none.
         stuck_torque: What it reads, [N m].
         bias_sd: Every joint reads this many standard deviations of its noise too much.
-        delay_samples: Torques arrive this many samples late, beside angles and rates that do not.
+        delay_samples: Torques arrive this many samples late, beside angles and velocities that do not.
         arm_mass_factor: Mass and inertia of the arm that is moved, over those of its models.
     """
 

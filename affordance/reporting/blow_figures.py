@@ -1,4 +1,4 @@
-"""Pictures of hammering: photographs of the blow, what happens to the nail, and which grip is the cheaper one."""
+"""Figures of hammering: renderings of the blow, what happens to the nail, and which grip is the cheaper one."""
 
 from collections.abc import Mapping, Sequence
 
@@ -34,7 +34,7 @@ _NOT_FEASIBLE = "#C8C8C8"
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: photographs, one row a grip.
+    """Draws figure 9: renderings, one row a grip.
 
     Args:
         rows: What each row is of, and its pictures, (height, width, 3) each; all rows are alike.

@@ -1,4 +1,4 @@
-"""Numbers and names as report and figures show them: in one place, so that they look alike everywhere."""
+"""Numbers and names as report and figures show them: in one place, so that they are the same everywhere."""
 
 import re
 from collections.abc import Iterable, Mapping

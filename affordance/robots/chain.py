@@ -9,7 +9,7 @@ from affordance.robots.tree import RobotTree
 
 # So many moving joints in series, beside the arm, make a limb of their own; one is a neck or a gripper's finger.
 _LIMB = 2
-# An arm that would end below a joint that cannot be its own has at least so many, or the joint is refused.
+# An arm that would end below a joint that cannot be its own has at least so many, or the joint is rejected.
 _FEWEST = 3
 
 

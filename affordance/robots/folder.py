@@ -44,7 +44,7 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
         imported: The arm.
         folder: Receives the files; must not exist, or be empty.
         source: What it was made of, in words.
-        with_meshes: Whether the robot's meshes are drawn, where they can be had.
+        with_meshes: Whether the robot's meshes are drawn, where they are available.
 
     Returns: What could not be drawn as the file has it.
 

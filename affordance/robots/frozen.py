@@ -35,7 +35,7 @@ def parse_values(option: str, words: Sequence[str]) -> dict[str, float]:
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Refuses values for joints that the robot has not, that follow others, or that go beyond limits.
+    """Rejects values for joints that the robot has not, that follow others, or that go beyond limits.
 
     Raises:
         BadValueError: The first of them.

@@ -172,7 +172,7 @@ def _spread_rotors(arm: ReducedArm, given: Mapping[str, float]) -> dict[str, flo
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Refuses an arm with a joint that nothing of any inertia hangs on.
+    """Rejects an arm with a joint that nothing of any inertia hangs on.
 
     Raises:
         BadValueError: There is one.

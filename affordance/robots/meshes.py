@@ -46,7 +46,7 @@ class Appearance:
 def draw_arm(
     arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool
 ) -> Appearance:
-    """Chooses what is drawn of each link: the file's shapes where they can be had, else capsules.
+    """Chooses what is drawn of each link: the file's shapes where they are available, else capsules.
 
     Args:
         arm: The arm.
@@ -96,7 +96,7 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 def _load_mesh(
     shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
 ) -> list[tuple[Any, tuple[float, ...]]]:
-    """Triangles in a link's frame, each part with its colour; says so where they cannot be had."""
+    """Triangles in a link's frame, each part with its colour; says so where they are unavailable."""
     import trimesh  # here, as it takes a second and only this needs it
 
     file = find_mesh_file(shape.mesh, path)

@@ -1,7 +1,7 @@
 """Reading an MJCF (MuJoCo) model: what Drake needs of it, and what Drake leaves out.
 
 Drake reads bodies, joints, ranges and damping with their default classes. Armature, limits of torque, friction and
-springs are read here, with the same classes; MJCF knows no limit of rate.
+springs are read here, with the same classes; MJCF knows no velocity limit.
 """
 
 import math

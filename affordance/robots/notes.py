@@ -70,10 +70,10 @@ def _list_assumed(imported: ImportedArm, options: ImportOptions) -> Iterator[str
         yield f"{len(frozen)} other joints are frozen: {'; '.join(part for part in (shown, zero) if part)}"
     free = [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]
     if free:
-        yield f"no limit of angle: {', '.join(free)}"
+        yield f"no position limit: {', '.join(free)}"
     fast = [link.joint for link in arm.links if not np.isfinite(link.velocity)]
     if fast:
-        yield f"no limit of rate: {', '.join(fast)}"
+        yield f"no velocity limit: {', '.join(fast)}"
     bare = [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]
     if bare:
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)

@@ -216,10 +216,10 @@ def _check_limits(tree: RobotTree, joint: RevoluteJoint, effort: float | None, v
     if not effort > 0.0:
         raise BadValueError(path, key, f"has a limit of torque (effort) of {effort:g} N m, must be more than 0")
     if not velocity > 0.0:
-        raise BadValueError(path, key, f"has a limit of rate (velocity) of {velocity:g} rad/s, must be more than 0")
+        raise BadValueError(path, key, f"has a velocity limit of {velocity:g} rad/s, must be more than 0")
     low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
     if not low < high:
-        raise BadValueError(path, key, f"has limits of angle from {low:g} to {high:g} rad, must be a range")
+        raise BadValueError(path, key, f"has position limits from {low:g} to {high:g} rad, must be a range")
 
 
 def _carries(tree: RobotTree, body: RigidBody, base: RigidBody) -> bool:

@@ -31,10 +31,10 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
             {'effort="40"': 'effort="0"'},
             "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0",
         ),
-        ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a limit of rate (velocity) of 0 rad/s, must be more"),
+        ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a velocity limit of 0 rad/s, must be more"),
         ({'upper="2.4"': 'upper="fast"'}, "joint lift.limit.upper: is 'fast', must be a number"),
         ({'effort="40"': 'effort="much"'}, "joint lift.limit.effort: is 'much', must be a number"),
-        ({'lower="-2.5" upper="2.4"': 'lower="1" upper="1"'}, "has limits of angle from 1 to 1 rad, must be a range"),
+        ({'lower="-2.5" upper="2.4"': 'lower="1" upper="1"'}, "has position limits from 1 to 1 rad, must be a range"),
         (
             {'name="right_j3" type="revolute"': 'name="right_j3" type="prismatic"'},
             "joint right_j3: is of type prismatic",
@@ -126,7 +126,7 @@ def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Pat
     [
         ("<effort>20</effort>", "", "joint bend: has no limit of torque (effort)"),
         ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no limit of torque (effort)"),
-        ("<velocity>2</velocity><effort>20", "<velocity>0</velocity><effort>20", "joint bend: has a limit of rate"),
+        ("<velocity>2</velocity><effort>20", "<velocity>0</velocity><effort>20", "joint bend: has a velocity limit"),
         ("<mass>0.5</mass>", "<mass>half</mass>", "link wrist.inertial.mass: is 'half', must be a finite number"),
         ("<mass>0.5</mass>", "<mass>0</mass>", "link wrist: has a mass of 0 kg with moments of inertia"),
         ('type="revolute"><parent>lower', 'type="ball"><parent>lower', "joint bend: is of type"),

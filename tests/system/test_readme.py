@@ -42,7 +42,13 @@ def test_own_objects_make_an_experiment(tmp_path):
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 
 
-def test_linked_files_exist():
+def list_anchors(page):
+    """Headings as links name them: in small letters, spaces as hyphens, without punctuation."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings]
+
+
+def test_linked_files_and_headings_exist():
     pages = [
         ROOT / "README.md",
         ROOT / "CONTRIBUTING.md",
@@ -50,8 +56,11 @@ def test_linked_files_exist():
         ROOT / "models" / "README.md",
     ]
     for page in pages:
-        for target in re.findall(r"\]\(([^)#:]+)[^):]*\)", page.read_text(encoding="utf-8")):
-            assert (page.parent / target).exists(), f"{page}: {target}"
+        for target, heading in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", page.read_text(encoding="utf-8")):
+            linked = page.parent / target if target else page
+            assert linked.exists(), f"{page}: {target}"
+            if heading:
+                assert heading in list_anchors(linked), f"{page}: {target}#{heading}"
 
 
 def test_every_public_name_is_there():

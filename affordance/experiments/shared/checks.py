@@ -17,7 +17,7 @@ from affordance.settings import Settings
 
 
 def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
-    """Refuses tools that show what they are not made of.
+    """Rejects tools that show what they are not made of.
 
     Raises:
         BadValueError: One does.
@@ -30,7 +30,7 @@ def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_colours_differ(path: Path, tools: Sequence[Tool]) -> None:
-    """Refuses tools that show two materials an observer cannot tell apart.
+    """Rejects tools that show two materials an observer cannot tell apart.
 
     Raises:
         BadValueError: They do.
@@ -43,7 +43,7 @@ def check_colours_differ(path: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_tools_have_one_grip(path: Path, tools: Sequence[Tool]) -> None:
-    """Refuses grips where there is nothing to choose.
+    """Rejects grips where there is nothing to choose.
 
     Raises:
         BadValueError: A tool has grips.
