@@ -82,8 +82,13 @@ def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     hold_one_object(monkeypatch)
-    for joint in ("shoulder_azimuth", "shoulder_elevation"):
-        change_joint(models, joint, "<velocity>10.8", "<velocity>0.35")
+    for joint, limit in (
+        ("shoulder_azimuth", 10.8),
+        ("shoulder_elevation", 10.8),
+        ("shoulder_rotation", 42.2),
+        ("elbow_flexion", 26.4),
+    ):
+        change_joint(models, joint, f"<velocity>{limit}", "<velocity>0.35")
     fit = fit_path(models)
     assert "duration" in [change.key for change in fit.changes]
     apply_changes(models, fit.changes)
@@ -94,7 +99,7 @@ def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
 def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     hold_one_object(monkeypatch)
     monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
-    change_joint(models, "shoulder_elevation", "<effort>68.6", "<effort>17")
+    change_joint(models, "shoulder_elevation", "<effort>68.6", "<effort>14")
     fit = fit_blow(models)
     (depth,) = fit.changes
     assert depth.key == "depth_demanded"
