@@ -15,7 +15,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.serial_chain import ChainMotion, SerialChain
 
 
 def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
@@ -50,11 +50,29 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
     Returns: Y, shape (N, num_joints, 10).
     """
     motion = chain.compute_motion(q, v, vdot)
-    motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
-    wrench = _compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
+    wrench = _compute_wrench_along(chain, motion)
     wrench_W = motion.R_WT[:, None] @ wrench.reshape(-1, 2, 3, NUM_PARAMETERS)
     Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(-1, 6, NUM_PARAMETERS)
     return Y
+
+
+def compute_wrench_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
+    """Computes W along a trajectory: the moment about To and the force that move a tool, [n; f] = W pi, in T.
+
+    Args:
+        chain: The arm's chain from W to T.
+        q: Joint angles, shape (N, num_joints), [rad].
+        v: Joint rates, shape (N, num_joints), [rad/s].
+        vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
+
+    Returns: W, shape (N, 6, 10), moment first.
+    """
+    return _compute_wrench_along(chain, chain.compute_motion(q, v, vdot))
+
+
+def _compute_wrench_along(chain: SerialChain, motion: ChainMotion) -> Array:
+    motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
+    return _compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
 
 
 def _compute_wrench_regressor(motion: Array) -> Array:

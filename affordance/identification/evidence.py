@@ -1,0 +1,145 @@
+"""What a loaded run says, once what the empty arm does is taken off: samples ready for the sums.
+
+Whatever the analysis (a repeated motion, a fitted arm, the arm's file, a wrist sensor), what follows sees only this.
+"""
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.joint_statistics import ChannelSamples, JointStatistics, compute_statistics
+from affordance.identification.preparation import PreparedRun
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.objects.inertia import NUM_PARAMETERS
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Samples of a loaded run, and how far they can be trusted.
+
+    Attributes:
+        source: File of the loaded run.
+        analysis: How the empty arm was taken off, in words.
+        kind: What the signal is.
+        channel_names: Joints, or components of the wrench.
+        times: Shape (N,), [s].
+        samples: Signals without the empty arm.
+        arm_torque: The arm's own torque, for the sign of the load, shape (N, C), [N m].
+        is_difference: Whether the signal is what a load added to the same motion.
+        rate: Samples a second.
+        cutoff: Of the filter they went through, [Hz].
+        least_variance: What earlier runs say a long-run variance is at least, shape (C,), in the signal's unit squared.
+        phantom: What the empty hand seems to hold, shape (10,).
+        phantom_covariance: Its uncertainty and what does not average out, shape (10, 10).
+        friction_scale: Friction in the signal over what two runs differ in.
+        notes: What was found on the way, in words.
+    """
+
+    source: str
+    analysis: str
+    kind: SignalKind
+    channel_names: tuple[str, ...]
+    times: Array
+    samples: ChannelSamples
+    arm_torque: Array
+    is_difference: bool
+    rate: float
+    cutoff: float
+    least_variance: Array
+    phantom: Array
+    phantom_covariance: Array
+    friction_scale: float = 1.0
+    notes: tuple[str, ...] = ()
+
+    def select(self, rows: slice) -> "Evidence":
+        """A part of the run."""
+        return replace(
+            self, times=self.times[rows], samples=self.samples.select(rows), arm_torque=self.arm_torque[rows]
+        )
+
+    def split(self, length: float) -> list["Evidence"]:
+        """Stretches of about a length, [s]."""
+        parts = max(1, round(len(self.times) / (length * self.rate)))
+        edges = np.linspace(0, len(self.times), parts + 1).astype(int)
+        return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
+
+    def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
+        """The sums over the run."""
+        return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
+
+    def with_load(self, pi: Array) -> "Evidence":
+        """The same with the sign of the load as a payload makes it, pi of shape (10,).
+
+        Friction is mu |tau| along the motion. Of a difference of two runs it is mu (|tau_arm + Y pi| - |tau_arm|), so
+        s is that over Y pi: between -1 and 1, and d sign(tau_arm) where the arm's torque is the larger.
+        """
+        payload = self.samples.Y @ pi
+        total = self.arm_torque + payload
+        if self.is_difference:
+            small = np.abs(payload) < 1e-9
+            share = (np.abs(total) - np.abs(self.arm_torque)) / np.where(small, 1.0, payload)
+            sign = np.where(small, np.sign(self.arm_torque), share)
+        else:
+            sign = np.sign(total)
+        return replace(self, samples=self.samples._replace(load_sign=self.samples.direction * sign))
+
+
+def build_joint_samples(
+    robot: RobotChain,
+    prepared: PreparedRun,
+    *,
+    signal: Array,
+    tau_arm: Array | None,
+    arm_torque: Array,
+    settings: IdentificationSettings,
+) -> ChannelSamples:
+    """Builds the samples of joints.
+
+    Args:
+        robot: The arm.
+        prepared: Its motion.
+        signal: x, shape (N, n).
+        tau_arm: Torque of the arm in the signal, shape (N, n); None if it was subtracted.
+        arm_torque: The arm's own torque, for the sign of the load, shape (N, n).
+        settings: The least speed at which friction has a direction.
+    """
+    direction = np.sign(prepared.v)
+    return ChannelSamples(
+        robot.compute_payload_regressors(prepared.q, prepared.v, prepared.vdot),
+        np.zeros_like(signal) if tau_arm is None else tau_arm,
+        direction * np.sign(arm_torque),
+        direction,
+        prepared.v,
+        signal,
+        np.abs(prepared.v) >= settings.min_speed,
+    )
+
+
+def restore_compensated(robot: RobotChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
+    """Adds to a signal what the controller had taken out of it.
+
+    Args:
+        robot: The arm.
+        run: Says what that is.
+        prepared: The run's even samples.
+        gain: Unit of the signal per N m, shape (n,).
+
+    Returns: The signal, shape (N, n).
+    """
+    description = run.description
+    signal = prepared.signal
+    motion = (prepared.q, prepared.v, prepared.vdot)
+    if description.compensates_arm:
+        signal = signal + gain * robot.compute_arm_torques(*motion)
+    if description.compensated_payload.any():
+        signal = signal + gain * (robot.compute_payload_regressors(*motion) @ description.compensated_payload)
+    return signal
+
+
+def no_phantom() -> tuple[Array, Array]:
+    """An arm whose model is right: mean and covariance of nothing."""
+    return np.zeros(NUM_PARAMETERS), np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))

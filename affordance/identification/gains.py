@@ -1,0 +1,134 @@
+"""Gains: how much signal a joint gives for a newton metre, and how much of the load it loses in friction.
+
+Torque sensors come with them. Those of motor currents cannot be read off a robot's file: they are found with a load
+that was weighed, or, where there is none, from the arm's own weight, badly.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_text
+from affordance.files.yaml_reader import read_record
+from affordance.identification.settings import IdentificationSettings, SignalKind
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains of an arm's joints.
+
+    Attributes:
+        joint_names: The joints.
+        kind: Of the signal.
+        mean: g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
+        covariance: Of both, joint by joint, shape (n, 2, 2).
+        common_sd: Of a factor on all of them, as a fraction.
+        least_variance: Long-run variance of the error in the runs they come from, shape (n,).
+        source: Where they come from, in words.
+    """
+
+    joint_names: tuple[str, ...]
+    kind: SignalKind
+    mean: Array
+    covariance: Array
+    common_sd: float
+    least_variance: Array
+    source: str
+
+    @property
+    def load_friction(self) -> Array:
+        """mu of each joint, shape (n,)."""
+        mu: Array = self.mean[:, 1] / self.mean[:, 0]
+        return mu
+
+    def with_drift(self, settings: IdentificationSettings) -> "Gains":
+        """The same in another run: gains and load friction have drifted."""
+        prior = settings.get_prior(self.kind)
+        drift = np.zeros_like(self.covariance)
+        g = self.mean[:, 0]
+        drift[:, 0, 0] = (prior.gain_sd * g) ** 2
+        # Of signals in which gear friction is.
+        if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
+            drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
+        return replace(self, covariance=self.covariance + drift)
+
+
+def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
+    """Gains of signals that are torques, as far as they are known before any calibration."""
+    prior = settings.get_prior(kind)
+    num = len(joint_names)
+    covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
+    mean = np.tile([1.0, prior.load_friction], (num, 1))
+    source = f"the signal is a torque; gains good to {100 * prior.gain_sd:g} %"
+    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros(num), source)
+
+
+def write_gains(path: Path, gains: Gains) -> None:
+    """Writes gains as YAML, whole, for ``read_gains``."""
+    lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
+    for name, mean, covariance, variance in zip(
+        gains.joint_names, gains.mean, gains.covariance, gains.least_variance, strict=True
+    ):
+        lines += [
+            f"  {name}:",
+            f"    gain: {float(mean[0])!r}  # {gains.kind.unit} per N m",
+            f"    load_friction: {float(mean[1] / mean[0])!r}",
+            f"    covariance: [{', '.join(repr(float(x)) for x in (covariance[0, 0], covariance[0, 1], covariance[1, 1]))}]",
+            f"    noise_variance: {float(variance)!r}",
+        ]
+    write_text(path, "\n".join(lines) + "\n")
+
+
+def read_gains(path: Path) -> Gains:
+    """Reads what ``write_gains`` wrote.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    record = read_record(path)
+    source, kind = record.text("source"), record.text("signal")
+    kinds: Mapping[str, Any] = {kind.value: kind for kind in SignalKind}
+    if kind not in kinds:
+        raise record.error("signal", f"is {kind!r}, must be one of {', '.join(kinds)}")
+    common_sd = record.number("common_sd", low=0.0, high=1.0)
+    names, means, covariances, variances = [], [], [], []
+    for name, joint in record.record("joints").named_records():
+        gain, mu = joint.number("gain", low=-1e6, high=1e6), joint.number("load_friction", low=-2.0, high=2.0)
+        if gain == 0.0:
+            raise joint.error("gain", "is 0, must be another number")
+        gg, gh, hh = joint.vector("covariance", 3)
+        if gg < 0.0 or hh < 0.0 or gh**2 > gg * hh * (1.0 + 1e-9):
+            raise joint.error("covariance", f"is [{gg:g}, {gh:g}, {hh:g}], must be that of two numbers")
+        names.append(name)
+        means.append([gain, mu * gain])
+        covariances.append([[gg, gh], [gh, hh]])
+        variances.append(joint.number("noise_variance", low=0.0, high=1e12))
+        joint.finish()
+    record.finish()
+    return Gains(
+        tuple(names), kinds[kind], np.array(means), np.array(covariances), common_sd, np.array(variances), source
+    )
+
+
+def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
+    """The same gains in the order of an arm's joints.
+
+    Raises:
+        BadValueError: A joint of the arm has none.
+    """
+    missing = [name for name in joint_names if name not in gains.joint_names]
+    if missing:
+        raise BadValueError(path, "joints", f"are {', '.join(gains.joint_names)}, must name {', '.join(missing)}")
+    order = [gains.joint_names.index(name) for name in joint_names]
+    return replace(
+        gains,
+        joint_names=joint_names,
+        mean=gains.mean[order],
+        covariance=gains.covariance[order],
+        least_variance=gains.least_variance[order],
+    )

@@ -1,0 +1,209 @@
+"""Posterior of a held body whose parts a camera has seen: their densities, and what it did not see.
+
+    pi = Phi rho + delta,    delta ~ N(0, C)
+
+with Phi the geometry of what was seen and delta the discrepancy: a mass of unknown sign (a screw, a hollow) anywhere
+in the box that the parts fill, and errors of measuring them. The run is a likelihood of rho like any other, so it
+teaches the densities of materials as a hold in simulation does. Samples of an impossible body are left out.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import Likelihood
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Geometry, ObjectBelief
+from affordance.exceptions import AffordanceError
+from affordance.identification.body_posterior import WeightedBodies
+from affordance.identification.log_cholesky import is_possible
+from affordance.identification.payload_likelihood import PayloadLikelihood, Quadratic
+from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
+from affordance.objects.tool import PosedShape
+
+_MAX_ITERATIONS = 50
+_TOLERANCE = 1e-6
+_MAX_BATCHES = 50
+# Eigenvalues of a precision below this share of the largest say nothing.
+_SEEN = 1e-12
+
+
+@dataclass(frozen=True)
+class SeenObject:
+    """What a camera and a memory of materials say of an object.
+
+    Attributes:
+        belief: About its densities, with its geometry in the tool's frame T.
+        low: Least coordinates of the box its parts fill, in T, shape (3,), [m].
+        high: Largest coordinates of the same.
+    """
+
+    belief: ObjectBelief
+    low: Array
+    high: Array
+
+    def place(self, X_GT: Array) -> "PlacedObject":
+        """The same in another frame G, X_GT of shape (4, 4)."""
+        to_G = build_transform_map(X_GT)
+        geometry = self.belief.geometry
+        unseen = to_G @ _build_unit_discrepancy(self.low, self.high) @ to_G.T
+        placed = Geometry(to_G @ geometry.Phi, np.einsum("ij,gjm->gim", to_G, geometry.Phi_errors))
+        return PlacedObject(ObjectBelief(self.belief.memory, self.belief.densities, placed), unseen)
+
+
+class PlacedObject(NamedTuple):
+    """A seen object in the frame of the tip.
+
+    Attributes:
+        belief: About its densities, geometry at the tip.
+        unseen: Covariance of the parameters of one kilogram (one standard deviation) anywhere in the box, (10, 10).
+    """
+
+    belief: ObjectBelief
+    unseen: Array
+
+    def compute_discrepancy(self, rho: Array, share: float) -> Array:
+        """Covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
+        mass = float((self.belief.geometry.Phi @ rho)[0])
+        covariance: Array = (share * mass) ** 2 * self.unseen + self.belief.geometry.compute_covariance(rho)
+        return covariance
+
+    def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
+        """Draws possible bodies before anything was felt, about num_samples of them, shape (N, 10)."""
+        rho = self.belief.densities.draw_samples(rng, num_samples)
+        root = _root(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
+        pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
+        return pi[is_possible(pi)]
+
+
+class PartPosterior(NamedTuple):
+    """What a run says of a seen object.
+
+    Attributes:
+        bodies: Samples of the ten parameters.
+        belief: About the object, and in its memory about all materials.
+        likelihood: Of the densities, for whoever keeps beliefs of his own.
+        p_value: Probability of a run as surprising as this, under what was believed.
+    """
+
+    bodies: WeightedBodies
+    belief: ObjectBelief
+    likelihood: Likelihood
+    p_value: float
+
+
+def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
+    """The box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
+    corners = []
+    for part in parts:
+        R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
+        corners += [p + R @ part.shape.find_support(R.T @ axis) for axis in np.vstack([np.eye(3), -np.eye(3)])]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
+def infer_parts(
+    likelihood: PayloadLikelihood,
+    placed: PlacedObject,
+    *,
+    deviation_sd: float,
+    unseen_share: float,
+    common_gain_sd: float = 0.0,
+    rng: np.random.Generator,
+    num_samples: int,
+) -> PartPosterior:
+    """Applies Bayes' rule to a run with a seen object.
+
+    Args:
+        likelihood: Of the run.
+        placed: The object in the frame of the tip.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
+        common_gain_sd: Of a factor on all gains, as a fraction; to first order.
+        rng: Of the samples.
+        num_samples: How many.
+
+    Raises:
+        AffordanceError: Hardly any sample is a possible body.
+    """
+    prior, Phi = placed.belief, placed.belief.geometry.Phi
+    rho = prior.densities.compute_mode()
+    for _ in range(_MAX_ITERATIONS):
+        discrepancy = placed.compute_discrepancy(rho, unseen_share)
+        about = likelihood.linearise(Phi @ rho)
+        quadratic = about.widen(common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho))
+        of_rho = _restrict(quadratic.widen(discrepancy), Phi)
+        densities = prior.densities.condition(of_rho)
+        previous, rho = rho, densities.compute_mode()
+        if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
+            break
+    materials = prior.memory.belief.condition(of_rho.marginalise_deviation(deviation_sd))
+    belief = ObjectBelief(MaterialMemory(prior.memory.colours, materials), densities, prior.geometry)
+    bodies = _draw(likelihood, about, quadratic, belief, discrepancy, rng, num_samples)
+    return PartPosterior(bodies, belief, of_rho, prior.densities.compute_p_value(of_rho))
+
+
+def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
+    """The likelihood of densities, its constant that of the parameters that fit best."""
+    H, b = quadratic.precision, quadratic.information
+    values, vectors = np.linalg.eigh(H)
+    seen = values > _SEEN * values[-1]
+    distance = float(((vectors.T @ b)[seen] ** 2 / values[seen]).sum())
+    return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
+
+
+def _draw(
+    likelihood: PayloadLikelihood,
+    about: Quadratic,
+    quadratic: Quadratic,
+    belief: ObjectBelief,
+    discrepancy: Array,
+    rng: np.random.Generator,
+    num_samples: int,
+) -> WeightedBodies:
+    """Draws densities, then what was not seen given them; possible bodies only, weighted by the exact likelihood."""
+    root = _root(discrepancy)
+    inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
+    spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
+    drawn, count = [], 0
+    for _ in range(_MAX_BATCHES):
+        seen = belief.densities.draw_samples(rng, num_samples) @ belief.geometry.Phi.T
+        delta = (quadratic.information - seen @ quadratic.precision) @ root @ inner @ root.T
+        pi = seen + delta + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ spread.T
+        drawn.append(pi[is_possible(pi)])
+        count += len(drawn[-1])
+        if count >= num_samples:
+            break
+    else:
+        tried = _MAX_BATCHES * num_samples
+        raise AffordanceError(
+            f"of {tried} samples of the seen object {count} are possible bodies, {num_samples} are wanted: "
+            "the object is not the one that was seen"
+        )
+    pi = np.concatenate(drawn)[:num_samples]
+    # What the quadratic leaves out of the likelihood; a factor on all gains is in neither.
+    near = -0.5 * np.einsum("ni,ij,nj->n", pi, about.precision, pi) + pi @ about.information
+    log_weights = likelihood.compute_log_likelihood(pi) - near
+    weights = np.exp(log_weights - log_weights.max())
+    return WeightedBodies(pi, weights / weights.sum())
+
+
+def _build_unit_discrepancy(low: Array, high: Array) -> Array:
+    """Covariance of the parameters of a mass of one kilogram, one SD, anywhere in a box; exact to the fourth power."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    points = 0.5 * (low + high) + 0.5 * np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3) * (
+        high - low
+    )
+    shares = (weights[:, None, None] * weights[:, None] * weights).ravel() / 8.0
+    x, y, z = points.T
+    phi = np.stack([np.ones_like(x), x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+    covariance: Array = phi * shares @ phi.T
+    return covariance
+
+
+def _root(covariance: Array) -> Array:
+    values, vectors = np.linalg.eigh(covariance)
+    root: Array = vectors * np.sqrt(np.maximum(values, 0.0))
+    return root
