@@ -30,7 +30,9 @@ def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationS
     if phantom > 0.0:
         sentences.append(f"error of the arm's model that does not average out: {phantom:.0f} g at the tip")
     else:
-        sentences.append("error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model")
+        sentences.append(
+            "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"
+        )
     sentences.append(
         f"errors agree over the time the residual says, in blocks of {settings.block:g} s"
         if settings.correlated_noise

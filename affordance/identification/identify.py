@@ -261,6 +261,10 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
     for run in empty:
         one, other = run.description, loaded.description
         if one.kind is not other.kind:
-            raise BadValueError(run.source, "signal", f"is {one.kind.value}, must be {other.kind.value} as the loaded run's")
+            raise BadValueError(
+                run.source, "signal", f"is {one.kind.value}, must be {other.kind.value} as the loaded run's"
+            )
         if one.gravity != other.gravity:
-            raise BadValueError(run.source, "gravity", f"is {one.gravity}, must be {other.gravity} as the loaded run's")
+            raise BadValueError(
+                run.source, "gravity", f"is {one.gravity}, must be {other.gravity} as the loaded run's"
+            )

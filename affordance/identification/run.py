@@ -5,11 +5,12 @@ milliamperes. Each names the file, the row, the column, the value and its bound.
 """
 
 import difflib
-import os
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -70,7 +71,7 @@ class Run:
         signal: Shape (N, n), or (N, 6) for a wrench: force, then torque, on the held object, in the tip's frame.
         v: Joint velocities, shape (N, n), [rad/s]; None to derive them.
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them.
-        first_row: Row of the file that holds the first sample, for messages.
+        rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
         notes: What was done to the table on the way, for the reader of results.
     """
 
@@ -81,7 +82,7 @@ class Run:
     signal: Array
     v: Array | None = None
     vdot: Array | None = None
-    first_row: int = 1
+    rows: NDArray[np.intp] | None = None
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -163,12 +164,13 @@ class Run:
             signal=self.signal[rows],
             v=None if self.v is None else self.v[rows],
             vdot=None if self.vdot is None else self.vdot[rows],
-            first_row=self.first_row + (rows.start or 0),
+            rows=None if self.rows is None else self.rows[rows],
         )
 
     def error_at(self, row: int, column: str, problem: str) -> BadValueError:
         """Builds the error for a problem with a sample."""
-        return BadValueError(self.source, f"row {row + self.first_row}, column {column}", problem)
+        number = row + 1 if self.rows is None else int(self.rows[row])
+        return BadValueError(self.source, f"row {number}, column {column}", problem)
 
     def _check_times(self) -> None:
         bad = np.flatnonzero(~np.isfinite(self.times))
@@ -201,5 +203,6 @@ class Run:
 
 def _find_prefix(names: Sequence[str]) -> str:
     """What all names begin with, up to and with an underscore."""
-    common = os.path.commonprefix(list(names))
+    letters = itertools.takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
+    common = "".join(same[0] for same in letters)
     return common[: common.rfind("_") + 1]
