@@ -98,18 +98,22 @@ class Arm:
 def add_arm(
     builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None, nail: NailPlacement | None = None
 ) -> Arm:
-    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and a nail if one is given.
+    """Adds an arm, and what it holds and strikes, to a builder.
 
     Args:
-        builder: Receives the systems ``plant`` and ``scene_graph``.
+        builder: Receives the system ``plant`` and, where there are shapes, ``scene_graph``.
         directives: Drake model directives of the arm.
-        tool: Gives geometry and, as default, inertia; None for an empty hand.
+        tool: Gives shapes and, as default, inertia; None for a payload without shape, and an arm without.
         nail: The nail and where it stands; None for none.
 
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    if tool is None and nail is None:
+        plant = MultibodyPlant(0.0)
+        builder.AddNamedSystem("plant", plant)
+    else:
+        plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
     return _finish_plant(plant, directives, tool, nail)
 
 

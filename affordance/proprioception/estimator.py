@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.proprioception.torque_noise import NoiseModel
@@ -73,11 +72,9 @@ def compute_posterior(
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
     likelihood = _find_likelihood(prior, statistics, num_joints, noise)
-    materials = prior.memory.belief.condition(likelihood.marginalise_deviation(deviation_sd))
-    posterior = ObjectBelief(
-        MaterialMemory(prior.memory.colours, materials), prior.densities.condition(likelihood), prior.geometry
-    )
     densities = prior.densities
+    memory = prior.memory.condition(likelihood, deviation_sd)
+    posterior = ObjectBelief(memory, densities.condition(likelihood), prior.geometry)
     return Inference(posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood))
 
 

@@ -10,7 +10,7 @@ from scipy.stats import norm
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import Costs
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Choice, pick_cheapest, rank
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path

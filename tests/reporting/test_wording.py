@@ -1,6 +1,6 @@
 import pytest
 
-from affordance.reporting.wording import (
+from affordance.reporting.formatting import (
     count_observers,
     fold,
     introduce_observers,

@@ -114,25 +114,25 @@ def test_configurations_become_plain_json(tmp_path):
     assert not (tmp_path / "y.json").exists()
 
 
-def test_key_changes_with_configuration_and_models(weight_config, tmp_path):
-    key = compute_key(weight_config, MODELS)
-    assert compute_key(weight_config, MODELS) == key
-    assert compute_key(dataclasses.replace(weight_config, seed=1), MODELS) != key
-    finer = dataclasses.replace(weight_config.settings, control_period=0.004)
-    assert compute_key(dataclasses.replace(weight_config, settings=finer), MODELS) != key
+def test_key_changes_with_configuration_and_models(weight, tmp_path):
+    key = compute_key(weight, MODELS)
+    assert compute_key(weight, MODELS) == key
+    assert compute_key(dataclasses.replace(weight, seed=1), MODELS) != key
+    finer = dataclasses.replace(weight.settings, control_period=0.004)
+    assert compute_key(dataclasses.replace(weight, settings=finer), MODELS) != key
     copy = tmp_path / "models"
     shutil.copytree(MODELS, copy)
-    assert compute_key(weight_config, copy) == key
+    assert compute_key(weight, copy) == key
     (copy / "arm.sdf").write_text((copy / "arm.sdf").read_text().replace("0.3274", "0.3275"))
-    assert compute_key(weight_config, copy) != key
+    assert compute_key(weight, copy) != key
 
 
-def test_key_depends_on_further_sources(weight_config, tmp_path):
+def test_key_depends_on_further_sources(weight, tmp_path):
     (tmp_path / "study.py").write_text("DURATION = 3.0")
-    key = compute_key(weight_config, MODELS, tmp_path)
-    assert key != compute_key(weight_config, MODELS)
+    key = compute_key(weight, MODELS, tmp_path)
+    assert key != compute_key(weight, MODELS)
     (tmp_path / "study.py").write_text("DURATION = 2.0")
-    assert compute_key(weight_config, MODELS, tmp_path) != key
+    assert compute_key(weight, MODELS, tmp_path) != key
 
 
 def test_folder_for_results_is_made(tmp_path):

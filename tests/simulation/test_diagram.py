@@ -14,8 +14,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
-def trial(runner, weight_config):
-    return runner.get_diagram(weight_config.tools[0])
+def trial(runner, weight):
+    return runner.get_diagram(weight.tools[0])
 
 
 def list_connections(diagram):
@@ -52,9 +52,9 @@ def test_plant_is_continuous(trial):
     assert trial.arm.plant.time_step() == 0.0
 
 
-def test_belief_of_the_controller_is_another_connection(weight_config):
-    settings = dataclasses.replace(weight_config.settings, uses_posterior=True)
-    connections = list_connections(build_trial_diagram(weight_config.tools[0], settings).diagram)
+def test_belief_of_the_controller_is_another_connection(weight):
+    settings = dataclasses.replace(weight.settings, uses_posterior=True)
+    connections = list_connections(build_trial_diagram(weight.tools[0], settings).diagram)
     assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
     assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import suite, weight
 from affordance.experiments.weight import load_config
