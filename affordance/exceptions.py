@@ -58,6 +58,24 @@ class ModelFileError(AffordanceError):
         return _on_one_line(f"{self.path}: {self.problem}")
 
 
+class UnavailableError(AffordanceError):
+    """A part of the program that does not work on this machine, as something optional is missing.
+
+    Attributes:
+        part: What does not work.
+        problem: What is missing, in the words of who missed it.
+    """
+
+    def __init__(self, part: str, problem: str) -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(part, problem)
+        self.part = part
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return _on_one_line(f"{self.part} unavailable here ({self.problem}); affordance doctor says how to get it")
+
+
 class NoPlanError(AffordanceError):
     """A controller that finds no motion within the limits of angle and rate.
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from tqdm import tqdm
 
+from affordance.exceptions import UnavailableError
 from affordance.experiments.definition import OBSERVER_SHOWN, Experiment, Outputs
 from affordance.experiments.shared.camera_views import draw_camera_views_of
 from affordance.experiments.vision_comparison import save_vision_metrics
@@ -68,18 +69,22 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         steps["seen"] = lambda: save_figure(
             draw_camera_views_of(experiment.tools_observed, experiment.seed), folder, "seen"
         )
-    for _, step in tqdm(steps.items(), desc=f"{experiment.name}: files", unit="file"):
-        step()
+    for name, step in tqdm(steps.items(), desc=f"{experiment.name}: files", unit="file"):
+        try:
+            step()
+        except UnavailableError as error:
+            _LOG.warning("%s: %s is left out: %s", experiment.name, name, error)
     facts = {
         "repeats": repeats,
         "seed": experiment.seed,
-        "has_diagram": outputs.diagram is not None,
         "camera_caption": _CAMERA_CAPTION if seen else "",
         "faults": describe_faults(settings.faults),
         "few_observers": describe_few_observers(repeats),
         **experiment.list_facts(plan, numbers),
     }
-    write_section(folder, render_section(experiment.section, numbers, facts))
+    section = render_section(experiment.section, numbers, facts)
+    drawn = [figure for figure in section.figures if (folder / figure.file).exists()]
+    write_section(folder, section._replace(figures=drawn))
     save_vision_metrics(folder, numbers, settings, seed=experiment.seed, repeats=repeats)
     run = {
         "seed": experiment.seed,

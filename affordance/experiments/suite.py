@@ -1,13 +1,14 @@
 """The experiments there are, and running some of them into one folder."""
 
 import importlib
+import logging
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import SeeingError
+from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
@@ -20,6 +21,8 @@ from affordance.runs.repeats import end_processes, prepare_folder
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
+
+_LOG = logging.getLogger(__name__)
 
 # Modules below affordance.experiments, each with a function ``load``, by their names on the command line.
 EXPERIMENTS = {
@@ -75,6 +78,7 @@ def run_suite(
             written to, or the cluster is not fit; nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
+        UnavailableError: The only experiment that is asked for does not work on this machine.
     """
     settings = Settings(arm=models / ARM.name, feature_source=feature_source)
     if faults:
@@ -88,7 +92,12 @@ def run_suite(
             folders = [prepare_folder(out / experiment.name) for experiment in experiments]
             remove_leftovers(out)
             for experiment, plan, folder in zip(experiments, plans, folders, strict=True):
-                run_experiment(experiment, plan, folder, repeats=repeats, jobs=jobs)
+                try:
+                    run_experiment(experiment, plan, folder, repeats=repeats, jobs=jobs)
+                except UnavailableError as error:
+                    if len(experiments) == 1:
+                        raise
+                    _LOG.warning("%s is left out: %s", experiment.name, error)
                 end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error

@@ -14,7 +14,6 @@ from pydrake.geometry import (
     ClippingRange,
     ColorRenderCamera,
     LightParameter,
-    MakeRenderEngineVtk,
     RenderCameraCore,
     RenderEngineVtkParams,
     Role,
@@ -25,6 +24,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from affordance.arrays import Array
+from affordance.drake_renderer import make_renderer
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm
 from affordance.plant.nail import NailPlacement
@@ -110,7 +110,7 @@ class _Scene:
         scene_graph = builder.GetSubsystemByName("scene_graph")
         assert isinstance(scene_graph, SceneGraph)  # add_arm added it
         params = RenderEngineVtkParams(default_clear_color=np.ones(3), lights=_LIGHTS)  # white behind everything
-        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(params))
+        scene_graph.AddRenderer(_RENDERER, make_renderer(params))
         diagram = builder.Build()
         self._context = diagram.CreateDefaultContext()  # kept, for the query refers to it
         plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)

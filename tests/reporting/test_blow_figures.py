@@ -7,7 +7,7 @@ from matplotlib.text import Text
 
 from affordance.reporting.blow_figures import draw_blow, draw_map, draw_renderings
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure
-from affordance.simulation.blow_trial import NailRecord
+from affordance.plant.nail import NailRecord
 
 
 def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):

@@ -20,7 +20,6 @@ from pydrake.geometry import (
     DepthRenderCamera,
     GeometryInstance,
     LightParameter,
-    MakeRenderEngineVtk,
     PerceptionProperties,
     RenderCameraCore,
     RenderEngineVtkParams,
@@ -34,6 +33,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from affordance.arrays import Array
+from affordance.drake_renderer import make_renderer
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
@@ -145,7 +145,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         LightParameter(type="directional", frame="camera", direction=lamp.direction_C, intensity=lamp.intensity)
         for lamp in LAMPS
     ]
-    scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams(lights=lights)))
+    scene_graph.AddRenderer(_RENDERER, make_renderer(RenderEngineVtkParams(lights=lights)))
     source = scene_graph.RegisterSource("stand")
 
     def show(shape: Any, X: Array, name: str, colour: Colour, label: RenderLabel) -> None:
