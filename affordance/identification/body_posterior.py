@@ -12,9 +12,10 @@ from scipy.optimize import brentq
 from scipy.special import gammaln
 
 from affordance.arrays import Array
-from affordance.identification.log_cholesky import compute_jacobian, parameters_from_theta
+from affordance.identification.log_cholesky import compute_jacobian, parameters_from_theta, theta_from_parameters
 from affordance.identification.payload_likelihood import PayloadLikelihood, Quadratic
 from affordance.identification.solid_prior import SolidPrior
+from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
 # Of the proposal, a multivariate t: heavier tails than the posterior's, so that no sample weighs all.
 _DEGREES_OF_FREEDOM = 6.0
@@ -28,6 +29,8 @@ _NUM_MOVES, _WALK = 6, 0.75
 _MAX_ITERATIONS = 60
 _TOLERANCE = 1e-8
 _LONGEST_STEP = 5.0
+# Least eigenvalue of a guessed pseudo-inertia over the largest.
+_LEAST_SHARE = 1e-3
 
 
 class Mode(NamedTuple):
@@ -67,9 +70,9 @@ def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | N
     Args:
         likelihood: Of the run.
         prior: Before it.
-        start: Theta to start from, shape (10,); None for the prior's mean.
+        start: Theta to start from, shape (10,); None for the possible body nearest to a linear guess.
     """
-    theta = prior.mean if start is None else start
+    theta = _guess(likelihood, prior) if start is None else start
     quadratic = likelihood.linearise(parameters_from_theta(theta))
     for _ in range(_MAX_ITERATIONS):
         previous = theta
@@ -187,6 +190,22 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
     """Indices of samples, each as often as its weight says, but for less than one (systematic resampling)."""
     positions = (rng.random() + np.arange(len(weights))) / len(weights)
     return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
+
+
+def _guess(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
+    """The mean of a normal posterior of the parameters, made possible."""
+    pi = parameters_from_theta(prior.mean)
+    D = compute_jacobian(prior.mean)
+    quadratic = likelihood.linearise(pi)
+    spread = D @ prior.covariance @ D.T
+    spread[0, 0] += pi[0] ** 2  # masses may be many times the mean's; no other coordinate is a logarithm
+    pi = np.linalg.solve(
+        np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
+    )
+    J = pseudo_inertia_from_parameters(pi)
+    values, vectors = np.linalg.eigh(J)
+    J = vectors * np.maximum(values, _LEAST_SHARE * np.abs(values).max()) @ vectors.T
+    return theta_from_parameters(parameters_from_pseudo_inertia(J))
 
 
 def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array, Array]:

@@ -5,6 +5,7 @@ Whatever the analysis (a repeated motion, a fitted arm, the arm's file, a wrist 
 
 import itertools
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,20 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
+
+
+class ErrorModel(NamedTuple):
+    """What is known of a run's errors before it is looked at.
+
+    Attributes:
+        alike: Neighbouring samples that the filter made alike; 1 for none.
+        correlated: Whether errors may agree for longer than that.
+        least_variance: What earlier runs say a long-run variance is at least, shape (C,).
+    """
+
+    alike: float
+    correlated: bool
+    least_variance: Array
 
 
 @dataclass(frozen=True)
@@ -67,6 +82,10 @@ class Evidence:
         edges = np.linspace(0, len(self.times), parts + 1).astype(int)
         return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
 
+    def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
+        """What is known of this run's errors beforehand."""
+        return describe_errors(self.rate, self.cutoff, self.least_variance, settings)
+
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
         """The sums over the run."""
         return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
@@ -86,6 +105,14 @@ class Evidence:
         else:
             sign = np.sign(total)
         return replace(self, samples=self.samples._replace(load_sign=self.samples.direction * sign))
+
+
+def describe_errors(
+    rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
+) -> ErrorModel:
+    """What is known of errors of signals at a rate, [Hz], low-passed at a cut-off, [Hz]."""
+    alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
+    return ErrorModel(alike, settings.correlated_noise, least_variance)
 
 
 def build_joint_samples(

@@ -51,7 +51,7 @@ class FittedArm:
         """Predicts the signal of the empty arm along a motion, shape (N, n)."""
         W = self.robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
-        friction = np.einsum("njf,jf->nj", _list_friction(prepared, tau_file), self.friction)
+        friction = np.einsum("njf,jf->nj", _list_friction(prepared.v, prepared.vdot, tau_file), self.friction)
         signal: Array = self.gain * (tau_file + W @ self.link_change + friction)
         return signal
 
@@ -154,23 +154,23 @@ class ArmRegression:
         tau_file = W @ self.robot.link_parameters.ravel()
         rest = signal / self.gain - tau_file
         used = np.abs(run.v) >= settings.min_speed
-        columns = np.concatenate([W * self._scale, _list_friction(run, tau_file), rest[..., None]], axis=2)
+        columns = np.concatenate(
+            [W * self._scale, _list_friction(run.v, run.vdot, tau_file), rest[..., None]], axis=2
+        )
         return (columns * used[..., None]).transpose(1, 0, 2), used
 
 
-def _list_friction(run: PreparedRun, tau_file: Array) -> Array:
-    """Columns of friction and rotor inertia, shape (N, n, 7)."""
-    direction = np.sign(run.v)
-    columns = [
-        direction,
-        run.v,
-        np.ones_like(run.v),
-        np.abs(tau_file) * direction,
-        run.v * np.abs(run.v),
-        np.cbrt(run.v),
-        run.vdot,
-    ]
-    return np.stack(columns, axis=2)
+def predict_friction(fitted: FittedArm, v: Array, vdot: Array, tau_file: Array) -> Array:
+    """Predicts friction and rotor inertia at one state, velocities, accelerations and file torques (n,); [N m]."""
+    torque: Array = (_list_friction(v, vdot, tau_file) * fitted.friction).sum(axis=-1)
+    return torque
+
+
+def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
+    """Columns of friction and rotor inertia, shape (..., n, 7)."""
+    direction = np.sign(v)
+    columns = [direction, v, np.ones_like(v), np.abs(tau_file) * direction, v * np.abs(v), np.cbrt(v), vdot]
+    return np.stack(columns, axis=-1)
 
 
 def build_link_scale(robot: RobotChain) -> Array:

@@ -127,6 +127,31 @@ class JointStatistics:
         return whole + unfinished
 
 
+class RunningSums(NamedTuple):
+    """The same sums as arrays that are written into, for one sample after the other; see JointStatistics."""
+
+    products: Array  # (C, 26, 26)
+    block_products: Array  # (C, 26, 26)
+    block_sum: Array  # (C, 26)
+    counts: Array  # (C + 1,), rows last
+
+    def add(self, z: Array, used: Mask, block_length: int) -> None:
+        """Adds one sample, its columns of shape (C, 26), zero where it does not count."""
+        self.products[:] += z[:, :, None] * z[:, None, :]
+        self.block_sum[:] += z
+        self.counts[:-1] += used
+        self.counts[-1] += 1.0
+        if self.counts[-1] % block_length == 0.0:
+            self.block_products[:] += self.block_sum[:, :, None] * self.block_sum[:, None, :]
+            self.block_sum[:] = 0.0
+
+    def freeze(self, block_length: int) -> JointStatistics:
+        """The sums so far."""
+        return JointStatistics(
+            self.products, self.block_products, self.block_sum, self.counts[:-1], block_length, int(self.counts[-1])
+        )
+
+
 def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:
     """The sums over a whole run."""
     return JointStatistics.empty(samples.used.shape[1], block_length).add(samples)

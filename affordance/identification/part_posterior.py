@@ -14,13 +14,13 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Geometry, ObjectBelief
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.log_cholesky import is_possible
 from affordance.identification.payload_likelihood import PayloadLikelihood, Quadratic
+from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
 from affordance.objects.tool import PosedShape
 
@@ -139,8 +139,7 @@ def infer_parts(
         previous, rho = rho, densities.compute_mode()
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
-    materials = prior.memory.belief.condition(of_rho.marginalise_deviation(deviation_sd))
-    belief = ObjectBelief(MaterialMemory(prior.memory.colours, materials), densities, prior.geometry)
+    belief = ObjectBelief(prior.memory.condition(of_rho, deviation_sd), densities, prior.geometry)
     bodies = _draw(likelihood, about, quadratic, belief, discrepancy, rng, num_samples)
     return PartPosterior(bodies, belief, of_rho, prior.densities.compute_p_value(of_rho))
 

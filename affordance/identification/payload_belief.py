@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.gains import Gains

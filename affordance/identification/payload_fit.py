@@ -7,14 +7,14 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.body_posterior import Mode, find_mode
-from affordance.identification.evidence import Evidence
+from affordance.identification.evidence import ErrorModel, Evidence
 from affordance.identification.gains import Gains
-from affordance.identification.joint_statistics import JointStatistics
+from affordance.identification.joint_statistics import SIGNAL, JointStatistics
 from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.identification.solid_prior import SolidPrior
 
-_MAX_ITERATIONS = 12
+_MAX_ITERATIONS, _MAX_SIGN_PASSES = 12, 4
 _TOLERANCE = 1e-3  # of a variance, as a fraction
 # Numbers a run is fitted with, that its residual lacks: ten, shared by the channels, and friction of each.
 _SHARED, _OWN = 10.0, 3.0
@@ -66,7 +66,7 @@ def list_friction_sds(evidence: Evidence, settings: IdentificationSettings) -> A
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body and the noise.
+    """Fits the most probable body and the noise, and the sign of the load as that body makes it.
 
     Args:
         evidence: The run.
@@ -77,54 +77,88 @@ def fit_payload(
     Raises:
         BadValueError: No sample counts.
     """
+    errors = evidence.describe_errors(settings)
     statistics = evidence.compute_statistics(settings)
     if not statistics.counts.any():
         problem = (
             f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
-    variance = _start_variance(statistics, evidence)
-    theta = None
-    for _ in range(_MAX_ITERATIONS):
-        likelihood = PayloadLikelihood(statistics, prior, variance)
-        mode = find_mode(likelihood, solid, theta)
-        theta = mode.theta
-        evidence = evidence.with_load(mode.pi)
+    fit, theta = None, None
+    for _ in range(_MAX_SIGN_PASSES):
+        previous, fit = fit, fit_statistics(statistics, errors, prior, solid, theta)
+        theta = fit.mode.theta
+        if previous is not None and np.abs(fit.variance / previous.variance - 1.0).max() < _TOLERANCE:
+            break
+        evidence = evidence.with_load(fit.mode.pi)
         statistics = evidence.compute_statistics(settings)
+    return PayloadFit(evidence, statistics, fit.likelihood, fit.mode, fit.variance, fit.weights)
+
+
+class StatisticsFit(NamedTuple):
+    """What sums over samples alone say.
+
+    Attributes:
+        likelihood: Of the ten parameters.
+        mode: The most probable body.
+        variance: Long-run variance of each channel, shape (C,).
+        weights: w with w^T z the residual, shape (C, 26).
+    """
+
+    likelihood: PayloadLikelihood
+    mode: Mode
+    variance: Array
+    weights: Array
+
+
+def fit_statistics(
+    statistics: JointStatistics,
+    errors: ErrorModel,
+    prior: ChannelPrior,
+    solid: SolidPrior,
+    start: Array | None = None,
+    max_iterations: int = _MAX_ITERATIONS,
+) -> StatisticsFit:
+    """Fits the most probable body and the noise, each of which decides the other, to a fixed point.
+
+    Args:
+        statistics: Sums over the samples.
+        errors: What is known of the noise beforehand.
+        prior: Of gains, friction and the arm's model.
+        solid: Of the body.
+        start: Theta to start from, shape (10,); None for a guess.
+        max_iterations: Rounds of body and noise.
+    """
+    variance = _start_variance(statistics, errors)
+    for _ in range(max_iterations):
         likelihood = PayloadLikelihood(statistics, prior, variance)
+        mode = find_mode(likelihood, solid, start)
+        start = mode.theta
         weights = likelihood.build_residual_weights(mode.pi)
-        previous = variance
-        variance = estimate_variance(statistics, weights, evidence, settings)
+        previous, variance = variance, estimate_variance(statistics, weights, errors)
         if np.abs(variance / previous - 1.0).max() < _TOLERANCE:
             break
-    likelihood = PayloadLikelihood(statistics, prior, variance)
-    mode = find_mode(likelihood, solid, theta)
-    weights = likelihood.build_residual_weights(mode.pi)
-    return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
+    return StatisticsFit(likelihood, mode, variance, weights)
 
 
-def estimate_variance(
-    statistics: JointStatistics, weights: Array, evidence: Evidence, settings: IdentificationSettings
-) -> Array:
+def estimate_variance(statistics: JointStatistics, weights: Array, errors: ErrorModel) -> Array:
     """Estimates the long-run variance of each channel's error from a residual, shape (C,).
 
     Squared sums of the residual over blocks, over the number of samples: the variance of one times the number of
     samples that share it. No less than if only what the filter joined were alike, and than earlier runs say.
     """
     count = np.maximum(statistics.counts, 1.0)
-    single = statistics.sum_squares(weights) / count
-    alike = evidence.rate / (2.0 * evidence.cutoff) if settings.correlated_noise else 1.0
-    variance = np.maximum(single * max(alike, 1.0), np.finfo(float).tiny)
-    if settings.correlated_noise:
+    single = np.maximum(statistics.sum_squares(weights) / count, np.finfo(float).tiny)
+    variance = single * errors.alike
+    if errors.correlated:
         variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
     independent = count * single / variance
     fitted = _OWN + _SHARED / statistics.num_channels
     variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
-    return np.where(statistics.counts > 0, np.maximum(variance, evidence.least_variance), 1.0)
+    return np.where(statistics.counts > 0, np.maximum(variance, errors.least_variance), 1.0)
 
 
-def _start_variance(statistics: JointStatistics, evidence: Evidence) -> Array:
+def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:
     """As if a tenth of the signal were error, alike over what the filter joined."""
-    signal = statistics.products[:, -1, -1] / np.maximum(statistics.counts, 1.0)
-    least = np.maximum(evidence.least_variance, np.finfo(float).tiny)
-    return np.maximum(0.01 * signal * evidence.rate / (2.0 * evidence.cutoff), least)
+    signal = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
+    return np.maximum(0.01 * signal * errors.alike, np.maximum(errors.least_variance, np.finfo(float).tiny))

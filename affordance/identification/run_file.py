@@ -249,6 +249,4 @@ def _build_run(
     assert q is not None  # _find_columns
     notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
     times = table.values[:, columns["time"]] * layout.units["time"]
-    return Run(
-        str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes
-    )
+    return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import xarray
 from numpy.typing import NDArray
-from scipy.io import netcdf_file
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -87,12 +87,12 @@ def read_netcdf(path: Path) -> Table:
         BadValueError: It cannot be read, has no time, or variables of other lengths.
     """
     try:
-        with netcdf_file(path, "r", mmap=False) as file:
-            variables = {name: np.array(variable[:], dtype=float) for name, variable in file.variables.items()}
+        dataset = xarray.load_dataset(path, engine="scipy", decode_times=False)
+        variables = {str(name): np.asarray(each.values, dtype=float) for name, each in dataset.variables.items()}
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror or error}") from error
     except (TypeError, ValueError, IndexError) as error:
-        raise BadValueError(path, "", f"is not netCDF 3: {error}") from error
+        raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     return _flatten(path, variables)

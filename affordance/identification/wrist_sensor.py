@@ -103,7 +103,7 @@ def _tare(evidence: Evidence, robot: RobotChain, empty: PreparedRun, settings: I
         covariance = np.linalg.inv(quadratic.precision + np.diag(_TARE_SD**-2))
         tare = covariance @ quadratic.information
         weights = likelihood.build_residual_weights(tare)
-        variance = estimate_variance(statistics, weights, of_empty, settings)
+        variance = estimate_variance(statistics, weights, of_empty.describe_errors(settings))
     phantom_mass = 0.0
     if settings.floor:
         phantom_mass = estimate_phantom_mass(
