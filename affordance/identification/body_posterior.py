@@ -13,20 +13,22 @@ from scipy.special import gammaln
 
 from affordance.arrays import Array
 from affordance.identification.log_cholesky import compute_jacobian, parameters_from_theta, theta_from_parameters
-from affordance.identification.payload_likelihood import PayloadLikelihood, Quadratic
+from affordance.identification.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic
 from affordance.identification.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
 # Of the proposal, a multivariate t: heavier tails than the posterior's, so that no sample weighs all.
-_DEGREES_OF_FREEDOM = 6.0
+_DEGREES_OF_FREEDOM = 8.0
 # Samples are good when this share of them counts.
-_ENOUGH = 0.3
+_ENOUGH = 0.2
 # Share of the proposal that is the prior.
 _DEFENSIVE = 0.05
 # Moves of every sample in each distribution in between, and the step of a random walk that is best in ten dimensions,
 # 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
 _NUM_MOVES, _WALK = 6, 0.75
 _MAX_ITERATIONS = 60
+# Of a climb, after which the likelihood is linearised anew.
+_STEPS_A_ROUND = 5
 _TOLERANCE = 1e-8
 _LONGEST_STEP = 5.0
 # Least eigenvalue of a guessed pseudo-inertia over the largest.
@@ -40,11 +42,13 @@ class Mode(NamedTuple):
         theta: Log-Cholesky coordinates, shape (10,).
         covariance: Of theta, by the curvature there, shape (10, 10).
         pi: The ten parameters, shape (10,).
+        load: The same with what the arm's model gets wrong, as it is most probable then, shape (10,).
     """
 
     theta: Array
     covariance: Array
     pi: Array
+    load: Array
 
 
 class WeightedBodies(NamedTuple):
@@ -72,17 +76,28 @@ def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | N
         prior: Before it.
         start: Theta to start from, shape (10,); None for the possible body nearest to a linear guess.
     """
-    theta = _guess(likelihood, prior) if start is None else start
-    quadratic = likelihood.linearise(parameters_from_theta(theta))
+    theta = guess_theta(likelihood, prior) if start is None else start
+    load = parameters_from_theta(theta)
     for _ in range(_MAX_ITERATIONS):
-        previous = theta
-        theta, covariance = _climb(quadratic, prior, theta)
-        quadratic = likelihood.linearise(parameters_from_theta(theta))
-        step = theta - previous
-        # In standard deviations: theta has no unit of its own.
-        if step @ np.linalg.solve(covariance, step) < _TOLERANCE:
+        mode = improve_mode(likelihood, prior, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        if measure_step(step, mode) < _TOLERANCE:
             break
-    return Mode(theta, covariance, parameters_from_theta(theta))
+    return mode
+
+
+def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
+    """Goes from theta, shape (10,), to the most probable body of the quadratic the likelihood is at a load, (10,)."""
+    quadratic = likelihood.linearise(load)
+    phantom = likelihood.prior.phantom_covariance
+    theta, covariance = _climb(quadratic.widen(phantom), prior, theta)
+    pi = parameters_from_theta(theta)
+    return Mode(theta, covariance, pi, quadratic.find_load(pi, phantom))
+
+
+def measure_step(step: Array, mode: Mode) -> float:
+    """Squared length of a step in standard deviations: theta has no unit of its own."""
+    return float(step @ np.linalg.solve(mode.covariance, step))
 
 
 def draw_bodies(
@@ -95,8 +110,10 @@ def draw_bodies(
     moved about in each (annealed, sequential Monte Carlo; Del Moral, Doucet & Jasra 2006).
     """
 
+    of_body = BodyLikelihood(likelihood, mode.load)
+
     def evaluate(theta: Array) -> Array:
-        return likelihood.compute_log_likelihood(parameters_from_theta(theta)) + prior.compute_log_density(theta)
+        return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
 
     proposal = _Proposal(mode.theta, mode.covariance, prior)
     for attempt in range(2):
@@ -192,12 +209,13 @@ def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
     return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
 
 
-def _guess(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """The mean of a normal posterior of the parameters, made possible."""
+def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
+    """The mean of a normal posterior of the parameters, made possible; to start from, shape (10,)."""
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
     spread = D @ prior.covariance @ D.T
+    quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
     spread[0, 0] += pi[0] ** 2  # masses may be many times the mean's; no other coordinate is a logarithm
     pi = np.linalg.solve(
         np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
@@ -218,7 +236,7 @@ def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array
 
     cost, pi = evaluate(theta)
     damping = 1e-3
-    for _ in range(_MAX_ITERATIONS):
+    for _ in range(_STEPS_A_ROUND):
         D = compute_jacobian(theta)
         A = D.T @ H @ D + prior.precision
         gradient = D.T @ (H @ pi - b) + prior.precision @ (theta - prior.mean)

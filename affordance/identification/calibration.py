@@ -5,6 +5,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.identification.evidence import Evidence
 from affordance.identification.gains import Gains
+from affordance.identification.joint_statistics import FRICTION
 from affordance.identification.log_cholesky import compute_jacobian
 from affordance.identification.payload_fit import PayloadFit, fit_payload, list_friction_sds
 from affordance.identification.payload_likelihood import ChannelPrior
@@ -37,7 +38,7 @@ def calibrate_gains(
         solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
     signal_prior = settings.get_prior(evidence.kind)
     num = len(evidence.channel_names)
-    friction = list_friction_sds(evidence, settings)
+    friction_sd = list_friction_sds(evidence, settings)
     scale = np.full(num, _guess_scale(evidence, reference_mass or 0.0))
     g0 = np.zeros(num) if nominal is None else nominal.mean[:, 0]
     broad = (_BROAD * scale) ** 2 if nominal is None else nominal.covariance[:, 0, 0]
@@ -46,9 +47,11 @@ def calibrate_gains(
         covariance = np.zeros((num, 2, 2))
         covariance[:, 0, 0] = broad
         covariance[:, 1, 1] = (signal_prior.load_friction_sd * scale) ** 2
-        prior = ChannelPrior(mean, covariance, friction, evidence.phantom, evidence.phantom_covariance)
+        prior = ChannelPrior(
+            mean, covariance, np.zeros((num, 3)), friction_sd, evidence.phantom, evidence.phantom_covariance
+        )
         fit = fit_payload(evidence, prior, solid, settings)
-        found, _ = fit.likelihood.estimate_gains(fit.mode.pi)
+        found, _ = fit.likelihood.estimate_gains(fit.mode.load)
         scale = found[:, 0]  # now the size of mu g is known
     return Gains(
         evidence.channel_names,
@@ -56,9 +59,19 @@ def calibrate_gains(
         found,
         _propagate(fit),
         0.0,
+        -fit.weights[:, FRICTION],
+        None if evidence.is_difference else _estimate_friction_sd(fit),
         fit.long_run_variance,
         f"calibrated with {'a known load' if reference_mass is None else f'{reference_mass:g} kg'} in {evidence.source}",
     )
+
+
+def _estimate_friction_sd(fit: PayloadFit) -> Array:
+    """Standard deviations of friction given the load and gains, shape (n, 3)."""
+    products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
+    prior_precision = fit.likelihood.prior.friction_sd**-2.0
+    covariance = np.linalg.inv(products + prior_precision[:, :, None] * np.eye(3))
+    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
@@ -71,12 +84,12 @@ def _guess_scale(evidence: Evidence, mass: float) -> float:
 
 def _propagate(fit: PayloadFit) -> Array:
     """Covariance of the gains: given the body, and what the body's own uncertainty adds."""
-    gain, covariance = fit.likelihood.estimate_gains(fit.mode.pi)
+    gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
     D = compute_jacobian(fit.mode.theta)
     root = D @ np.linalg.cholesky(fit.mode.covariance)  # one standard deviation of the body a column
     steps = []
     for column in root.T:
-        displaced, _ = fit.likelihood.estimate_gains(fit.mode.pi + _STEP * column)
+        displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)
         steps.append((displaced - gain) / _STEP)
     change = np.array(steps)  # (10, n, 2)
     return covariance + np.einsum("kca,kcb->cab", change, change)

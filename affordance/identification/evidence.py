@@ -11,7 +11,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.joint_statistics import ChannelSamples, JointStatistics, compute_statistics
-from affordance.identification.preparation import PreparedRun
+from affordance.identification.preparation import Motion, PreparedRun
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
@@ -43,6 +43,7 @@ class Evidence:
         channel_names: Joints, or components of the wrench.
         times: Shape (N,), [s].
         samples: Signals without the empty arm.
+        motion: The motion they were taken in.
         arm_torque: The arm's own torque, for the sign of the load, shape (N, C), [N m].
         is_difference: Whether the signal is what a load added to the same motion.
         rate: Samples a second.
@@ -60,6 +61,7 @@ class Evidence:
     channel_names: tuple[str, ...]
     times: Array
     samples: ChannelSamples
+    motion: Motion
     arm_torque: Array
     is_difference: bool
     rate: float
@@ -73,7 +75,11 @@ class Evidence:
     def select(self, rows: slice) -> "Evidence":
         """A part of the run."""
         return replace(
-            self, times=self.times[rows], samples=self.samples.select(rows), arm_torque=self.arm_torque[rows]
+            self,
+            times=self.times[rows],
+            samples=self.samples.select(rows),
+            motion=Motion(*(values[rows] for values in self.motion)),
+            arm_torque=self.arm_torque[rows],
         )
 
     def split(self, length: float) -> list["Evidence"]:

@@ -28,6 +28,9 @@ class Gains:
         mean: g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
         covariance: Of both, joint by joint, shape (n, 2, 2).
         common_sd: Of a factor on all of them, as a fraction.
+        friction: c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit; zero where they were taken off.
+        friction_sd: Their standard deviations, shape (n, 3); None where friction was taken off and is as the kind of
+            signal has it.
         least_variance: Long-run variance of the error in the runs they come from, shape (n,).
         source: Where they come from, in words.
     """
@@ -37,6 +40,8 @@ class Gains:
     mean: Array
     covariance: Array
     common_sd: float
+    friction: Array
+    friction_sd: Array | None
     least_variance: Array
     source: str
 
@@ -55,7 +60,10 @@ class Gains:
         # Of signals in which gear friction is.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
-        return replace(self, covariance=self.covariance + drift)
+        friction_sd = self.friction_sd
+        if friction_sd is not None:
+            friction_sd = np.hypot(friction_sd, settings.friction_drift * np.abs(self.friction))
+        return replace(self, covariance=self.covariance + drift, friction_sd=friction_sd)
 
 
 def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
@@ -65,7 +73,7 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
     covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
     mean = np.tile([1.0, prior.load_friction], (num, 1))
     source = f"the signal is a torque; gains good to {100 * prior.gain_sd:g} %"
-    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros(num), source)
+    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros((num, 3)), None, np.zeros(num), source)
 
 
 def write_gains(path: Path, gains: Gains) -> None:
@@ -81,6 +89,12 @@ def write_gains(path: Path, gains: Gains) -> None:
             f"    covariance: [{', '.join(repr(float(x)) for x in (covariance[0, 0], covariance[0, 1], covariance[1, 1]))}]",
             f"    noise_variance: {float(variance)!r}",
         ]
+        if gains.friction_sd is not None:
+            place = gains.joint_names.index(name)
+            lines += [
+                f"    friction: [{', '.join(repr(float(x)) for x in gains.friction[place])}]",
+                f"    friction_sd: [{', '.join(repr(float(x)) for x in gains.friction_sd[place])}]",
+            ]
     write_text(path, "\n".join(lines) + "\n")
 
 
@@ -96,7 +110,7 @@ def read_gains(path: Path) -> Gains:
     if kind not in kinds:
         raise record.error("signal", f"is {kind!r}, must be one of {', '.join(kinds)}")
     common_sd = record.number("common_sd", low=0.0, high=1.0)
-    names, means, covariances, variances = [], [], [], []
+    names, means, covariances, variances, frictions = [], [], [], [], []
     for name, joint in record.record("joints").named_records():
         gain, mu = joint.number("gain", low=-1e6, high=1e6), joint.number("load_friction", low=-2.0, high=2.0)
         if gain == 0.0:
@@ -108,10 +122,23 @@ def read_gains(path: Path) -> Gains:
         means.append([gain, mu * gain])
         covariances.append([[gg, gh], [gh, hh]])
         variances.append(joint.number("noise_variance", low=0.0, high=1e12))
+        if joint.has("friction"):
+            frictions.append([joint.vector("friction", 3), joint.vector("friction_sd", 3, low=0.0)])
         joint.finish()
     record.finish()
+    if frictions and len(frictions) < len(names):
+        raise record.error("joints", f"give friction of {len(frictions)} joints, must of all {len(names)} or of none")
+    friction = np.array(frictions) if frictions else None
     return Gains(
-        tuple(names), kinds[kind], np.array(means), np.array(covariances), common_sd, np.array(variances), source
+        tuple(names),
+        kinds[kind],
+        np.array(means),
+        np.array(covariances),
+        common_sd,
+        np.zeros((len(names), 3)) if friction is None else friction[:, 0],
+        None if friction is None else friction[:, 1],
+        np.array(variances),
+        source,
     )
 
 
@@ -130,5 +157,7 @@ def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) 
         joint_names=joint_names,
         mean=gains.mean[order],
         covariance=gains.covariance[order],
+        friction=gains.friction[order],
+        friction_sd=None if gains.friction_sd is None else gains.friction_sd[order],
         least_variance=gains.least_variance[order],
     )

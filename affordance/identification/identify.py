@@ -168,7 +168,7 @@ def infer(
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
     bodies = WeightedBodies(solid.remove_common_factor(bodies.pi, gains.common_sd, rng), bodies.weights)
-    after, _ = fit.likelihood.estimate_gains(fit.mode.pi)
+    after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)
     single = fit.statistics.sum_squares(fit.weights) / counts
     belief = PayloadBelief(

@@ -48,6 +48,7 @@ def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: Identificati
         samples=build_joint_samples(
             robot, motion, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
         ),
+        motion=motion.motion,
         arm_torque=arm_torque,
         is_difference=True,
         rate=motion.rate,

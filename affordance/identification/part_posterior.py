@@ -19,7 +19,7 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.log_cholesky import is_possible
-from affordance.identification.payload_likelihood import PayloadLikelihood, Quadratic
+from affordance.identification.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
 from affordance.objects.tool import PosedShape
@@ -74,7 +74,7 @@ class PlacedObject(NamedTuple):
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
         """Draws possible bodies before anything was felt, about num_samples of them, shape (N, 10)."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
-        root = _root(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
+        root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
         pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
         return pi[is_possible(pi)]
 
@@ -129,18 +129,28 @@ def infer_parts(
         AffordanceError: Hardly any sample is a possible body.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
+    phantom = likelihood.prior.phantom_covariance
     rho = prior.densities.compute_mode()
+    load = Phi @ rho
     for _ in range(_MAX_ITERATIONS):
         discrepancy = placed.compute_discrepancy(rho, unseen_share)
-        about = likelihood.linearise(Phi @ rho)
-        quadratic = about.widen(common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho))
+        common = common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho)
+        of_body = BodyLikelihood(likelihood, load)
+        quadratic = of_body.of_body.widen(common)
         of_rho = _restrict(quadratic.widen(discrepancy), Phi)
         densities = prior.densities.condition(of_rho)
         previous, rho = rho, densities.compute_mode()
+        load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
     belief = ObjectBelief(prior.memory.condition(of_rho, deviation_sd), densities, prior.geometry)
-    bodies = _draw(likelihood, about, quadratic, belief, discrepancy, rng, num_samples)
+    pi = _draw(quadratic, belief, discrepancy, rng, num_samples)
+    # What the quadratic leaves out; to first order only where a factor on all gains is uncertain.
+    log_weights = np.zeros(len(pi))
+    if common_gain_sd == 0.0:
+        log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
+    weights = np.exp(log_weights - log_weights.max())
+    bodies = WeightedBodies(pi, weights / weights.sum())
     return PartPosterior(bodies, belief, of_rho, prior.densities.compute_p_value(of_rho))
 
 
@@ -154,16 +164,10 @@ def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
 
 
 def _draw(
-    likelihood: PayloadLikelihood,
-    about: Quadratic,
-    quadratic: Quadratic,
-    belief: ObjectBelief,
-    discrepancy: Array,
-    rng: np.random.Generator,
-    num_samples: int,
-) -> WeightedBodies:
-    """Draws densities, then what was not seen given them; possible bodies only, weighted by the exact likelihood."""
-    root = _root(discrepancy)
+    quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
+) -> Array:
+    """Draws densities, then what was not seen given them; possible bodies only, shape (num_samples, 10)."""
+    root = factor(discrepancy)
     inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
     spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
     drawn, count = [], 0
@@ -181,12 +185,7 @@ def _draw(
             f"of {tried} samples of the seen object {count} are possible bodies, {num_samples} are wanted: "
             "the object is not the one that was seen"
         )
-    pi = np.concatenate(drawn)[:num_samples]
-    # What the quadratic leaves out of the likelihood; a factor on all gains is in neither.
-    near = -0.5 * np.einsum("ni,ij,nj->n", pi, about.precision, pi) + pi @ about.information
-    log_weights = likelihood.compute_log_likelihood(pi) - near
-    weights = np.exp(log_weights - log_weights.max())
-    return WeightedBodies(pi, weights / weights.sum())
+    return np.concatenate(drawn)[:num_samples]
 
 
 def _build_unit_discrepancy(low: Array, high: Array) -> Array:
@@ -200,9 +199,3 @@ def _build_unit_discrepancy(low: Array, high: Array) -> Array:
     phi = np.stack([np.ones_like(x), x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
     covariance: Array = phi * shares @ phi.T
     return covariance
-
-
-def _root(covariance: Array) -> Array:
-    values, vectors = np.linalg.eigh(covariance)
-    root: Array = vectors * np.sqrt(np.maximum(values, 0.0))
-    return root

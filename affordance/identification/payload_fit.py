@@ -6,16 +6,18 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.body_posterior import Mode, find_mode
+from affordance.identification.body_posterior import Mode, guess_theta, improve_mode, measure_step
 from affordance.identification.evidence import ErrorModel, Evidence
 from affordance.identification.gains import Gains
 from affordance.identification.joint_statistics import SIGNAL, JointStatistics
+from affordance.identification.log_cholesky import parameters_from_theta
 from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.identification.solid_prior import SolidPrior
 
-_MAX_ITERATIONS, _MAX_SIGN_PASSES = 12, 4
-_TOLERANCE = 1e-3  # of a variance, as a fraction
+_MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
+# Of a variance, as a fraction, and of a body, in squared standard deviations.
+_VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
 # Numbers a run is fitted with, that its residual lacks: ten, shared by the channels, and friction of each.
 _SHARED, _OWN = 10.0, 3.0
 # Fewer independent samples than this say little about their own variance.
@@ -46,10 +48,14 @@ class PayloadFit(NamedTuple):
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
     """What is known before a run of all but the payload, gains drifted since they were found."""
+    friction_sd = list_friction_sds(evidence, settings)
+    # Friction that was calibrated is no use where a second run took it off.
+    carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
     return ChannelPrior(
         gains.mean,
         gains.covariance,
-        list_friction_sds(evidence, settings),
+        np.zeros_like(friction_sd) if carried is None else gains.friction,
+        friction_sd if carried is None else carried,
         evidence.phantom,
         evidence.phantom_covariance,
     )
@@ -88,9 +94,9 @@ def fit_payload(
     for _ in range(_MAX_SIGN_PASSES):
         previous, fit = fit, fit_statistics(statistics, errors, prior, solid, theta)
         theta = fit.mode.theta
-        if previous is not None and np.abs(fit.variance / previous.variance - 1.0).max() < _TOLERANCE:
+        if previous is not None and np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
             break
-        evidence = evidence.with_load(fit.mode.pi)
+        evidence = evidence.with_load(fit.mode.load)
         statistics = evidence.compute_statistics(settings)
     return PayloadFit(evidence, statistics, fit.likelihood, fit.mode, fit.variance, fit.weights)
 
@@ -129,14 +135,18 @@ def fit_statistics(
         start: Theta to start from, shape (10,); None for a guess.
         max_iterations: Rounds of body and noise.
     """
-    variance = _start_variance(statistics, errors)
+    likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
+    theta = guess_theta(likelihood, solid) if start is None else start
+    load = parameters_from_theta(theta)
+    variance = estimate_variance(statistics, likelihood.build_residual_weights(load), errors)
     for _ in range(max_iterations):
         likelihood = PayloadLikelihood(statistics, prior, variance)
-        mode = find_mode(likelihood, solid, start)
-        start = mode.theta
-        weights = likelihood.build_residual_weights(mode.pi)
+        mode = improve_mode(likelihood, solid, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        weights = likelihood.build_residual_weights(load)
         previous, variance = variance, estimate_variance(statistics, weights, errors)
-        if np.abs(variance / previous - 1.0).max() < _TOLERANCE:
+        settled = np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE
+        if settled and measure_step(step, mode) < _TOLERANCE:
             break
     return StatisticsFit(likelihood, mode, variance, weights)
 

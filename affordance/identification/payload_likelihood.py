@@ -1,8 +1,15 @@
 """The likelihood of ten parameters, with everything else that is unknown integrated out.
 
-Given the parameters, all the rest enters the signal linearly and has a normal prior: the gain and the load friction
-of a channel, its friction, and a phantom payload that stands for what the arm's model gets wrong. So their integral is known in closed form, however large their uncertainty (nothing is linearised), and
-costs a few products of small matrices, for a thousand bodies at once.
+Given the load, all the rest enters the signal linearly and has a normal prior: the gain and the load friction of a
+channel, and its friction. So their integral is known in closed form, however large their uncertainty (nothing is
+linearised), and costs a few products of small matrices, for a thousand loads at once.
+
+What the arm's model gets wrong is a phantom payload delta beside the body pi, delta ~ N(0, C), and the load is both.
+With Q the quadratic that log L is near the most probable load, and Q_C the same with delta integrated out,
+
+    log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],    delta ~ N(0, C) exp Q(pi + .)
+
+and the expectation is estimated by one draw: exact without a phantom, and unbiased with one.
 """
 
 from dataclasses import dataclass
@@ -26,13 +33,15 @@ class ChannelPrior:
     Attributes:
         gain: Means of g and h of each channel, shape (C, 2), [unit of the signal per N m].
         gain_covariance: Their covariance, channel by channel, shape (C, 2, 2).
-        friction_sd: Standard deviations of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s).
+        friction: Means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s).
+        friction_sd: Their standard deviations, shape (C, 3).
         phantom: Mean of the phantom payload: what an empty hand seems to hold, shape (10,).
         phantom_covariance: Its covariance, shape (10, 10).
     """
 
     gain: Array
     gain_covariance: Array
+    friction: Array
     friction_sd: Array
     phantom: Array
     phantom_covariance: Array
@@ -40,7 +49,7 @@ class ChannelPrior:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """log L(pi) = -pi^T precision pi / 2 + information^T pi + constant, near some pi.
+    """log L(pi) = -pi^T precision pi / 2 + information^T pi + constant.
 
     Attributes:
         precision: H, shape (10, 10); may be singular.
@@ -56,25 +65,26 @@ class Quadratic:
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 
+    def find_load(self, pi: Array, covariance: Array) -> Array:
+        """The most probable load given a body, shape (10,), that it differs from with a covariance, (10, 10)."""
+        missing = self.information - self.precision @ pi
+        load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
+        return load
+
+    def evaluate(self, pi: Array) -> Array:
+        """Its value at N points, shape (N, 10), but for the constant; shape (N,)."""
+        value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
+        return value
+
     def about(self, origin: Array) -> "Quadratic":
         """The same as a function of pi - origin, origin of shape (10,)."""
         return Quadratic(self.precision, self.information - self.precision @ origin)
 
 
-class _Projection(NamedTuple):
-    """Products at N bodies with A = d x / d (g, h) and T = d x / d pi, of each channel."""
-
-    AKA: Array  # (N, C, 2, 2)
-    AKx: Array  # (N, C, 2)
-    TKA: Array  # (N, C, 10, 2)
-    TKx: Array  # (C, 10)
-
-
 class PayloadLikelihood:
     """log p(signals of a run | pi), but for a constant.
 
-    A signal is x = A beta + T delta + friction + error with beta = (g, h) ~ N(gain, gain_covariance), delta the
-    phantom payload, A = (1, s) (tau_arm + Y pi) and T = (g + h s) Y at the gains' means.
+    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance), A = (1, s) (tau_arm + Y pi).
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
@@ -87,7 +97,10 @@ class PayloadLikelihood:
                 (C,): as if that many fewer samples had been taken, each independent.
         """
         self.prior = prior
-        products = statistics.products / long_run_variance[:, None, None]
+        # About the mean of friction: x - f^T c in place of x.
+        shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
+        shift[:, FRICTION, SIGNAL] = -prior.friction
+        products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
         F = prior.friction_sd[:, :, None] * np.eye(3)
         cross = F @ products[:, FRICTION, _KEPT]  # (C, 3, 23)
         inner = np.eye(3) + F @ products[:, FRICTION, FRICTION] @ F
@@ -97,104 +110,107 @@ class PayloadLikelihood:
         self._K = K[:, :_NUM_LOAD, :_NUM_LOAD].reshape(-1, 2, _HALF, 2, _HALF)
         self._Kx = K[:, :_NUM_LOAD, _NUM_LOAD].reshape(-1, 2, _HALF)
         self._xx = K[:, _NUM_LOAD, _NUM_LOAD]
-        self._L = _factor(prior.gain_covariance)
-        self._phantom_root = _factor(prior.phantom_covariance)
-        self._has_phantom = bool(self._phantom_root.any())
-        g = prior.gain
-        self._TKT = np.einsum("ca,caibj,cb->ij", g, self._K[:, :, 1:, :, 1:], g, optimize=True)
+        # The same as matrices from products of two coefficients of the load, or from one.
+        self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
+        self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
+        self._L = factor(prior.gain_covariance)
 
     def compute_log_likelihood(self, pi: Array) -> Array:
-        """Computes log L at N bodies, pi of shape (N, 10), up to one constant for all; shape (N,)."""
+        """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
+
+        A load is the body and what the arm's model gets wrong, beyond the mean of that.
+        """
         g, L = self.prior.gain, self._L
-        at = self._project(pi, g)
-        AKg = np.einsum("ncab,cb->nca", at.AKA, g)
-        quadratic = self._xx.sum() - np.einsum("nca,ca->n", 2.0 * at.AKx - AKg, g)
-        c = np.einsum("cba,ncb->nca", L, at.AKx - AKg)
-        inverse, determinant = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ at.AKA @ L)
+        AKA, AKx = self._project(pi)
+        AKg = (AKA @ g[:, :, None])[..., 0]
+        squares = self._xx.sum() - ((2.0 * AKx - AKg) * g).sum(axis=(1, 2))
+        c = ((AKx - AKg)[..., None, :] @ L)[..., 0, :]
+        inverse, determinant = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
         Mc = (inverse @ c[..., None])[..., 0]
-        log_likelihood: Array = -0.5 * (quadratic - (c * Mc).sum(axis=(1, 2)) + np.log(determinant).sum(axis=1))
-        if self._has_phantom:
-            # Channel by channel and gain by gain side by side: one product of (10, 2C) and (2C, 10) a body.
-            D = (at.TKA @ L).transpose(0, 2, 1, 3).reshape(len(pi), NUM_PARAMETERS, -1)
-            DM = (at.TKA @ L @ inverse).transpose(0, 2, 1, 3).reshape(D.shape)
-            precision = self._TKT - DM @ D.transpose(0, 2, 1)
-            information = (
-                at.TKx.sum(axis=0)
-                - np.einsum("ncib,cb->ni", at.TKA, g)
-                - np.einsum("nij,nj->ni", DM, c.reshape(len(pi), -1))
-            )
-            root = self._phantom_root
-            M = np.eye(NUM_PARAMETERS) + root.T @ precision @ root
-            log_likelihood += _log_normal_integral(M, information @ root)
+        log_likelihood: Array = -0.5 * (squares - (c * Mc).sum(axis=(1, 2)) + np.log(determinant).sum(axis=1))
         return log_likelihood
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic that log L is near a body, shape (10,), products of two errors dropped."""
+        """Builds the quadratic that log L is near a load, shape (10,), products of two errors dropped."""
         gain, _ = self.estimate_gains(pi)
-        at = self._project(pi[None], gain)
         g, L = self.prior.gain, self._L
-        H = np.einsum("ca,caibj,cb->ij", gain, self._K[:, :, 1:, :, 1:], gain, optimize=True)
-        c = np.einsum("cba,cb->ca", L, at.AKx[0] - np.einsum("cab,cb->ca", at.AKA[0], g))
-        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ at.AKA[0] @ L)
-        D = at.TKA[0] @ L
-        H -= (D @ inverse @ D.transpose(0, 2, 1)).sum(axis=0)
-        b = (at.TKx - (at.TKA[0] @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]).sum(axis=0)
-        quadratic = Quadratic(0.5 * (H + H.T), b + H @ pi)
-        if not self._has_phantom:
-            return quadratic
-        # The phantom's mean is in the load already: only its spread is left.
-        return quadratic.widen(self.prior.phantom_covariance)
+        load = self._extend(pi[None])[0]
+        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        # T = g Y + h s Y at the gains that fit this load.
+        TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
+        TKA = TK @ load  # (C, 10, 2)
+        TKT = np.einsum("cibj,cb->ij", TK[..., 1:], gain)
+        TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
+        c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
+        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        D = TKA @ L
+        H = TKT - (D @ inverse @ D.transpose(0, 2, 1)).sum(axis=0)
+        b = (TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]).sum(axis=0)
+        return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
-        """Posterior of g and h given a body, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
+        """Posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
         g, L = self.prior.gain, self._L
-        at = self._project(pi[None], g)
-        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ at.AKA[0] @ L)
+        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
         covariance = L @ inverse @ L.transpose(0, 2, 1)
-        residual = at.AKx[0] - np.einsum("cab,cb->ca", at.AKA[0], g)
-        return g + np.einsum("cab,cb->ca", covariance, residual), covariance
+        residual = AKx - (AKA @ g[:, :, None])[..., 0]
+        return g + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds w such that w^T z is the residual, all unknowns at their best given a body; shape (C, 26)."""
+        """Builds w such that w^T z is the residual, all unknowns at their best given a load; shape (C, 26)."""
         gain, _ = self.estimate_gains(pi)
         load = self._extend(pi[None])[0]
         w = np.zeros((len(gain), NUM_COLUMNS))
         w[:, LOAD] = -(gain[:, :, None] * load).reshape(len(gain), -1)
         w[:, SIGNAL] = 1.0
-        w[:, FRICTION] = -np.einsum("cfi,ci->cf", self._friction, w[:, _KEPT])
+        w[:, FRICTION] = -self.prior.friction - (self._friction @ w[:, _KEPT, None])[..., 0]
         return w
 
     def _extend(self, pi: Array) -> Array:
         """The load's coefficients [1, pi + phantom], shape (N, 11)."""
         return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
 
-    def _project(self, pi: Array, gain: Array) -> _Projection:
+    def _project(self, pi: Array) -> tuple[Array, Array]:
+        """Products with A = d x / d (g, h): A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2)."""
         load = self._extend(pi)
-        KA = (self._K.reshape(-1, _HALF) @ load.T).T.reshape(len(pi), -1, 2, _HALF, 2)
-        return _Projection(
-            np.einsum("ni,ncaib->ncab", load, KA, optimize=True),
-            np.einsum("ni,cai->nca", load, self._Kx, optimize=True),
-            np.einsum("ca,ncaib->ncib", gain, KA[:, :, :, 1:], optimize=True),
-            np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:]),
+        num, channels = len(pi), len(self._xx)
+        pairs = (load[:, :, None] * load[:, None, :]).reshape(num, -1)
+        return (pairs @ self._K_of_pairs).reshape(num, channels, 2, 2), (load @ self._Kx_of_load).reshape(
+            num, channels, 2
         )
 
 
-def _factor(covariance: Array) -> Array:
+class BodyLikelihood:
+    """log p(run | pi) of bodies, the phantom integrated out."""
+
+    def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
+        """Prepares the quadratics about a load of high likelihood, shape (10,)."""
+        self._likelihood = likelihood
+        self.of_load = likelihood.linearise(load)
+        covariance = likelihood.prior.phantom_covariance
+        self.of_body = self.of_load.widen(covariance)
+        root = factor(covariance)
+        self._has_phantom = bool(root.any())
+        inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ self.of_load.precision @ root)
+        self._share = root @ inner @ root.T
+        self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
+
+    def compute(self, pi: Array, rng: np.random.Generator) -> Array:
+        """Computes it at N bodies, shape (N, 10), up to one constant for all; shape (N,)."""
+        if not self._has_phantom:
+            return self._likelihood.compute_log_likelihood(pi)
+        delta = (self.of_load.information - pi @ self.of_load.precision) @ self._share
+        load = pi + delta + rng.standard_normal(pi.shape) @ self._spread.T
+        rest = self._likelihood.compute_log_likelihood(load) - self.of_load.evaluate(load)
+        return self.of_body.evaluate(pi) + rest
+
+
+def factor(covariance: Array) -> Array:
     """Square roots of covariances that may be singular, L L^T."""
     values, vectors = np.linalg.eigh(covariance)
     root: Array = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     return root
-
-
-def _log_normal_integral(M: Array, f: Array) -> Array:
-    """Computes f^T M^-1 f / 2 - log det M / 2 of N positive definite M, (N, r, r), and f, (N, r)."""
-    # The last pivot of the bordered matrix's Cholesky factor is what f^T M^-1 f leaves of its corner.
-    corner = 2.0 + np.einsum("nr,nr->n", f, f)  # M is at least the identity, so f^T M^-1 f is at most f^T f
-    bordered = np.concatenate([M, f[:, None, :]], axis=1)
-    bordered = np.concatenate([bordered, np.append(f, corner[:, None], axis=1)[:, :, None]], axis=2)
-    pivots = np.diagonal(np.linalg.cholesky(bordered), axis1=1, axis2=2)
-    integral: Array = 0.5 * (corner - pivots[:, -1] ** 2) - np.log(pivots[:, :-1]).sum(axis=1)
-    return integral
 
 
 def _invert_2x2(M: Array) -> tuple[Array, Array]:

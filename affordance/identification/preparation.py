@@ -21,6 +21,14 @@ _POWER = 0.999
 _SLOWEST, _FASTEST = 0.5, 0.8
 
 
+class Motion(NamedTuple):
+    """Joint angles, velocities and accelerations, shape (N, n) each, [rad, rad/s, rad/s^2]."""
+
+    q: Array
+    v: Array
+    vdot: Array
+
+
 class PreparedRun(NamedTuple):
     """Even samples.
 
@@ -39,6 +47,11 @@ class PreparedRun(NamedTuple):
     vdot: Array
     signal: Array
     cutoff: float
+
+    @property
+    def motion(self) -> Motion:
+        """The motion alone."""
+        return Motion(self.q, self.v, self.vdot)
 
     @property
     def rate(self) -> float:
@@ -94,7 +107,7 @@ def prepare(
     rate = 1.0 / (times[1] - times[0])
     if cutoff is None:
         cutoff = find_cutoff(run, settings)
-    trimmed = int(np.ceil(settings.trim * rate))
+    trimmed = round(settings.trim * rate)  # rounded: equal for two runs whose clocks differ
     if len(times) < 2 * trimmed + int(rate):
         length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
         raise BadValueError(run.source, "time", f"spans {length:.2f} s, must span at least {least:.2f} s")
@@ -107,7 +120,7 @@ def prepare(
     q, signal = smooth(run.q), smooth(run.signal)
     v = np.gradient(q, 1.0 / rate, axis=0) if run.v is None else smooth(run.v)
     vdot = np.gradient(v, 1.0 / rate, axis=0) if run.vdot is None else smooth(run.vdot)
-    kept = slice(trimmed, len(times) - trimmed, max(1, int(rate // settings.max_rate)))
+    kept = slice(trimmed, len(times) - trimmed, max(1, round(rate / settings.max_rate)))
     return PreparedRun(times, q, v, vdot, signal, cutoff).select(kept)
 
 

@@ -65,6 +65,7 @@ class IdentificationSettings:
         correlated_noise: Whether neighbouring errors are taken to agree as much as they do.
         signal_prior: In place of that of the kind of signal.
         load_friction_drift: Of mu from run to run, once calibrated.
+        friction_drift: Of friction and offset that were calibrated, as a fraction.
         gain_common_sd: Of a factor on all gains, where they come from the arm's file.
         gain_own_sd: Of each gain beside that factor, likewise.
         min_speed: Below it friction has no sure direction; such samples of a joint are left out, [rad/s].
@@ -86,6 +87,7 @@ class IdentificationSettings:
     correlated_noise: bool = True
     signal_prior: SignalPrior | None = None
     load_friction_drift: float = 0.02  # as the gains'
+    friction_drift: float = 0.1  # lubricants thin by some per cent a kelvin
     # Currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to 50 %.
     gain_common_sd: float = 0.20
     gain_own_sd: float = 0.12

@@ -23,8 +23,8 @@ from affordance.identification.solid_prior import SolidPrior
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor
 
-# Rounds of body and noise; on line the noise of the round before is close.
-_MAX_ROUNDS = 3
+# Rounds of body and noise.
+_MAX_ROUNDS = 10
 # Few enough that a belief takes some milliseconds.
 _NUM_SAMPLES = 500
 
@@ -162,7 +162,6 @@ def build_replay(
     *,
     solid: SolidPrior | None = None,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
-    motion: tuple[Array, Array, Array],
 ) -> tuple[Diagram, PayloadIdentifier]:
     """Builds a Diagram that replays a run, the empty arm already taken off, into an identifier.
 
@@ -173,7 +172,6 @@ def build_replay(
         prior: Of gains, friction and the arm's model.
         solid: Of the body.
         settings: Of nuisances.
-        motion: q, v and vdot of the run, shape (N, n) each.
 
     Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
     """
@@ -194,7 +192,7 @@ def build_replay(
             settings=settings,
         ),
     )
-    q, v, vdot = motion
+    q, v, vdot = evidence.motion
     recorded: dict[str, Any] = {"state": np.hstack([q, v]), "vdot": vdot, "signal": evidence.samples.signal}
     for name, values in recorded.items():
         source = builder.AddNamedSystem(

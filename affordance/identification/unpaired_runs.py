@@ -110,6 +110,7 @@ def build_unpaired_evidence(
         samples=build_joint_samples(
             robot, prepared, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
         ),
+        motion=prepared.motion,
         arm_torque=arm_torque,
         is_difference=True,
         rate=prepared.rate,
@@ -125,4 +126,4 @@ def _build_prior(gains: Gains, settings: IdentificationSettings) -> ChannelPrior
     num = len(gains.joint_names)
     phantom, covariance = no_phantom()
     friction = np.full((num, 3), settings.get_prior(gains.kind).friction_sd)
-    return ChannelPrior(gains.mean, np.zeros((num, 2, 2)), friction, phantom, covariance)
+    return ChannelPrior(gains.mean, np.zeros((num, 2, 2)), np.zeros((num, 3)), friction, phantom, covariance)

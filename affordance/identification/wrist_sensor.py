@@ -56,6 +56,7 @@ def build_wrist_evidence(
         channel_names=WRENCH_COLUMNS,
         times=prepared.times,
         samples=_build_samples(robot, prepared, prepared.signal),
+        motion=prepared.motion,
         arm_torque=np.zeros_like(prepared.signal),
         is_difference=False,
         rate=prepared.rate,
@@ -92,6 +93,7 @@ def _tare(evidence: Evidence, robot: RobotChain, empty: PreparedRun, settings: I
     prior = ChannelPrior(
         np.tile([1.0, 0.0], (num, 1)),
         np.zeros((num, 2, 2)),
+        np.zeros((num, 3)),
         list_friction_sds(evidence, settings),
         zero,
         np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)),
@@ -131,6 +133,7 @@ def _replace_run(evidence: Evidence, robot: RobotChain, prepared: PreparedRun) -
         evidence,
         times=prepared.times,
         samples=_build_samples(robot, prepared, prepared.signal),
+        motion=prepared.motion,
         arm_torque=np.zeros_like(prepared.signal),
         rate=prepared.rate,
         cutoff=prepared.cutoff,
