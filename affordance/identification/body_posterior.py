@@ -109,7 +109,6 @@ def draw_bodies(
     of hardly felt bodies are reached from there by degrees: by a sequence of distributions in between, each sample
     moved about in each (annealed, sequential Monte Carlo; Del Moral, Doucet & Jasra 2006).
     """
-
     of_body = BodyLikelihood(likelihood, mode.load)
 
     def evaluate(theta: Array) -> Array:
@@ -172,7 +171,8 @@ class _Proposal:
         normal = rng.standard_normal((num_samples - num_prior, len(self._centre)))
         scale = np.sqrt(_DEGREES_OF_FREEDOM / rng.chisquare(_DEGREES_OF_FREEDOM, len(normal)))
         about = self._centre + (normal * scale[:, None]) @ self._root.T
-        return np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
+        drawn: Array = np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
+        return drawn
 
     def compute_log_density(self, theta: Array) -> Array:
         """Up to a constant that both parts share, shape (N,)."""
@@ -181,7 +181,8 @@ class _Proposal:
         power = 0.5 * (_DEGREES_OF_FREEDOM + len(self._centre))
         about = self._log_scale - power * np.log1p(squared / _DEGREES_OF_FREEDOM)
         prior = self._log_prior_scale + self._prior.compute_log_density(theta)
-        return np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
+        log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
+        return log_density
 
 
 def _normalise(log_weights: Array) -> Array:

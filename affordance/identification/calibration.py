@@ -53,6 +53,7 @@ def calibrate_gains(
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
         scale = found[:, 0]  # now the size of mu g is known
+    load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,
         evidence.kind,
@@ -62,7 +63,7 @@ def calibrate_gains(
         -fit.weights[:, FRICTION],
         None if evidence.is_difference else _estimate_friction_sd(fit),
         fit.long_run_variance,
-        f"calibrated with {'a known load' if reference_mass is None else f'{reference_mass:g} kg'} in {evidence.source}",
+        f"calibrated with {load} in {evidence.source}",
     )
 
 
@@ -92,4 +93,5 @@ def _propagate(fit: PayloadFit) -> Array:
         displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)
         steps.append((displaced - gain) / _STEP)
     change = np.array(steps)  # (10, n, 2)
-    return covariance + np.einsum("kca,kcb->cab", change, change)
+    total: Array = covariance + np.einsum("kca,kcb->cab", change, change)
+    return total

@@ -1,4 +1,4 @@
-"""What does an empty hand seem to hold? If that is not zero within its error, results of this robot are not either."""
+"""What does an empty hand seem to hold? If that is not zero within its error, other results are not to be trusted."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,7 +16,7 @@ from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
 
-# Before it is felt, what an empty hand seems to hold may be of any sign: SDs of mass, first moment, moment of inertia.
+# Before it is felt, what an empty hand seems to hold may be of any sign: SDs of mass, first moment, moments.
 _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
 
 

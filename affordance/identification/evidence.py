@@ -48,7 +48,7 @@ class Evidence:
         is_difference: Whether the signal is what a load added to the same motion.
         rate: Samples a second.
         cutoff: Of the filter they went through, [Hz].
-        least_variance: What earlier runs say a long-run variance is at least, shape (C,), in the signal's unit squared.
+        least_variance: What earlier runs say a long-run variance is at least, shape (C,), in its unit squared.
         phantom: What the empty hand seems to hold, shape (10,).
         phantom_covariance: Its uncertainty and what does not average out, shape (10, 10).
         friction_scale: Friction in the signal over what two runs differ in.

@@ -1,7 +1,7 @@
 """The empty arm by its file, where there is no run with an empty hand; and gains by the arm's own weight.
 
-Files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than its file says looks like a load of
-a hundred grams. That is carried over: what the links may be off by, seen through the arm's motion as a payload.
+Files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than its file says looks like a load
+of a hundred grams. That is carried over: what the links may be off by, seen through the arm's motion as a payload.
 """
 
 from dataclasses import replace
@@ -111,7 +111,8 @@ def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: Chan
     torque = samples.tau_arm * samples.used
     square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)
     seen_as = np.einsum("nj,njp->jp", torque, W) / square[:, None]
-    return np.minimum(np.sqrt((seen_as**2).sum(axis=1)), _NO_GAIN)
+    share: Array = np.minimum(np.sqrt((seen_as**2).sum(axis=1)), _NO_GAIN)
+    return share
 
 
 def _project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:

@@ -4,8 +4,8 @@
 
 with tau_file the torques by the arm's file, W the links' regressors, dpi what the file's inertias are off by, one set
 for all joints, and F_j friction of joint j. Everything has a normal prior, so this is one linear solve, and the last
-link takes up what an empty hand seems to hold (the tare). Sums of products are kept in cells of half a second, so that
-a fit that leaves some of them out costs no second look at the samples.
+link takes up what an empty hand seems to hold (the tare). Sums of products are kept in cells of half a second, so
+that a fit that leaves some of them out costs no second look at the samples.
 """
 
 from collections.abc import Sequence
@@ -21,8 +21,8 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
 
 CELL = 0.5  # [s]
-# Files give inertias of links to some ten per cent. On a Panda's empty run errors of prediction are the same to a tenth
-# for any share from 0.1 to 1. Lengths make a share of a mass one of a first moment and of a moment of inertia.
+# Files give inertias of links to some ten per cent. On a Panda's empty run errors of prediction hardly depend on it
+# for shares from 0.1 to 1. Lengths make a share of a mass one of a first moment and of a moment of inertia.
 _SHARE, _LENGTH = 0.3, 0.2
 # Friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
 _NUM_FRICTION = 7

@@ -47,7 +47,7 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """mu of each joint, shape (n,)."""
+        """Mu of each joint, shape (n,)."""
         mu: Array = self.mean[:, 1] / self.mean[:, 0]
         return mu
 
@@ -86,16 +86,20 @@ def write_gains(path: Path, gains: Gains) -> None:
             f"  {name}:",
             f"    gain: {float(mean[0])!r}  # {gains.kind.unit} per N m",
             f"    load_friction: {float(mean[1] / mean[0])!r}",
-            f"    covariance: [{', '.join(repr(float(x)) for x in (covariance[0, 0], covariance[0, 1], covariance[1, 1]))}]",
+            f"    covariance: {_list(covariance[[0, 0, 1], [0, 1, 1]])}  # of g, of g and h = mu g, of h",
             f"    noise_variance: {float(variance)!r}",
         ]
         if gains.friction_sd is not None:
             place = gains.joint_names.index(name)
             lines += [
-                f"    friction: [{', '.join(repr(float(x)) for x in gains.friction[place])}]",
-                f"    friction_sd: [{', '.join(repr(float(x)) for x in gains.friction_sd[place])}]",
+                f"    friction: {_list(gains.friction[place])}  # direction, velocity, offset",
+                f"    friction_sd: {_list(gains.friction_sd[place])}",
             ]
     write_text(path, "\n".join(lines) + "\n")
+
+
+def _list(values: Array) -> str:
+    return f"[{', '.join(repr(float(value)) for value in values)}]"
 
 
 def read_gains(path: Path) -> Gains:

@@ -50,7 +50,15 @@ class ChannelSamples(NamedTuple):
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
         """The samples of some rows."""
-        return ChannelSamples(*(values[rows] for values in self))
+        return ChannelSamples(
+            self.Y[rows],
+            self.tau_arm[rows],
+            self.load_sign[rows],
+            self.direction[rows],
+            self.velocity[rows],
+            self.signal[rows],
+            self.used[rows],
+        )
 
     def build_columns(self) -> Array:
         """Builds z, zero where a sample does not count, shape (C, N, 26)."""

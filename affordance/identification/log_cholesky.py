@@ -9,7 +9,7 @@ centre of mass are coordinates themselves, so what is known of them is easily sa
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_parameters
 
 _OFF = (np.array([0, 0, 1]), np.array([1, 2, 2]))  # rows and columns of s12, s13, s23
@@ -64,9 +64,9 @@ def compute_jacobian(theta: Array) -> Array:
     return D
 
 
-def is_possible(pi: Array) -> Array:
+def is_possible(pi: Array) -> Mask:
     """Says which parameters, shape (N, 10), have a positive definite pseudo-inertia, shape (N,)."""
-    possible: Array = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
+    possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
     return possible
 
 

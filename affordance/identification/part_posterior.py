@@ -76,7 +76,8 @@ class PlacedObject(NamedTuple):
         rho = self.belief.densities.draw_samples(rng, num_samples)
         root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
         pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
-        return pi[is_possible(pi)]
+        possible: Array = pi[is_possible(pi)]
+        return possible
 
 
 class PartPosterior(NamedTuple):
@@ -189,7 +190,7 @@ def _draw(
 
 
 def _build_unit_discrepancy(low: Array, high: Array) -> Array:
-    """Covariance of the parameters of a mass of one kilogram, one SD, anywhere in a box; exact to the fourth power."""
+    """Covariance of the parameters of a mass of one kilogram, one SD, anywhere in a box; exact."""
     nodes, weights = np.polynomial.legendre.leggauss(3)
     points = 0.5 * (low + high) + 0.5 * np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3) * (
         high - low

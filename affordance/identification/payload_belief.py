@@ -14,6 +14,8 @@ from affordance.identification.gains import Gains
 
 # Standard deviations above this share of the prior's: the run said next to nothing.
 _UNSEEN = 0.8
+# So are those of positive quantities above this share of their mean.
+_VAGUE = 0.4
 # Samples that count for less than this are too few for the tails of an interval.
 _FEW_SAMPLES = 100.0
 QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
@@ -118,14 +120,26 @@ class PayloadBelief:
     def unseen(self) -> tuple[str, ...]:
         """What could not be seen from this motion, a sentence each."""
         prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
-        share = self.marginals.sd / np.maximum(prior_sd, np.finfo(float).tiny)
+        m = self.marginals
+        share = m.sd / np.maximum(prior_sd, np.finfo(float).tiny)
+        # What is positive is also unseen if it is known to a factor only.
+        vague = np.zeros(len(share), dtype=bool)
+        vague[_MASS], vague[_MOMENTS] = (
+            m.sd[_MASS] > _VAGUE * m.mean[_MASS],
+            m.sd[_MOMENTS] > _VAGUE * m.mean[_MOMENTS],
+        )
+        parts = [("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)]
+        if self.calibration is not None:
+            parts = parts[1:]  # the scale saw the mass
         sentences = []
-        for name, part in (("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)):
-            hidden = [QUANTITIES[i] for i in range(part.start, part.stop) if share[i] > _UNSEEN]
+        for name, part in parts:
+            hidden = [i for i in range(part.start, part.stop) if share[i] > _UNSEEN or vague[i]]
             if hidden:
+                worst = max(hidden, key=lambda i: share[i])
+                ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
                 sentences.append(
-                    f"{name} ({', '.join(hidden)}): this motion is too slow or too short to see it, the prior decides "
-                    f"(posterior SD {100 * share[part].max():.0f} % of the prior's)"
+                    f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): moves too slowly or too briefly to see, "
+                    f"the prior decides ({QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's)"
                 )
         return tuple(sentences)
 
@@ -137,7 +151,7 @@ class PayloadBelief:
             sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
         if self.p_value is not None and self.p_value < 0.001:
             sentences.append(
-                f"the object is not what it looks like (p = {self.p_value:.1g}): its parts' densities, or what is unseen"
+                f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is unseen than assumed"
             )
         if self.reference_mass is not None and self.calibration is None:
             low, high = self.mass_interval90

@@ -1,4 +1,4 @@
-"""The most probable payload of a run, together with how noisy the run is: each decides the other, to a fixed point."""
+"""The most probable payload of a run, and how noisy the run is: each decides the other, to a fixed point."""
 
 from typing import NamedTuple
 
@@ -62,7 +62,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 
 
 def list_friction_sds(evidence: Evidence, settings: IdentificationSettings) -> Array:
-    """Standard deviations of Coulomb and viscous friction and offset, shape (C, 3); a wrist sensor has offsets alone."""
+    """Standard deviations of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets alone."""
     sd = evidence.friction_scale * settings.get_prior(evidence.kind).friction_sd
     if evidence.kind is not SignalKind.WRENCH:
         return np.full((len(evidence.channel_names), 3), sd)
@@ -90,14 +90,14 @@ def fit_payload(
             f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
-    fit, theta = None, None
+    fit = fit_statistics(statistics, errors, prior, solid)
     for _ in range(_MAX_SIGN_PASSES):
-        previous, fit = fit, fit_statistics(statistics, errors, prior, solid, theta)
-        theta = fit.mode.theta
-        if previous is not None and np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
-            break
+        previous = fit
         evidence = evidence.with_load(fit.mode.load)
         statistics = evidence.compute_statistics(settings)
+        fit = fit_statistics(statistics, errors, prior, solid, fit.mode.theta)
+        if np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
+            break
     return PayloadFit(evidence, statistics, fit.likelihood, fit.mode, fit.variance, fit.weights)
 
 

@@ -13,7 +13,6 @@ and the expectation is estimated by one draw: exact without a phantom, and unbia
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -84,7 +83,8 @@ class Quadratic:
 class PayloadLikelihood:
     """log p(signals of a run | pi), but for a constant.
 
-    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance), A = (1, s) (tau_arm + Y pi).
+    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load, the
+    load being tau_arm + Y pi.
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:

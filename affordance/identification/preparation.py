@@ -6,6 +6,7 @@ Filtered alike, signals that obey a linear equation still do. Accelerations are 
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.signal import butter, sosfiltfilt
 
 from affordance.arrays import Array
@@ -58,7 +59,7 @@ class PreparedRun(NamedTuple):
         """Samples a second."""
         return float(1.0 / (self.times[1] - self.times[0]))
 
-    def select(self, rows: slice | Array) -> "PreparedRun":
+    def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
         """Some of the samples."""
         return self._replace(
             times=self.times[rows],
@@ -70,7 +71,7 @@ class PreparedRun(NamedTuple):
 
 
 def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
-    """Cut-off of the filter that passes a run's motion: some times the frequency that holds 99.9 % of its power, [Hz].
+    """Cut-off of the filter that passes a run's motion: a multiple of what holds 99.9 % of its power, [Hz].
 
     The fastest joint decides.
     """

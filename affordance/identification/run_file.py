@@ -106,7 +106,7 @@ def _read_layout(record: Record) -> _Layout:
         columns = record.names("columns") if record.holds_list("columns") else record.text("columns")
         if isinstance(columns, str) and columns not in COLUMN_MAPS:
             raise record.error("columns", f"is {columns!r}, must be a list of names, or {', '.join(COLUMN_MAPS)}")
-    units = {quantity: 1.0 for quantity in _UNITS}
+    units = dict.fromkeys(_UNITS, 1.0)
     if isinstance(columns, str):
         units["time"] = COLUMN_MAPS[columns].time_unit
     if record.has("units"):
@@ -181,7 +181,8 @@ def _read_payload(record: Record) -> Array:
     X[:3, 3] = record.vector("com", 3, low=-2.0, high=2.0)
     moments = record.vector("inertia", 3, low=0.0, high=_MOST) if record.has("inertia") else np.zeros(3)
     record.finish()
-    return build_transform_map(X) @ np.array([mass, 0.0, 0.0, 0.0, *moments, 0.0, 0.0, 0.0])
+    payload: Array = build_transform_map(X) @ np.array([mass, 0.0, 0.0, 0.0, *moments, 0.0, 0.0, 0.0])
+    return payload
 
 
 def _find_columns(path: Path, beside: Path, table: Table, layout: _Layout) -> dict[str, int]:

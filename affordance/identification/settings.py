@@ -39,10 +39,10 @@ class SignalPrior:
     friction_sd: float
 
 
-# Gains drift from run to run: in windows of 6 s of a UR10e with a known load they scatter by 1.5 to 2 % beyond their
-# error. Torque sensors: 1 %; makers state 2 % of the largest torque as their bound.
-# mu: gears of UR and of servos lose 2 to 35 % of the load; before calibration 5 +- 7 % (UR10e; servos want their own).
-# Friction between two runs of a UR10e changes by up to 0.3 A at joints that take 3 to 14 A; 3 N m at 10 N m/A.
+# Gains drift from run to run: in windows of 6 s of a UR10e with a known load they scatter by about 2 %. Torque
+# sensors: 1 %, what strain gauges hold; an assumption.
+# mu: a UR10e's gears lose 3 to 10 % of the load, servos a third: before calibration 5 +- 7 %; servos want their own.
+# Friction of a UR10e may change by some tenths of an ampere from run to run; 3 N m at 10 N m/A.
 _PRIORS = {
     SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.0, 0.0, 0.3),
     SignalKind.MOTOR_TORQUE: SignalPrior(0.02, 0.05, 0.07, 3.0),

@@ -71,7 +71,8 @@ class SolidPrior:
         mean = (theta_from_parameters(pi) - widened.mean) @ share
         spread = np.sqrt(max(sd**2 * (1.0 - share[0]), 0.0))
         factor = np.exp(mean + spread * rng.standard_normal(len(pi)))
-        return pi / factor[:, None]
+        body: Array = pi / factor[:, None]
+        return body
 
     @cached_property
     def precision(self) -> Array:
@@ -98,10 +99,10 @@ class SolidPrior:
 def _fit_to_solids() -> SolidPrior:
     rng = np.random.default_rng(0)
     shape = (_NUM_SOLIDS, 3)
-    edges = np.exp(rng.uniform(*np.log(_EDGES), (*shape, 3)))
+    edges = _draw_log_uniform(rng, _EDGES, (*shape, 3))
     present = np.arange(3) < rng.integers(1, 4, _NUM_SOLIDS)[:, None]
-    masses = present * edges.prod(axis=2) * np.exp(rng.uniform(*np.log(_DENSITIES), shape))
-    masses *= (np.exp(rng.uniform(*np.log(_MASSES), _NUM_SOLIDS)) / masses.sum(axis=1))[:, None]
+    masses = present * edges.prod(axis=2) * _draw_log_uniform(rng, _DENSITIES, shape)
+    masses *= (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
     centres = _REACH_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3)) + _SPREAD_SD * rng.standard_normal((*shape, 3))
     R, _ = np.linalg.qr(rng.standard_normal((*shape, 3, 3)))
     second = R * (edges**2 / 12.0)[..., None, :] @ R.swapaxes(-1, -2) + centres[..., :, None] * centres[..., None, :]
@@ -110,3 +111,7 @@ def _fit_to_solids() -> SolidPrior:
     J[:, :3, 3] = J[:, 3, :3] = np.einsum("np,npi->ni", masses, centres)
     J[:, 3, 3] = masses.sum(axis=1)
     return SolidPrior.from_samples(np.array([parameters_from_pseudo_inertia(body) for body in J]))
+
+
+def _draw_log_uniform(rng: np.random.Generator, bounds: tuple[float, float], shape: tuple[int, ...]) -> Array:
+    return np.exp(rng.uniform(np.log(bounds[0]), np.log(bounds[1]), shape))

@@ -1,4 +1,4 @@
-"""Identification on line, inside a Diagram: sums that grow with every sample, and a belief whenever it is asked for."""
+"""Identification on line, inside a Diagram: sums that grow with every sample, a belief whenever it is asked for."""
 
 from typing import Any, NamedTuple
 
@@ -179,24 +179,22 @@ def build_replay(
     period = 1.0 / evidence.rate
     times = period * np.arange(len(evidence.times))
     least = np.maximum(evidence.least_variance, gains.least_variance)
-    identifier = builder.AddNamedSystem(
-        "payload_identifier",
-        PayloadIdentifier(
-            robot,
-            prior,
-            period=period,
-            cutoff=evidence.cutoff,
-            least_variance=least,
-            empty=EmptySignal(in_signal=not evidence.is_difference),
-            solid=solid,
-            settings=settings,
-        ),
+    identifier = PayloadIdentifier(
+        robot,
+        prior,
+        period=period,
+        cutoff=evidence.cutoff,
+        least_variance=least,
+        empty=EmptySignal(in_signal=not evidence.is_difference),
+        solid=solid,
+        settings=settings,
     )
+    builder.AddNamedSystem("payload_identifier", identifier)
     q, v, vdot = evidence.motion
     recorded: dict[str, Any] = {"state": np.hstack([q, v]), "vdot": vdot, "signal": evidence.samples.signal}
     for name, values in recorded.items():
         source = builder.AddNamedSystem(
-            f"recorded_{name}", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times, values.T))
+            f"recorded_{name}", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times.tolist(), values.T))
         )
         builder.Connect(source.get_output_port(), identifier.GetInputPort(name))
     diagram = builder.Build()

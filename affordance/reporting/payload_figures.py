@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.identification.joint_statistics import SIGNAL
 from affordance.identification.payload_belief import PayloadBelief, describe_bodies
 from affordance.identification.payload_fit import PayloadFit
@@ -121,7 +121,7 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
     return figure
 
 
-def _autocorrelate(residual: Array, used: Array, rate: float) -> tuple[Array, Array]:
+def _autocorrelate(residual: Array, used: Mask, rate: float) -> tuple[Array, Array]:
     """Autocorrelation of a residual that has gaps, by pairs of samples that both count."""
     num_lags = min(int(_LONGEST_LAG * rate), len(residual) - 1)
     size = 2 * len(residual)

@@ -1,6 +1,6 @@
 """Are the intervals as wide as they should be, where the truth is drawn from what is believed?
 
-Bodies drawn from the prior, and seen objects with a lump that was not seen, held through windows of the Panda's motion.
+Bodies drawn from the prior, and seen objects with a lump that was not seen, held in windows of the Panda's motion.
 Gains, friction and errors are drawn as the likelihood has them, so that what is tested is the posterior alone.
 """
 
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
@@ -110,7 +110,7 @@ def measure_coverage(
 
 
 def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
-    """Share of the centre's coordinates whose interval holds the truth, with a fifth of the mass in an unseen lump."""
+    """Share of the centre's coordinates whose intervals hold it, a fifth of the mass being in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
     lump = _build_lump(rng.uniform(seen.low, seen.high))
@@ -142,7 +142,8 @@ def _build_lump(p: Array) -> Array:
     return np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
 
 
-def _find_inside(bodies: WeightedBodies, pi: Array) -> Array:
+def _find_inside(bodies: WeightedBodies, pi: Array) -> Mask:
     marginals = summarise(describe_bodies(bodies.pi), bodies.weights)
     truth = describe_bodies(pi[None])[0]
-    return (marginals.low90 <= truth) & (truth <= marginals.high90)
+    inside: Mask = (marginals.low90 <= truth) & (truth <= marginals.high90)
+    return inside

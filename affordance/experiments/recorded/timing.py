@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -55,7 +56,7 @@ def compare_peers(result: Ur10eResult, settings: IdentificationSettings) -> dict
     return {
         name: {
             "mass_error": float(np.mean([abs(solve(half, gains) / UR10E_LOAD - 1.0) for half, gains in pairs])),
-            "s": float(np.mean([_time(lambda s=solve, h=half, g=gains: s(h, g)) for half, gains in pairs])),
+            "s": float(np.mean([_time(partial(solve, half, gains)) for half, gains in pairs])),
         }
         for name, solve in methods.items()
     }

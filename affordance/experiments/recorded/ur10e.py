@@ -76,7 +76,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
 
 
 def _measure_drift(evidence: Evidence, settings: IdentificationSettings) -> Array:
-    """Scatter of each joint's gain over windows, as a fraction; the error of finding it in so short a time included."""
+    """Scatter of each joint's gain over windows, as a fraction; the error of finding it in a window included."""
     gains = [calibrate_gains(window, UR10E_LOAD, settings).mean[:, 0] for window in evidence.split(_WINDOW)]
     scatter: Array = np.std(gains, axis=0, ddof=1) / np.mean(gains, axis=0)
     return scatter

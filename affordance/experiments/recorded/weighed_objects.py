@@ -24,8 +24,8 @@ from affordance.identification.payload_likelihood import PayloadLikelihood
 from affordance.identification.preparation import Motion
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 
-# Position errors of servos: radians for a newton metre. Their gears lose more of the load than those of arms, so nothing
-# is said beforehand of load friction; gains drift as on any robot.
+# Position errors of servos: radians for a newton metre. Their gears lose more of the load than those of arms, so
+# nothing is said beforehand of load friction; gains drift as on any robot.
 SERVO_PRIOR = SignalPrior(gain_sd=0.02, load_friction=0.0, load_friction_sd=0.5, friction_sd=0.3)
 # Postures are held, one after the other: no rate, no filter.
 _RATE = 1.0
