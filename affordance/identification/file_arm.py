@@ -14,17 +14,14 @@ from affordance.identification.evidence import Evidence, build_joint_samples, no
 from affordance.identification.fitted_arm import build_link_scale
 from affordance.identification.gains import Gains
 from affordance.identification.joint_statistics import ChannelSamples
-from affordance.identification.model_error import build_phantom_covariance
+from affordance.identification.model_error import project_link_errors
 from affordance.identification.preparation import PreparedRun
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
-from affordance.objects.inertia import NUM_PARAMETERS
 
 # All of the friction is in the signal, not what changed between two runs.
 _WHOLE_FRICTION = 10.0
-# A phantom as broad as this is no prior: the regression of link errors on the payload wants some, [kg].
-_BROAD_MASS = 10.0
 # Rotors behind gears, which no file has: a few tenths to a few kg m^2 on arms of ten kilograms of payload.
 _ROTOR_INERTIA = 1.0
 # A gain that is this uncertain, as a fraction, is not known at all.
@@ -43,7 +40,7 @@ def build_file_evidence(
     )
     phantom, covariance = no_phantom()
     if settings.floor:
-        covariance = _project_link_errors(robot, prepared, samples)
+        covariance = project_link_errors(robot, prepared, samples, np.diag(build_link_scale(robot)))
     return Evidence(
         source=loaded.source,
         analysis=f"unpaired: the arm as {robot.source} has it",
@@ -113,13 +110,3 @@ def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: Chan
     seen_as = np.einsum("nj,njp->jp", torque, W) / square[:, None]
     share: Array = np.minimum(np.sqrt((seen_as**2).sum(axis=1)), _NO_GAIN)
     return share
-
-
-def _project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """Covariance of the payload that errors of the links look like, by least squares along the motion, (10, 10)."""
-    Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
-    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * build_link_scale(robot)
-    broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
-    seen_as = np.linalg.solve(Y.T @ Y + broad, Y.T @ (W * samples.used[..., None]).reshape(len(Y), -1))
-    covariance: Array = seen_as @ seen_as.T
-    return covariance

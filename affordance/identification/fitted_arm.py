@@ -40,12 +40,14 @@ class FittedArm:
         gain: Unit of the signal per N m, shape (n,).
         link_change: dpi, shape (10 n,).
         friction: f, shape (n, 7), [N m and its derivatives].
+        link_root: Square root of the covariance of dpi, L L^T, shape (10 n, 10 n).
     """
 
     robot: RobotChain
     gain: Array
     link_change: Array
     friction: Array
+    link_root: Array
 
     def predict(self, prepared: PreparedRun) -> Array:
         """Predicts the signal of the empty arm along a motion, shape (N, n)."""
@@ -133,7 +135,9 @@ class ArmRegression:
             )
             weights = np.column_stack([np.tile(-links, (num_joints, 1)), -friction, np.ones(num_joints)])
             variance = self._measure_variance(kept, weights)
-        return FittedArm(self.robot, self.gain, self._scale * links, friction)
+        covariance = np.linalg.inv(A)[:num_links, :num_links]
+        root = self._scale[:, None] * np.linalg.cholesky(0.5 * (covariance + covariance.T))
+        return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
 
     def _measure_variance(self, kept: Mask, weights: Array) -> Array:
         """Long-run variance of a residual, in blocks of four cells, (n,), [(N m)^2]."""

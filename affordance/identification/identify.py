@@ -14,7 +14,7 @@ from affordance.identification.evidence import Evidence, restore_compensated
 from affordance.identification.file_arm import build_file_evidence, estimate_gains
 from affordance.identification.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.paired_runs import pair_runs
-from affordance.identification.part_posterior import SeenObject, infer_parts
+from affordance.identification.part_posterior import NotTheSeenObjectError, PlacedObject, SeenObject, infer_parts
 from affordance.identification.payload_belief import PayloadBelief
 from affordance.identification.payload_fit import PayloadFit, build_channel_prior, fit_payload
 from affordance.identification.preparation import find_cutoff, prepare
@@ -189,6 +189,21 @@ def infer(
     )
     if seen is not None:
         placed = seen.place(np.eye(4) if X_GT is None else X_GT)
+        belief = _see(belief, fit, placed, gains, deviation_sd, settings, rng)
+    return Identification(belief, fit, gains)
+
+
+def _see(
+    belief: PayloadBelief,
+    fit: PayloadFit,
+    placed: PlacedObject,
+    gains: Gains,
+    deviation_sd: float,
+    settings: IdentificationSettings,
+    rng: np.random.Generator,
+) -> PayloadBelief:
+    """The belief with what was seen of the object; without, and warned, if what is held is another one."""
+    try:
         parts = infer_parts(
             fit.likelihood,
             placed,
@@ -198,15 +213,16 @@ def infer(
             rng=rng,
             num_samples=settings.num_samples,
         )
-        belief = replace(
-            belief,
-            bodies=parts.bodies,
-            prior_bodies=placed.draw_parameters(rng, _NUM_PRIOR_BODIES, settings.unseen_share),
-            seen=parts.belief,
-            likelihood=parts.likelihood,
-            p_value=parts.p_value,
-        )
-    return Identification(belief, fit, gains)
+    except NotTheSeenObjectError as error:
+        return replace(belief, notes=(*belief.notes, f"{error}; the camera is left out"), p_value=error.p_value)
+    return replace(
+        belief,
+        bodies=parts.bodies,
+        prior_bodies=placed.draw_parameters(rng, _NUM_PRIOR_BODIES, settings.unseen_share),
+        seen=parts.belief,
+        likelihood=parts.likelihood,
+        p_value=parts.p_value,
+    )
 
 
 def _build_evidence(

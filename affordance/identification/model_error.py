@@ -8,11 +8,16 @@ added to every identification as a phantom: a mass of unknown sign somewhere nea
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.identification.joint_statistics import ChannelSamples
 from affordance.identification.payload_likelihood import Quadratic
+from affordance.identification.preparation import PreparedRun
+from affordance.identification.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS
 
 # The phantom lies so far from the tip, one SD in each direction, [m].
 _REACH_SD = 0.15
+# A phantom as broad as this is no prior: the regression of link errors on the payload wants some, [kg].
+_BROAD_MASS = 10.0
 # Standard deviations of its mass that are compared, evenly in the logarithm, as nothing is known of its size, [kg].
 _SMALLEST, _LARGEST, _NUM_SIZES = 1e-3, 1.0, 60
 
@@ -28,6 +33,23 @@ def build_phantom_covariance(mass_sd: float) -> Array:
     C[4:7, 4:7] = a**2 * (6.0 * np.ones((3, 3)) + 2.0 * np.eye(3))
     C[7:, 7:] = a**2 * np.eye(3)
     return mass_sd**2 * C
+
+
+def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
+    """Covariance of the payload that errors of the links look like, by least squares along a motion, (10, 10).
+
+    Args:
+        robot: The arm.
+        prepared: The motion.
+        samples: Of the payload along it.
+        root: Square root of the covariance of the links' parameters, L L^T, shape (10 n, 10 n).
+    """
+    Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
+    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * samples.used[..., None]
+    broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
+    seen_as = np.linalg.solve(Y.T @ Y + broad, Y.T @ W.reshape(len(Y), -1)) @ root
+    covariance: Array = seen_as @ seen_as.T
+    return covariance
 
 
 def estimate_phantom_mass(stretches: list[Quadratic]) -> float:

@@ -54,6 +54,27 @@ class SeenObject:
         return PlacedObject(ObjectBelief(self.belief.memory, self.belief.densities, placed), unseen)
 
 
+class NotTheSeenObjectError(AffordanceError):
+    """A load that no densities of the parts that were seen explain.
+
+    Attributes:
+        num_possible: How many samples were possible bodies.
+        num_tried: Of how many.
+        p_value: Probability of a run as surprising as this, under what was believed.
+    """
+
+    def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(num_possible, num_tried, p_value)
+        self.num_possible = num_possible
+        self.num_tried = num_tried
+        self.p_value = p_value
+
+    def __str__(self) -> str:
+        share = f"{self.num_possible} of {self.num_tried} samples are possible bodies"
+        return f"what is held is not the object that was seen: {share}, p = {self.p_value:.1g}"
+
+
 class PlacedObject(NamedTuple):
     """A seen object in the frame of the tip.
 
@@ -127,7 +148,7 @@ def infer_parts(
         num_samples: How many.
 
     Raises:
-        AffordanceError: Hardly any sample is a possible body.
+        NotTheSeenObjectError: Hardly any sample is a possible body.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
     phantom = likelihood.prior.phantom_covariance
@@ -144,15 +165,18 @@ def infer_parts(
         load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
+    p_value = prior.densities.compute_p_value(of_rho)
     belief = ObjectBelief(prior.memory.condition(of_rho, deviation_sd), densities, prior.geometry)
-    pi = _draw(quadratic, belief, discrepancy, rng, num_samples)
+    pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
+    if len(pi) < num_samples:
+        raise NotTheSeenObjectError(len(pi), num_tried, p_value)
     # What the quadratic leaves out; to first order only where a factor on all gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
     weights = np.exp(log_weights - log_weights.max())
     bodies = WeightedBodies(pi, weights / weights.sum())
-    return PartPosterior(bodies, belief, of_rho, prior.densities.compute_p_value(of_rho))
+    return PartPosterior(bodies, belief, of_rho, p_value)
 
 
 def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
@@ -166,27 +190,20 @@ def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
 
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
-) -> Array:
-    """Draws densities, then what was not seen given them; possible bodies only, shape (num_samples, 10)."""
+) -> tuple[Array, int]:
+    """Draws densities, then what was not seen given them; at most num_samples possible bodies, and how many tries."""
     root = factor(discrepancy)
     inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
     spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
-    drawn, count = [], 0
+    drawn: list[Array] = []
     for _ in range(_MAX_BATCHES):
         seen = belief.densities.draw_samples(rng, num_samples) @ belief.geometry.Phi.T
         delta = (quadratic.information - seen @ quadratic.precision) @ root @ inner @ root.T
         pi = seen + delta + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ spread.T
         drawn.append(pi[is_possible(pi)])
-        count += len(drawn[-1])
-        if count >= num_samples:
+        if sum(map(len, drawn)) >= num_samples:
             break
-    else:
-        tried = _MAX_BATCHES * num_samples
-        raise AffordanceError(
-            f"of {tried} samples of the seen object {count} are possible bodies, {num_samples} are wanted: "
-            "the object is not the one that was seen"
-        )
-    return np.concatenate(drawn)[:num_samples]
+    return np.concatenate(drawn)[:num_samples], num_samples * len(drawn)
 
 
 def _build_unit_discrepancy(low: Array, high: Array) -> Array:

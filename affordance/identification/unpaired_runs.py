@@ -10,7 +10,7 @@ from affordance.identification.evidence import Evidence, build_joint_samples, no
 from affordance.identification.fitted_arm import CELL, ArmRegression, FittedArm
 from affordance.identification.gains import Gains
 from affordance.identification.joint_statistics import compute_statistics
-from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass
+from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass, project_link_errors
 from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.preparation import PreparedRun
 from affordance.identification.robot_chain import RobotChain
@@ -99,17 +99,20 @@ def build_unpaired_evidence(
     signal = restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted
     arm_torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
     phantom, covariance = no_phantom()
+    samples = build_joint_samples(
+        robot, prepared, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
+    )
     if settings.floor:
-        covariance = build_phantom_covariance(empty_arm.phantom_mass)
+        # What was left between stretches of the empty runs, and what they left open of the links on this motion.
+        open_links = project_link_errors(robot, prepared, samples, empty_arm.fitted.link_root)
+        covariance = build_phantom_covariance(empty_arm.phantom_mass) + open_links
     return Evidence(
         source=loaded.source,
         analysis="unpaired: an arm fitted to other runs with an empty hand",
         kind=loaded.description.kind,
         channel_names=robot.joint_names,
         times=prepared.times,
-        samples=build_joint_samples(
-            robot, prepared, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
-        ),
+        samples=samples,
         motion=prepared.motion,
         arm_torque=arm_torque,
         is_difference=True,
