@@ -47,7 +47,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
         right.axhline(0.0, color="#000000", linewidth=0.6, linestyle=":")
         left.set_ylabel(f"{name}\n({evidence.kind.unit})", fontsize=8)
         right.set_ylim(*(np.array([-1.1, 1.1]) * max(np.abs(residual[used, j]).max(initial=0.0), 1e-9)))
-    axes[0, 0].legend(frameon=False, loc="upper right", fontsize=8, ncols=2)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
     axes[0, 0].set_title("What the load adds to the signal, and the fit", fontsize=FONT_SIZE)
     axes[0, 1].set_title("What is left", fontsize=FONT_SIZE)
     for column in axes[-1]:
@@ -69,10 +69,12 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
     before = describe_bodies(belief.prior_bodies) * _SCALES
     known = None if truth is None else describe_bodies(truth[None])[0] * _SCALES
     for i, (axis, label) in enumerate(zip(axes, _LABELS, strict=True)):
-        low, high = np.quantile(after[:, i], [0.002, 0.998])
-        margin = 0.3 * (high - low) + 1e-12
-        edges = np.linspace(low - margin, high + margin, 41)
-        axis.hist(before[:, i], edges, density=True, color="#cccccc", label="before the run")
+        interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
+        margin = np.ptp(interval) + 1e-12
+        edges = np.linspace(interval[0] - margin, interval[1] + margin, 41)
+        # Against the whole prior, so that its height here says how much of it lies here.
+        share = np.full(len(before), 1.0 / (len(before) * (edges[1] - edges[0])))
+        axis.hist(before[:, i], edges, weights=share, color="#cccccc", label="before the run")
         axis.hist(
             after[:, i],
             edges,
@@ -83,8 +85,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
             linewidth=1.4,
             label="after",
         )
-        interval = belief.marginals.low90[i], belief.marginals.high90[i]
-        axis.axvspan(*(np.array(interval) * _SCALES[i]), color=OBJECT_COLOURS[0], alpha=0.12, label="90 % interval")
+        axis.axvspan(*interval, color=OBJECT_COLOURS[0], alpha=0.12, label="90 % interval")
         if known is not None:
             axis.axvline(known[i], color=OBJECT_COLOURS[2], label="true")
         elif i == 0 and belief.reference_mass is not None:

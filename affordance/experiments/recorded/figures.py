@@ -106,5 +106,7 @@ def draw_peers(peers: dict[str, dict[str, float]]) -> Figure:
 def _draw_bars(axes: Axes, values: dict[str, float], colours: list[str]) -> None:
     axes.bar(range(len(values)), list(values.values()), color=colours, width=0.6)
     for k, value in enumerate(values.values()):
-        axes.annotate(f"{value:.3g}", (k, value), xytext=(0, 3), textcoords="offset points", ha="center", fontsize=9)
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
+        axes.annotate(f"{value:.3g}", (k, value), fontsize=9, bbox=box, **place)
     axes.set_xticks(range(len(values)), list(values), fontsize=8)
