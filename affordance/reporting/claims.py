@@ -140,8 +140,8 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
         return expression
     arrays = {name: _to_array(value) for name, value in numbers.items()}
     try:
-        return SimpleEval(functions=dict(FUNCTIONS), names=arrays).eval(expression)
-    except (InvalidExpression, SyntaxError, LookupError, TypeError, ValueError, AttributeError) as error:
+        return SimpleEval(functions=dict(FUNCTIONS), names=arrays, allowed_attrs={}).eval(expression)
+    except (InvalidExpression, SyntaxError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
 
 

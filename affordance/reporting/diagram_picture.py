@@ -15,7 +15,7 @@ from affordance.files.atomic import write_atomic, write_text
 
 # The parts of the paper's figure 2; systems of other names belong to the world.
 _GROUPS = {
-    "Visual system": ("#dbe9f6", {"vision", "material_memory", "visual_prior"}),
+    "Visual system": ("#dbe9f6", {"feature_sensor", "material_memory", "visual_prior"}),
     "Proprioceptive system": ("#e3f1e0", {"proprioception", "density_estimator"}),
     "Control system": ("#fbe8d3", {"task", "mpc_controller"}),
     "World": ("#eeeeee", set[str]()),

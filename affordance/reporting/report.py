@@ -92,10 +92,10 @@ def _read_section(path: Path) -> Section:
     content = json.loads(path.read_text(encoding="utf-8"))
     content["figures"] = [ReportFigure(**figure) for figure in content["figures"]]
     content["claims"] = [_read_claim(claim) for claim in content["claims"]]
-    content["tables"] = [Table(**table) for table in content["tables"]]
+    content["tables"] = [_read_table(table) for table in content["tables"]]
     section = Section(**content)
-    if not isinstance(section.order, int):
-        raise TypeError(f"its order is {section.order!r}")
+    _expect(int, section.order)
+    _expect(str, section.title, section.summary, *section.remarks, *(figure.caption for figure in section.figures))
     for figure in section.figures:
         if Path(figure.file).name != figure.file:
             raise ValueError(f"its figure {figure.file!r} lies elsewhere")
@@ -104,9 +104,25 @@ def _read_section(path: Path) -> Section:
 
 def _read_claim(content: dict[str, Any]) -> ClaimResult:
     content["criteria"] = tuple(CriterionResult(**each) for each in content["criteria"])
-    if not content["criteria"]:
-        raise ValueError(f"its claim {content['key']!r} has no criterion")
-    return ClaimResult(**content)
+    claim = ClaimResult(**content)
+    if not claim.criteria:
+        raise ValueError(f"its claim {claim.key!r} has no criterion")
+    _expect(bool, claim.met, *(each.met for each in claim.criteria))
+    _expect(str, claim.key, claim.source, claim.text, *(text for each in claim.criteria for text in each[:3]))
+    return claim
+
+
+def _read_table(content: dict[str, Any]) -> Table:
+    table = Table(**content)
+    _expect(str, table.caption, *table.header, *(cell for row in table.rows for cell in row))
+    return table
+
+
+def _expect(kind: type, *values: object) -> None:
+    """Raises a TypeError where a value is of another kind than the page is made of."""
+    for value in values:
+        if not isinstance(value, kind):
+            raise TypeError(f"it holds {str(value)[:60]!r} in place of a {kind.__name__}")
 
 
 def _prepare(section: Section, home: Path) -> dict[str, Any]:

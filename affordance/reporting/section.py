@@ -87,15 +87,17 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     content, known = _read(path), {**numbers, **facts}
     environment = _build_environment()
 
-    def fill(text: str) -> str:
+    def render(text: str) -> str:
         try:
-            return " ".join(environment.from_string(text).render(known).split())
-        except jinja2.TemplateError as error:
+            return environment.from_string(text).render(known)
+        except (jinja2.TemplateError, LookupError, TypeError, ValueError, ArithmeticError) as error:
             raise AffordanceError(f"{path.name}: {text!r} cannot be filled in: {error}") from error
 
+    def fill(text: str) -> str:
+        return " ".join(render(text).split())
+
     def fill_rows(text: str) -> list[list[str]]:
-        lines = environment.from_string(text).render(known).splitlines()
-        return [[cell.strip() for cell in line.split("|")] for line in lines if line.strip()]
+        return [[cell.strip() for cell in line.split("|")] for line in render(text).splitlines() if line.strip()]
 
     figures = [ReportFigure(each["file"], fill(each["caption"])) for each in content.get("figures", [])]
     tables = [

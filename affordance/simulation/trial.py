@@ -194,7 +194,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
     if p_value < OUTLIER_P_VALUE:
         _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, p_value)
     log = trial.state_log.FindLog(context)
-    x = log.data().T
+    x = np.array(log.data().T)  # the log is used again for the next presentation
     q, v = np.split(x, 2, axis=1)
     return TrialRecord(
         times=np.array(log.sample_times()),

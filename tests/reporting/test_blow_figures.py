@@ -5,9 +5,9 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from matplotlib.text import Text
 
+from affordance.plant.nail import NailRecord
 from affordance.reporting.blow_figures import draw_blow, draw_map, draw_renderings
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure
-from affordance.plant.nail import NailRecord
 
 
 def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):

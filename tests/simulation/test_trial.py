@@ -14,6 +14,7 @@ from affordance.belief.density_belief import DensityBelief, PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Material, Tool
+from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.simulation.diagram import build_trial_diagram
@@ -36,8 +37,7 @@ def test_arm_that_knows_the_density_does_not_move(runner, weight):
 def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight):
     tool = weight.tools[2]
     light, heavy = (
-        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,))
-        for density in (6000, 11000)
+        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
     )
     assert light.height_centre[-1] < -0.005
     assert heavy.height_centre[-1] > 0.005
@@ -53,7 +53,7 @@ def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, rati
         honest, components=(dataclasses.replace(part, material=lighter, looks_like=part.material),)
     )
     record = runner.run_hold(tool, certain_of(weight, 8500.0), duration=3.0, seed=(0,))
-    arm = runner.get_diagram(tool).arm
+    arm = runner.get_diagram(3.0).arm
     assert np.abs(record.v[-50:]).max() < 0.02
     assert np.abs(record.q[-1] - record.q[-50]).max() < 1e-3
     assert (record.q >= arm.limits.q_lower).all()
@@ -73,20 +73,18 @@ def test_logged_motion_is_consistent(runner, weight):
 
 def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight, arm):
     """With a row a tick, each row's torque was constant over the tick before it: its work is tau . (q_k - q_k-1)."""
-    settings = dataclasses.replace(
-        weight.settings, log_period=weight.settings.control_period, accuracy=1e-8
-    )
+    settings = dataclasses.replace(weight.settings, log_period=weight.settings.control_period, accuracy=1e-8)
     tool = weight.tools[0]
     record = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=0.5, seed=(0,))
     context = arm.plant.CreateDefaultContext()
     arm.set_payload(context, tool.parameters)
-    cost_model = []
+    energies = []
     for x in np.hstack([record.q, record.v]):
         arm.plant.SetPositionsAndVelocities(context, x)
-        cost_model.append(arm.plant.CalcKineticEnergy(context) + arm.plant.CalcPotentialEnergy(context))
+        energies.append(arm.plant.CalcKineticEnergy(context) + arm.plant.CalcPotentialEnergy(context))
     work = (record.tau[1:] * np.diff(record.q, axis=0)).sum(axis=1)
     assert not record.tau[0].any()
-    np.testing.assert_allclose(np.diff(cost_model), work, rtol=0, atol=1e-6 * np.abs(work).max())
+    np.testing.assert_allclose(np.diff(energies), work, rtol=0, atol=1e-6 * np.abs(work).max())
 
 
 @pytest.mark.parametrize("duration", [0.05, 0.1, 0.5, 0.7, 3.0])
@@ -146,7 +144,7 @@ def test_what_was_felt_without_error_gives_the_density_exactly(weight):
 
 def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
     """What the joints feel of a known torque in the Diagram that is run, over 5000 seeds."""
-    trial = runner.get_diagram(weight.tools[0])
+    trial = runner.get_diagram(weight.duration)
     context = trial.diagram.CreateDefaultContext()
     tau = np.array([0.0, 20.0, -1.0, 5.0, 0.5, -2.0, 0.1])
     trial.controller.GetMyMutableContextFromRoot(context).SetDiscreteState(0, tau)
@@ -173,7 +171,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
     before = certain_of(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
     learned = float((after.belief.precision - before.belief.precision)[0, 0])
-    per_density = StaticHold(runner.get_diagram(tool).arm).Y @ tool.parameters / density
+    per_density = StaticHold(load_arm()).Y @ tool.parameters / density
     deviation = settings.prior.deviation_sd**2
     num_samples = learned / (1.0 - deviation * learned) * sd**2 / (per_density @ per_density)
     assert num_samples == pytest.approx(np.floor(duration / settings.sample_period + 1e-9), abs=1e-6)
@@ -185,8 +183,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
 def test_seed_decides_what_the_controller_believes(weight, changes):
     runner = TrialRunner(dataclasses.replace(weight.settings, **changes))
     first, second, again = (
-        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1]
-        for seed in (1, 2, 1)
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1] for seed in (1, 2, 1)
     )
     assert np.abs(first - second).max() > 0.01
     np.testing.assert_array_equal(first, again)
@@ -221,7 +218,7 @@ def test_log_evidence_is_that_of_the_belief_before_the_trial(weight):
     runner = TrialRunner(dataclasses.replace(weight.settings, noise=noise))
     memory = MaterialMemory((weight.colour,), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
     record = runner.run_hold(tool, memory, duration=0.5, seed=(0,))
-    hold = StaticHold(runner.get_diagram(tool).arm)
+    hold = StaticHold(load_arm())
     load = hold.Y @ tool.parameters
     tau, per_density = hold.tau_arm + load, load / 8500.0
     variance = 1e6 + weight.settings.prior.deviation_sd**2
@@ -256,8 +253,30 @@ def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
 
 def test_tools_of_one_appearance_share_a_diagram(runner, weight):
     *_, last, decoy = weight.tools
-    assert runner.get_diagram(last) is runner.get_diagram(decoy)
-    assert runner.get_diagram(last) is not runner.get_diagram(weight.tools[0])
+    assert runner.get_diagram(1.0, last) is runner.get_diagram(1.0, decoy)
+    assert runner.get_diagram(1.0, last) is not runner.get_diagram(1.0, weight.tools[0])
+    assert runner.get_diagram(1.0, last) is not runner.get_diagram(2.0, last)
+
+
+def test_one_diagram_serves_all_holds_of_a_duration(runner, weight):
+    built = {id(runner.get_diagram(0.05))}
+    for tool in weight.tools:
+        runner.run_hold(tool, MaterialMemory(), duration=0.05, seed=(0,))
+        built.add(id(runner.get_diagram(0.05)))
+    assert len(built) == 1
+    assert not runner.get_diagram(0.05).diagram.HasSubsystemNamed("scene_graph")
+    assert runner.get_diagram(0.05, weight.tools[0]).diagram.HasSubsystemNamed("scene_graph")
+
+
+def test_diagrams_used_last_are_kept(weight):
+    runner = TrialRunner(weight.settings)
+    first, second = runner.get_diagram(0.1), runner.get_diagram(0.2)
+    for number in range(3, 9):
+        runner.get_diagram(0.1 * number)
+    assert runner.get_diagram(0.1) is first
+    runner.get_diagram(0.9)
+    assert runner.get_diagram(0.1) is first
+    assert runner.get_diagram(0.2) is not second
 
 
 def test_memory_stays_flat_over_a_thousand_trials(runner, weight):
@@ -275,8 +294,8 @@ def test_memory_stays_flat_over_a_thousand_trials(runner, weight):
 
 def test_diagrams_are_freed(weight):
     freed = weakref.WeakSet()
-    for _ in range(5):
-        trial = build_trial_diagram(weight.tools[0], weight.settings)
+    for tool in (None, *weight.tools[:2]) * 2:
+        trial = build_trial_diagram(weight.settings, duration=1.0, tool=tool)
         freed.add(trial.diagram)
         del trial
     gc.collect()
