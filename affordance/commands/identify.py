@@ -16,7 +16,8 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.gains import read_gains, write_gains
 from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Identification, Runs, identify_in_detail
+from affordance.identification.identify import Runs, identify_in_detail
+from affordance.identification.inference import Identification
 from affordance.identification.part_posterior import SeenObject, find_box
 from affordance.identification.payload_belief import PayloadBelief
 from affordance.identification.payload_settings import list_payload_settings

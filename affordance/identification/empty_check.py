@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence import no_phantom, restore_compensated
+from affordance.identification.evidence import no_phantom
 from affordance.identification.gains import Gains
+from affordance.identification.joint_samples import restore_compensated
 from affordance.identification.payload_fit import build_channel_prior
 from affordance.identification.payload_likelihood import PayloadLikelihood
 from affordance.identification.preparation import prepare

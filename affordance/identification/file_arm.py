@@ -10,9 +10,10 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.calibration import calibrate_gains
-from affordance.identification.evidence import Evidence, build_joint_samples, no_phantom, restore_compensated
+from affordance.identification.evidence import Evidence, no_phantom
 from affordance.identification.fitted_arm import build_link_scale
 from affordance.identification.gains import Gains
+from affordance.identification.joint_samples import build_joint_samples, restore_compensated
 from affordance.identification.joint_statistics import ChannelSamples
 from affordance.identification.model_error import project_link_errors
 from affordance.identification.preparation import PreparedRun

@@ -7,7 +7,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.identification.calibration import calibrate_gains
 from affordance.identification.evidence import Evidence
-from affordance.identification.identify import infer
+from affordance.identification.inference import infer
 from affordance.identification.settings import IdentificationSettings
 
 

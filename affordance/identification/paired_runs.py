@@ -6,7 +6,8 @@ Whatever the arm does in both runs cancels, friction included; no model of it is
 import numpy as np
 
 from affordance.identification.alignment import align
-from affordance.identification.evidence import Evidence, build_joint_samples, no_phantom, restore_compensated
+from affordance.identification.evidence import Evidence, no_phantom
+from affordance.identification.joint_samples import build_joint_samples, restore_compensated
 from affordance.identification.preparation import find_cutoff, prepare
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run

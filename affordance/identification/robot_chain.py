@@ -11,8 +11,8 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.payload_regressor import compute_payload_regressors
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.chain_kinematics import SerialChain
+from affordance.plant.wrench_regressor import compute_payload_regressors
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from affordance.exceptions import ModelFileError
 from affordance.identification.robot_chain import RobotChain
 from affordance.objects.inertia import parameters_from_spatial_inertia
 from affordance.plant.arm import HAND_FRAME, parse_arm
-from affordance.plant.serial_chain import SerialChain
+from affordance.plant.chain_kinematics import SerialChain
 
 # What a URDF holds for other programs, or what Drake would open files for.
 _STRIPPED = ("visual", "collision", "mimic", "transmission", "material", "safety_controller", "gazebo")

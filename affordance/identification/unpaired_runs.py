@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence import Evidence, build_joint_samples, no_phantom, restore_compensated
+from affordance.identification.evidence import Evidence, no_phantom
 from affordance.identification.fitted_arm import CELL, ArmRegression, FittedArm
 from affordance.identification.gains import Gains
+from affordance.identification.joint_samples import build_joint_samples, restore_compensated
 from affordance.identification.joint_statistics import compute_statistics
 from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass, project_link_errors
 from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood

@@ -22,7 +22,7 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import WRENCH_COLUMNS, Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.plant.payload_regressor import compute_wrench_regressors
+from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 # Before a tare an offset may be anything that fits the sensor: this many times what it drifts by.
 _RAW_OFFSET = 20.0

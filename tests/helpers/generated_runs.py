@@ -11,7 +11,7 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.robot_file import load_robot
 from affordance.identification.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
-from affordance.plant.payload_regressor import compute_wrench_regressors
+from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 # Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
 _JOINTS = (

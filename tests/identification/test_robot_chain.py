@@ -9,8 +9,9 @@ from affordance.identification.robot_file import load_robot
 from affordance.identification.robot_plant import build_arm
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor, compute_wrench_regressors
+from affordance.plant.payload_regressor import compute_payload_regressor
 from affordance.plant.serial_chain import build_chain
+from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 
 def test_arm_torques_agree_with_pinocchio(robot, rng):

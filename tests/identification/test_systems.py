@@ -6,7 +6,7 @@ from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.identification.gains import build_nominal_gains
-from affordance.identification.identify import infer
+from affordance.identification.inference import infer
 from affordance.identification.log_cholesky import is_possible
 from affordance.identification.paired_runs import pair_runs
 from affordance.identification.payload_fit import build_channel_prior

@@ -1,57 +1,55 @@
 """Pictures of the study on real recordings."""
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from affordance.experiments.recorded.clones import UR10E_LOAD, WeighedObject
 from affordance.experiments.recorded.panda import PandaResult
-from affordance.experiments.recorded.ur10e import Ur10eResult
-from affordance.experiments.recorded.weighed_objects import WeighedResult
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 
 _TO_90 = 1.645
 _PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\nprogram", "ours": "ours"}
 
 
-def draw_masses(ur10e: Ur10eResult, weighed: WeighedResult, objects: dict[str, WeighedObject]) -> Figure:
-    """Draws identified masses with their 90 % intervals beside what scales say."""
+class Weighing(NamedTuple):
+    """A mass beside what it should be.
+
+    Attributes:
+        name: Of the run or the object.
+        mean: As identified, [kg].
+        low: Of the 90 % interval, [kg].
+        high: Of the same.
+        truth: On a scale, [kg].
+    """
+
+    name: str
+    mean: float
+    low: float
+    high: float
+    truth: float
+
+
+def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
+    """Draws identified masses with their 90 % intervals beside what scales say.
+
+    Args:
+        pair: The UR10e's load, by several analyses.
+        empty: Its empty run taken for a loaded one.
+        objects: Those of the servo arm.
+    """
     figure = Figure(figsize=(12.0, 3.8))
-    left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 1, 1.1))
-    details = ur10e.details
-    rows = [
-        ("first half", ur10e.halves.mass[0], ur10e.halves.sd[0]),
-        ("second half", ur10e.halves.mass[1], ur10e.halves.sd[1]),
-        ("unpaired", details["unpaired_mass_kg"], details["unpaired_mass_sd_kg"]),
-    ]
-    for k, (_, mass, sd) in enumerate(rows):
-        left.errorbar(k, mass, _TO_90 * sd, fmt="o", color=OBJECT_COLOURS[0], capsize=4.0)
-    left.axhline(UR10E_LOAD, color=OBJECT_COLOURS[2], label="on a scale")
-    left.set_xticks(range(len(rows)), [name for name, *_ in rows])
-    left.set_xlim(-0.5, len(rows) - 0.5)
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.1))
+    _draw_weighings(left, pair, 1.0)
     left.set_ylabel("mass (kg)")
     left.set_title("UR10e: gains from the other half", fontsize=FONT_SIZE)
     left.legend(frameon=False)
-    numbers = ur10e.numbers
-    middle.errorbar(
-        0,
-        1e3 * numbers["empty_as_load_kg"],
-        1e3 * _TO_90 * numbers["empty_as_load_sd_kg"],
-        fmt="o",
-        color=OBJECT_COLOURS[0],
-        capsize=4.0,
-    )
-    middle.axhline(0.0, color=OBJECT_COLOURS[2])
-    middle.set_xticks([0], ["empty hand"])
-    middle.set_xlim(-1.0, 1.0)
+    _draw_weighings(middle, [empty], 1e3)
     middle.set_ylabel("mass (g)")
-    middle.set_title("UR10e: an empty run taken for a loaded one", fontsize=FONT_SIZE)
-    for k, (name, belief) in enumerate(weighed.beliefs.items()):
-        low, high = belief.mass_interval90
-        error = 1e3 * np.array([[belief.mass - low], [high - belief.mass]])
-        right.errorbar(k, 1e3 * belief.mass, error, fmt="o", color=OBJECT_COLOURS[0], capsize=4.0)
-        right.plot([k - 0.25, k + 0.25], [1e3 * objects[name].mass] * 2, color=OBJECT_COLOURS[2])
-    right.set_xticks(range(len(weighed.beliefs)), list(weighed.beliefs))
+    middle.set_title("UR10e: an empty run", fontsize=FONT_SIZE)
+    _draw_weighings(right, objects, 1e3)
     right.set_ylabel("mass (g)")
     right.set_title("Servo arm: gains from the other two objects", fontsize=FONT_SIZE)
     tidy(left, middle, right)
@@ -103,10 +101,21 @@ def draw_peers(peers: dict[str, dict[str, float]]) -> Figure:
     return figure
 
 
+def _draw_weighings(axes: Axes, weighings: Sequence[Weighing], scale: float) -> None:
+    for k, each in enumerate(weighings):
+        error = scale * np.array([[each.mean - each.low], [each.high - each.mean]])
+        axes.errorbar(k, scale * each.mean, error, fmt="o", color=OBJECT_COLOURS[0], capsize=4.0)
+        label = "on a scale" if k == 0 else None
+        axes.plot([k - 0.3, k + 0.3], [scale * each.truth] * 2, color=OBJECT_COLOURS[2], label=label)
+    axes.set_xticks(range(len(weighings)), [each.name for each in weighings])
+    axes.set_xlim(-0.6, len(weighings) - 0.4)
+
+
 def _draw_bars(axes: Axes, values: dict[str, float], colours: list[str]) -> None:
     axes.bar(range(len(values)), list(values.values()), color=colours, width=0.6)
     for k, value in enumerate(values.values()):
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
-        place = {"xytext": (0, 3), "textcoords": "offset points", "ha": "center"}
-        axes.annotate(f"{value:.3g}", (k, value), fontsize=9, bbox=box, **place)
+        axes.annotate(
+            f"{value:.3g}", (k, value), (0, 3), textcoords="offset points", ha="center", fontsize=9, bbox=box
+        )
     axes.set_xticks(range(len(values)), list(values), fontsize=8)

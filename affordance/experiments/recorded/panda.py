@@ -17,7 +17,7 @@ from affordance.experiments.recorded.random_payloads import draw_payload
 from affordance.identification.evidence import Evidence
 from affordance.identification.fitted_arm import CELL
 from affordance.identification.gains import Gains, build_nominal_gains
-from affordance.identification.identify import infer
+from affordance.identification.inference import infer
 from affordance.identification.payload_belief import describe_bodies
 from affordance.identification.preparation import PreparedRun, prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind

@@ -8,13 +8,19 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from affordance.experiments.recorded.clones import load_panda, load_ur10e, load_weighed_objects
-from affordance.experiments.recorded.figures import draw_injections, draw_masses, draw_peers
+from affordance.experiments.recorded.clones import (
+    UR10E_LOAD,
+    WeighedObject,
+    load_panda,
+    load_ur10e,
+    load_weighed_objects,
+)
+from affordance.experiments.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
 from affordance.experiments.recorded.panda import study_panda
 from affordance.experiments.recorded.simulated_truths import measure_coverage
 from affordance.experiments.recorded.timing import measure_times
-from affordance.experiments.recorded.ur10e import study_ur10e
-from affordance.experiments.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
+from affordance.experiments.recorded.ur10e import Ur10eResult, study_ur10e
+from affordance.experiments.recorded.weighed_objects import SERVO_PRIOR, WeighedResult, study_weighed_objects
 from affordance.files.atomic import write_json
 from affordance.identification.gains import build_nominal_gains
 from affordance.identification.preparation import prepare
@@ -27,6 +33,7 @@ from affordance.reporting.section import render_section
 from affordance.runs.repeats import list_versions
 
 NAME = "recorded"
+_TO_90 = 1.645  # standard deviations of a normal 90 % interval
 SECTION = Path(__file__).parents[1] / "sections" / "recorded.yaml"
 
 
@@ -70,7 +77,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
     noise = fit_empty_arm(panda.robot, [prepared], [prepared.signal], nominal, settings).least_variance
     few = replace(settings, num_samples=1000)
     coverage = measure_coverage(panda.robot, prepared, noise, few, num_draws=config.draws, seed=config.seed)
-    times = measure_times(data, ur10e, settings)
+    times = measure_times(data, ur10e.evidence, ur10e.gains, settings)
     numbers = {
         "ur10e": ur10e.numbers,
         "panda": injected.numbers,
@@ -87,7 +94,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
         "wall_s": time.perf_counter() - start,
     }
     figures: dict[str, Callable[[], Figure]] = {
-        "masses": lambda: draw_masses(ur10e, weighed, objects),
+        "masses": lambda: draw_masses(*list_weighings(ur10e, weighed, objects)),
         "injections": lambda: draw_injections(injected),
         "peers": lambda: draw_peers(times["peers"]),
         "fit": lambda: draw_fit(ur10e.identification.fit),
@@ -100,6 +107,28 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
     write_section(folder, render_section(SECTION, _flatten(numbers), {"details": details, "config": config}))
     write_json(folder / "metrics.json", numbers)
     return numbers
+
+
+def list_weighings(
+    ur10e: Ur10eResult, weighed: WeighedResult, objects: Mapping[str, WeighedObject]
+) -> tuple[list[Weighing], Weighing, list[Weighing]]:
+    """The masses that are drawn: of the UR10e's load, of its empty hand, of the servo arm's objects."""
+    halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
+
+    def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:
+        return Weighing(name, mean, mean - _TO_90 * sd, mean + _TO_90 * sd, truth)
+
+    pair = [
+        weigh("first half", halves.mass[0], halves.sd[0], UR10E_LOAD),
+        weigh("second half", halves.mass[1], halves.sd[1], UR10E_LOAD),
+        weigh("unpaired", details["unpaired_mass_kg"], details["unpaired_mass_sd_kg"], UR10E_LOAD),
+    ]
+    empty = weigh("empty hand", numbers["empty_as_load_kg"], numbers["empty_as_load_sd_kg"], 0.0)
+    servo = [
+        Weighing(name, belief.mass, *belief.mass_interval90, objects[name].mass)
+        for name, belief in weighed.beliefs.items()
+    ]
+    return pair, empty, servo
 
 
 def _flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:

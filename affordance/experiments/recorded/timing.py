@@ -11,9 +11,11 @@ from pydrake.systems.analysis import Simulator
 
 from affordance.experiments.recorded.clones import UR10E_LOAD, load_ur10e
 from affordance.experiments.recorded.peers import solve_least_squares, solve_semidefinite
-from affordance.experiments.recorded.ur10e import Ur10eResult
 from affordance.identification.calibration import calibrate_gains
-from affordance.identification.identify import Runs, identify, infer
+from affordance.identification.evidence import Evidence
+from affordance.identification.gains import Gains
+from affordance.identification.identify import Runs, identify
+from affordance.identification.inference import infer
 from affordance.identification.payload_fit import build_channel_prior
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
@@ -23,30 +25,30 @@ _REPEATS = 5
 _NUM_STEPS = 1000  # of the replay, a belief at each hundredth
 
 
-def measure_times(data: Path, result: Ur10eResult, settings: IdentificationSettings) -> dict[str, Any]:
-    """Measures times on the pair of the UR10e; the keys are those of metrics.json."""
+def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> dict[str, Any]:
+    """Measures times on the pair of the UR10e, with its gains; the keys are those of metrics.json."""
     ur10e = load_ur10e(data)
-    per_sample, per_posterior = _time_replay(ur10e.robot, result, settings)
+    per_sample, per_posterior = _time_replay(ur10e.robot, evidence, gains.with_drift(settings), settings)
 
     def run() -> None:
         fresh = load_ur10e(data)
-        identify(fresh.robot, Runs(fresh.loaded, (fresh.empty,)), gains=result.gains, settings=settings)
+        identify(fresh.robot, Runs(fresh.loaded, (fresh.empty,)), gains=gains, settings=settings)
 
     return {
         "ms_per_sample": 1e3 * per_sample,
         "ms_per_posterior": 1e3 * per_posterior,
         "s_per_run": _time(run),
-        "peers": compare_peers(result, settings),
+        "peers": compare_peers(evidence, settings),
     }
 
 
-def compare_peers(result: Ur10eResult, settings: IdentificationSettings) -> dict[str, Any]:
+def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[str, Any]:
     """Mean error of the mass over both halves, relative, and time to solution, [s], by method.
 
     All methods are given the same samples and the same gains, those found by ours in the other half.
     """
-    middle = len(result.evidence.times) // 2
-    halves = result.evidence.select(slice(0, middle)), result.evidence.select(slice(middle, None))
+    middle = len(evidence.times) // 2
+    halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, None))
     pairs = [(half, calibrate_gains(other, UR10E_LOAD, settings)) for half, other in (halves, halves[::-1])]
     methods: dict[str, Callable[..., float]] = {
         "least_squares": lambda half, gains: float(solve_least_squares(half, gains).parameters[0]),
@@ -62,10 +64,10 @@ def compare_peers(result: Ur10eResult, settings: IdentificationSettings) -> dict
     }
 
 
-def _time_replay(robot: RobotChain, result: Ur10eResult, settings: IdentificationSettings) -> tuple[float, float]:
+def _time_replay(
+    robot: RobotChain, evidence: Evidence, gains: Gains, settings: IdentificationSettings
+) -> tuple[float, float]:
     """Medians of the time of a sample and of a belief, [s], in a Diagram that replays the pair."""
-    evidence = result.evidence
-    gains = result.gains.with_drift(settings)
     diagram, identifier = build_replay(
         robot, evidence, gains, build_channel_prior(evidence, gains, settings), settings=settings
     )

@@ -1,5 +1,6 @@
 """A UR10e with a weighed load: motor currents, gains unknown."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +12,8 @@ from affordance.identification.empty_check import weigh_empty_hand
 from affordance.identification.evidence import Evidence
 from affordance.identification.gains import Gains
 from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Identification, Runs, identify, identify_in_detail
+from affordance.identification.identify import Runs, identify, identify_in_detail
+from affordance.identification.inference import Identification
 from affordance.identification.paired_runs import pair_runs
 from affordance.identification.settings import IdentificationSettings
 
@@ -50,6 +52,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
     runs = Runs(data.loaded, (data.empty,))
     fitted = identify(robot, runs, paired=False, gains=gains, settings=settings)
     by_file = identify(robot, runs, settings=settings)
+    weighed = identify_in_detail(robot, runs, reference_mass=UR10E_LOAD, settings=settings)
     numbers = {
         "half_error": halves.error,
         "half_inside": halves.inside,
@@ -64,7 +67,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
         "newton_metres_per_ampere": 1.0 / gains.mean[:, 0],
         "gain_sd_relative": np.sqrt(gains.covariance[:, 0, 0]) / gains.mean[:, 0],
         "load_friction_all": gains.load_friction,
-        "gain_scatter_in_windows": _measure_drift(evidence, settings),
+        "gain_scatter_in_windows": _measure_drift(evidence, weighed.belief.parameters, settings),
         "unpaired_mass_kg": fitted.mass,
         "unpaired_mass_sd_kg": fitted.mass_sd,
         "gains_by_arm_weight_mass_kg": by_file.mass,
@@ -75,8 +78,14 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
     return Ur10eResult(numbers, details, evidence, gains, halves, identification)
 
 
-def _measure_drift(evidence: Evidence, settings: IdentificationSettings) -> Array:
-    """Scatter of each joint's gain over windows, as a fraction; the error of finding it in a window included."""
-    gains = [calibrate_gains(window, UR10E_LOAD, settings).mean[:, 0] for window in evidence.split(_WINDOW)]
+def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettings) -> Array:
+    """Scatter of each joint's gain over windows, the body being known, as a fraction; their error included."""
+    samples = evidence.samples
+    known = replace(
+        evidence,
+        samples=samples._replace(Y=np.zeros_like(samples.Y), tau_arm=samples.Y @ pi),
+        is_difference=True,
+    )
+    gains = [calibrate_gains(window, None, settings).mean[:, 0] for window in known.split(_WINDOW)]
     scatter: Array = np.std(gains, axis=0, ddof=1) / np.mean(gains, axis=0)
     return scatter

@@ -15,7 +15,7 @@ from affordance.arrays import Array
 from affordance.experiments.recorded.clones import WeighedObject
 from affordance.identification.calibration import calibrate_gains
 from affordance.identification.evidence import Evidence, no_phantom
-from affordance.identification.identify import infer
+from affordance.identification.inference import infer
 from affordance.identification.joint_statistics import ChannelSamples
 from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.payload_belief import PayloadBelief

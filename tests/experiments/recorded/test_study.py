@@ -17,7 +17,7 @@ from affordance.experiments.recorded.panda import study_panda
 from affordance.experiments.recorded.peers import solve_least_squares, solve_semidefinite
 from affordance.experiments.recorded.random_payloads import draw_payload
 from affordance.experiments.recorded.simulated_truths import measure_coverage
-from affordance.experiments.recorded.study import SECTION
+from affordance.experiments.recorded.study import SECTION, list_weighings
 from affordance.experiments.recorded.timing import compare_peers
 from affordance.experiments.recorded.ur10e import study_ur10e
 from affordance.experiments.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
@@ -70,10 +70,10 @@ def test_study_of_a_pair_and_its_figures(robot, weighed):
     }
     assert (np.abs(numbers["half_error"]) < 3.0 * numbers["half_sd_kg"] / 2.805).all()
     assert_allclose(numbers["load_friction"], 0.1, atol=0.03)
-    peers = compare_peers(result, _SETTINGS)
+    peers = compare_peers(result.evidence, _SETTINGS)
     assert set(peers) == {"least_squares", "semidefinite", "ours"}
     assert peers["ours"]["mass_error"] < 0.05
-    figure = draw_masses(result, weighed, load_weighed_objects(_DATA))
+    figure = draw_masses(*list_weighings(result, weighed, load_weighed_objects(_DATA)))
     assert len(figure.axes) == 3
     assert len(draw_peers(peers).axes) == 2
 
