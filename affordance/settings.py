@@ -38,6 +38,7 @@ class Settings:
         log_period: Time between two rows of the logs, [s].
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
+        stiff_accuracy: The same for an arm that damping brings to rest within a tick of the controller.
         max_step_size: Its largest step, [s].
         contact_scheme: The integrator while a tool may touch a nail, and from a second touch on.
         contact_accuracy: Its target accuracy.
@@ -74,6 +75,9 @@ class Settings:
     # Chosen by the table of docs/decisions/0007-integration.md.
     integration_scheme: str = "radau3"
     accuracy: float = 1e-4
+    # Each tick's step of torque starts a transient that is over before it moves anything: an integrator that is to
+    # follow it takes three times as many steps. Chosen by the table of docs/decisions/0023-stiff-arms.md.
+    stiff_accuracy: float = 1e-3
     max_step_size: float = 0.1
     # Chosen by the table of docs/decisions/0013-nail.md.
     contact_scheme: str = "implicit_euler"
@@ -86,6 +90,11 @@ class Settings:
     def simulator(self) -> SimulatorConfig:
         """Drake's configuration of the simulator."""
         return _configure(self.integration_scheme, self.accuracy, self.max_step_size)
+
+    @property
+    def stiff_simulator(self) -> SimulatorConfig:
+        """The same for an arm that damping brings to rest within a tick of the controller."""
+        return _configure(self.integration_scheme, self.stiff_accuracy, self.max_step_size)
 
     @property
     def contact_simulator(self) -> SimulatorConfig:

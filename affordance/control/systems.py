@@ -15,7 +15,7 @@ from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import HeldTorqueModel
 
 _LOG = logging.getLogger(__name__)
 
@@ -53,7 +53,7 @@ class MpcController(SampledSystem):
         angle_margin: float,
     ) -> None:
         super().__init__()
-        self._model = ArmModel(arm)
+        self._model = HeldTorqueModel(arm, control_period)
         self._limits = arm.shrink_limits(angle_margin)
         self._settings = settings
         self._control_period = control_period

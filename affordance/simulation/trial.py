@@ -173,7 +173,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
     trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
     simulator = Simulator(trial.diagram, context)
-    ApplySimulatorConfig(settings.simulator, simulator)
+    ApplySimulatorConfig(trial.simulator, simulator)
     simulator.Initialize()
     return simulator
 
