@@ -12,12 +12,12 @@ from .files.model_folder import MODELS
 from .identification.gains import Gains, read_gains, write_gains
 from .identification.identify import Runs, identify
 from .identification.payload_belief import PayloadBelief
-from .identification.robot_file import load_robot
 from .identification.run import Run, RunDescription
 from .identification.run_file import read_run
 from .objects.load import load_materials, load_tools
 from .objects.tool import Material, Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
+from .robots.recorded_arm import load_robot
 from .settings import Settings
 from .simulation.trial import TrialRecord, TrialRunner
 from .version import __version__ as __version__

@@ -22,13 +22,13 @@ from affordance.identification.part_posterior import SeenObject, find_box
 from affordance.identification.payload_belief import PayloadBelief
 from affordance.identification.payload_settings import list_payload_settings
 from affordance.identification.robot_chain import RobotChain
-from affordance.identification.robot_file import load_robot
 from affordance.identification.run import Run
 from affordance.identification.run_file import read_run
 from affordance.identification.settings import IdentificationSettings
 from affordance.objects.load import load_materials, load_tools
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+from affordance.robots.recorded_arm import load_robot
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object

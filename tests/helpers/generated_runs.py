@@ -8,10 +8,10 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.identification.log_cholesky import parameters_from_theta
 from affordance.identification.robot_chain import RobotChain
-from affordance.identification.robot_file import load_robot
 from affordance.identification.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
 from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.robots.recorded_arm import load_robot
 
 # Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
 _JOINTS = (

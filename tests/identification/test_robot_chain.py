@@ -1,16 +1,11 @@
 import numpy as np
 import pinocchio
-import pytest
-from helpers.generated_runs import PAYLOAD, write_urdf
+from helpers.generated_runs import PAYLOAD
 from numpy.testing import assert_allclose
 
-from affordance.exceptions import ModelFileError
-from affordance.identification.robot_file import load_robot
 from affordance.identification.robot_plant import build_arm
-from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor
-from affordance.plant.serial_chain import build_chain
 from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 
@@ -64,39 +59,3 @@ def test_plant_of_the_chain_agrees_with_the_chain(robot, rng):
     q, v = x[None, :6], x[None, 6:]
     assert_allclose(Y, robot.compute_payload_regressors(q, v, vdot[None])[0], atol=1e-10)
     assert_allclose(model.compute_inverse_dynamics(vdot), robot.compute_arm_torques(q, v, vdot[None])[0], atol=1e-10)
-
-
-def test_our_own_arm_is_read_as_it_is(rng):
-    ours = load_robot(ARM)
-    chain = build_chain(load_arm())
-    # Where the base stands in the world is nothing to the robot's own frame.
-    assert_allclose(ours.chain.p_PF[1:], chain.p_PF[1:], atol=1e-12)
-    assert_allclose(ours.chain.p_MT, chain.p_MT, atol=1e-12)
-    assert len(ours.joint_names) == 7
-
-
-@pytest.mark.parametrize(
-    ("change", "tip", "base", "message"),
-    [
-        (None, "flanje", None, "has no link flanje, the nearest is flange"),
-        (None, "flange", "bass", "has no link bass above flange, the nearest is base"),
-        (
-            ("mass value='3.0'", "mass value='-3'"),
-            "flange",
-            None,
-            "gives link link_3 a mass of -3, must be at least 0 kg",
-        ),
-        (("type='revolute'", "type='prismatic'"), "flange", None, "of type prismatic between base and flange"),
-        (("<robot", "<robt"), "flange", None, "is not XML: mismatched tag"),
-    ],
-)
-def test_bad_robot_files_are_named_in_one_line(tmp_path, change, tip, base, message):
-    path = write_urdf(tmp_path)
-    if change is not None:
-        text = path.read_text()
-        path.write_text(text.replace(*change) if "mass" in change[0] else text.replace(*change, 1))
-        if "revolute" in change[0]:
-            path.write_text(text.replace(*change))
-    with pytest.raises(ModelFileError, match=message) as caught:
-        load_robot(path, tip, base)
-    assert "\n" not in str(caught.value)

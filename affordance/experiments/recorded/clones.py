@@ -11,10 +11,10 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.robot_chain import RobotChain
-from affordance.identification.robot_file import load_robot
 from affordance.identification.run import Run, RunDescription
 from affordance.identification.run_file import read_run
 from affordance.identification.settings import SignalKind
+from affordance.robots.recorded_arm import load_robot
 
 _HERE = Path(__file__).parent
 _UR10E = Path("dynamic_calibration")

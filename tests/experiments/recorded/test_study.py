@@ -25,10 +25,10 @@ from affordance.identification.gains import build_nominal_gains
 from affordance.identification.log_cholesky import is_possible
 from affordance.identification.paired_runs import pair_runs
 from affordance.identification.preparation import prepare
-from affordance.identification.robot_file import load_robot
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import pseudo_inertia_from_parameters
 from affordance.reporting.section import load_claims
+from affordance.robots.recorded_arm import load_robot
 
 _DATA = Path(__file__).parents[2] / "data"
 _SETTINGS = IdentificationSettings(num_samples=500)
