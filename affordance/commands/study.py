@@ -6,7 +6,7 @@ import pkgutil
 
 import affordance.commands
 
-HELP = "run a study beside the paper's simulations: recorded (real robots' recordings)"
+HELP = "run a study beside the paper's simulations: arms (many robots), recorded (recordings of real robots)"
 _PREFIX = "study_"
 
 

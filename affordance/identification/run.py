@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
@@ -29,6 +30,9 @@ _SIGNAL_BOUNDS = {
     SignalKind.WRENCH: (5e3, "N or N m"),
 }
 _HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
+# Rates that were measured must be those of what they are rates of to this factor; degrees for radians are 57 off.
+_RATE_FACTOR = 5.0
+_LEAST_MOTION = 0.1  # below which a joint may have noise alone, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
@@ -114,6 +118,10 @@ class Run:
                 self._check_values(name, values, bound, unit)
         bound, unit = _SIGNAL_BOUNDS[kind]
         self._check_values(self.signal_name, self.signal, bound, unit)
+        if self.v is not None:
+            self._check_rate("v", self.v, "q", self.q)
+            if self.vdot is not None:
+                self._check_rate("vdot", self.vdot, "v", self.v)
 
     @property
     def signal_name(self) -> str:
@@ -199,6 +207,29 @@ class Run:
             raise self.error_at(row, label, f"is {value}, must be a finite number")
         hint = f"; {_HINTS[name]} then say so under units" if name in _HINTS else ""
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
+
+    def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
+        """Refuses rates in other units than what they are rates of, by the joint that moves most."""
+        joint = int(np.argmax(np.ptp(self.q, axis=0)))
+        # Both without what is constant in the rate, an offset of the sensor.
+        moved = np.ptp(_remove_line(of[:, joint], self.times))
+        total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
+        summed = np.ptp(_remove_line(total, self.times))
+        if moved < _LEAST_MOTION:
+            return
+        ratio = float(summed / moved)
+        if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
+            hint = "; are these degrees? then say so under units" if ratio > 1.0 else ""
+            problem = (
+                f"is {ratio:.3g} times the rate of {of_name}_{joint + 1}, must be from {1.0 / _RATE_FACTOR:g} to"
+            )
+            raise BadValueError(self.source, f"column {name}_{joint + 1}", f"{problem} {_RATE_FACTOR:g} times{hint}")
+
+
+def _remove_line(values: Array, times: Array) -> Array:
+    """Values less the line through the first and the last."""
+    line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
+    return values - line
 
 
 def _find_prefix(names: Sequence[str]) -> str:

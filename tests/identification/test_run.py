@@ -26,6 +26,10 @@ def _spoil(values: np.ndarray, row: int, column: int, value: float) -> np.ndarra
 
 _TIMES = np.arange(50) * 0.01
 _ZEROS = np.zeros((50, 2))
+# One joint swings, the other hardly moves.
+_PHASE = 2.0 * np.pi * _TIMES
+_SWING = np.column_stack([1e-4 * np.sin(_PHASE), 0.06 * np.sin(_PHASE)])
+_SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.cos(_PHASE)])
 
 
 @pytest.mark.parametrize(
@@ -57,6 +61,17 @@ _ZEROS = np.zeros((50, 2))
             {"times": np.where(np.arange(50) == 20, 0.05, _TIMES)},
             r"row 21, column time: is 0.050000, must be more than 0.190000",
         ),
+        (
+            "joint_torque",
+            {"q": _SWING, "v": np.degrees(_SWING_RATE)},
+            r"column v_2: is 57.3 times the rate of q_2, must be from 0.2 to 5 times; are these degrees",
+        ),
+        (
+            "joint_torque",
+            {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
+            r"column vdot_2: is 57.3 times the rate of v_2, must be",
+        ),
+        ("joint_torque", {"q": _SWING}, r"column v_2: is 0 times the rate of q_2, must be from 0.2 to 5 times$"),
         ("joint_torque", {"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
         ("joint_torque", {"q": np.zeros((50, 3))}, r"q: has shape \(50, 3\), must be \(50, 2\)"),
         ("joint_torque", {"signal": np.zeros((50, 6))}, r"tau: has shape \(50, 6\)"),
