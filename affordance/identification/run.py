@@ -32,7 +32,7 @@ _SIGNAL_BOUNDS = {
 _HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
 # Rates that were measured must be those of what they are rates of to this factor; degrees for radians are 57 off.
 _RATE_FACTOR = 5.0
-_LEAST_MOTION = 0.1  # below which a joint may have noise alone, [rad, rad/s]
+_LEAST_MOTION = 0.05  # below which a joint may have noise alone, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
