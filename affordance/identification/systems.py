@@ -14,6 +14,12 @@ from affordance.identification.evidence import Evidence, describe_errors
 from affordance.identification.fitted_arm import FittedArm, predict_friction
 from affordance.identification.gains import Gains
 from affordance.identification.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
+from affordance.identification.part_posterior import (
+    NotTheSeenObjectError,
+    PartPosterior,
+    PlacedObject,
+    infer_parts,
+)
 from affordance.identification.payload_fit import fit_statistics
 from affordance.identification.payload_likelihood import ChannelPrior
 from affordance.identification.robot_chain import RobotChain
@@ -41,6 +47,31 @@ class EmptySignal(NamedTuple):
     in_signal: bool = False
 
 
+class SeenLoad(NamedTuple):
+    """What a camera says of the load.
+
+    Attributes:
+        placed: The object, in the frame of the tip.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+    """
+
+    placed: PlacedObject
+    deviation_sd: float = 100.0
+
+
+class LoadBelief(NamedTuple):
+    """What is believed of the load so far.
+
+    Attributes:
+        bodies: Samples of the ten parameters.
+        parts: Of a seen object, with what its materials learned; None before the first sample, where no camera saw
+            the object, and where no densities of what it saw explain the load.
+    """
+
+    bodies: WeightedBodies
+    parts: PartPosterior | None
+
+
 class PayloadIdentifier(SampledSystem):
     """Identifies what an arm holds, sample by sample.
 
@@ -54,6 +85,7 @@ class PayloadIdentifier(SampledSystem):
 
     Output ports:
         bodies: Posterior of the ten parameters, WeightedBodies; before the first sample that of the prior.
+        belief: The same, with what a seen object's materials learned, LoadBelief.
         statistics: The sums so far, JointStatistics.
     """
 
@@ -67,6 +99,7 @@ class PayloadIdentifier(SampledSystem):
         least_variance: Array,
         empty: EmptySignal | None = None,
         solid: SolidPrior | None = None,
+        seen: SeenLoad | None = None,
         settings: IdentificationSettings = DEFAULT_SETTINGS,
     ) -> None:
         """Declares states, ports and events.
@@ -79,6 +112,7 @@ class PayloadIdentifier(SampledSystem):
             least_variance: What earlier runs say a long-run variance is at least, shape (n,).
             empty: What of the signal is the empty arm's; None for nothing.
             solid: Of the body; None for some solid that a hand could hold.
+            seen: What a camera says of it; None without one.
             settings: Of nuisances.
         """
         super().__init__()
@@ -86,6 +120,7 @@ class PayloadIdentifier(SampledSystem):
         self._robot, self._prior, self._settings = robot, prior, settings
         self._empty = EmptySignal() if empty is None else empty
         self._solid = SolidPrior.for_hand() if solid is None else solid
+        self._seen = seen
         self._model = ArmModel(build_arm(robot))
         if self._empty.fitted is not None:
             links = robot.link_parameters + self._empty.fitted.link_change.reshape(n, -1)
@@ -100,6 +135,8 @@ class PayloadIdentifier(SampledSystem):
         self._groups = tuple(int(group) for group in groups)
         self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update_sums)
         tickets = {self.discrete_state_ticket(group) for group in groups}
+        self._belief = self.declare_cached("belief", self._calc_belief, tickets)
+        self.declare_object_output("belief", self._belief.get, tickets)
         self.declare_object_output("bodies", self._calc_bodies, tickets)
         self.declare_object_output("statistics", self._calc_statistics, tickets)
 
@@ -144,14 +181,37 @@ class PayloadIdentifier(SampledSystem):
         return self._shape(arrays).freeze(self._block_length)
 
     def _calc_bodies(self, context: Context) -> WeightedBodies:
+        return self._belief.get(context).bodies
+
+    def _calc_belief(self, context: Context) -> LoadBelief:
         statistics = self._calc_statistics(context)
         # A seed that is a function of the sums, so that a replayed Context agrees.
         rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
         if not statistics.counts.any():
-            pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
-            return WeightedBodies(pi, np.full(_NUM_SAMPLES, 1.0 / _NUM_SAMPLES))
+            return LoadBelief(self._draw_prior(rng), None)
         fit = fit_statistics(statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS)
-        return draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES)
+        if self._seen is not None:
+            try:
+                parts = infer_parts(
+                    fit.likelihood,
+                    self._seen.placed,
+                    deviation_sd=self._seen.deviation_sd,
+                    unseen_share=self._settings.unseen_share,
+                    rng=rng,
+                    num_samples=_NUM_SAMPLES,
+                )
+            except NotTheSeenObjectError:
+                pass  # what is held is another object: the camera is left out
+            else:
+                return LoadBelief(parts.bodies, parts)
+        return LoadBelief(draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES), None)
+
+    def _draw_prior(self, rng: np.random.Generator) -> WeightedBodies:
+        if self._seen is None:
+            pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
+        else:
+            pi = self._seen.placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
+        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)))
 
 
 def build_replay(
@@ -161,6 +221,7 @@ def build_replay(
     prior: ChannelPrior,
     *,
     solid: SolidPrior | None = None,
+    seen: SeenLoad | None = None,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
     """Builds a Diagram that replays a run, the empty arm already taken off, into an identifier.
@@ -171,6 +232,7 @@ def build_replay(
         gains: Of the run, for the noise of earlier ones.
         prior: Of gains, friction and the arm's model.
         solid: Of the body.
+        seen: What a camera says of it; None without one.
         settings: Of nuisances.
 
     Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
@@ -187,6 +249,7 @@ def build_replay(
         least_variance=least,
         empty=EmptySignal(in_signal=not evidence.is_difference),
         solid=solid,
+        seen=seen,
         settings=settings,
     )
     builder.AddNamedSystem("payload_identifier", identifier)

@@ -5,16 +5,24 @@ from numpy.testing import assert_allclose
 from pydrake.systems.analysis import Simulator
 from pydrake.systems.framework import DiagramBuilder
 
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
 from affordance.identification.gains import build_nominal_gains
 from affordance.identification.inference import infer
 from affordance.identification.log_cholesky import is_possible
 from affordance.identification.paired_runs import pair_runs
+from affordance.identification.part_posterior import SeenObject, find_box
 from affordance.identification.payload_fit import build_channel_prior
 from affordance.identification.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from affordance.identification.systems import EmptySignal, PayloadIdentifier, build_replay
+from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
+from affordance.objects.load import load_materials, load_tools
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
 
+_PRIOR = Prior(1000.0, 4000.0, 100.0)
 _TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
 
 
@@ -25,10 +33,10 @@ def pair(robot):
     return pair_runs(robot, empty, loaded, DEFAULT_SETTINGS)
 
 
-def _replay(robot, evidence):
+def _replay(robot, evidence, seen=None):
     gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     prior = build_channel_prior(evidence, gains, DEFAULT_SETTINGS)
-    diagram, identifier = build_replay(robot, evidence, gains, prior)
+    diagram, identifier = build_replay(robot, evidence, gains, prior, seen=seen)
     simulator = Simulator(diagram)
     return simulator, identifier, identifier.GetMyContextFromRoot(simulator.get_mutable_context()), gains
 
@@ -60,6 +68,40 @@ def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, pair):
     mass = bodies.weights @ bodies.pi[:, 0]
     batch = infer(pair, gains).belief
     assert abs(mass - batch.mass) < 2.0 * batch.mass_sd
+
+
+def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
+    materials = load_materials(MODELS / "materials.yaml")
+    tools = load_tools(MODELS / "tools" / "novel.yaml", materials)
+    hammer = next(tool for tool in tools if tool.name == "hammer")
+    features = measure_features(hammer, VisionError(), rng)
+    seen = SeenObject(predict_object(features, MaterialMemory(), _PRIOR), *find_box(hammer.components))
+    runs = [generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=8.0) for pi in (None, hammer.parameters)]
+    evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
+    simulator, identifier, context, _ = _replay(robot, evidence, SeenLoad(seen.place(np.eye(4))))
+    bodies, belief = (identifier.GetOutputPort(name) for name in ("bodies", "belief"))
+    assert belief.Eval(context).parts is None
+    before = bodies.Eval(context)
+    assert is_possible(before.pi).all()
+    simulator.AdvanceTo(4.0)
+    found = belief.Eval(context).parts
+    assert found.belief.memory.colours == seen.belief.memory.colours
+    after = bodies.Eval(context)
+    assert np.array_equal(after.pi, found.bodies.pi)
+    mean = after.weights @ after.pi[:, 0]
+    sd = _spread(after, 0)
+    assert sd < 0.5 * before.pi[:, 0].std()
+    assert abs(mean - hammer.mass) < 3.0 * sd
+    blind_simulator, blind_identifier, blind_context, _ = _replay(robot, evidence)
+    blind_simulator.AdvanceTo(4.0)
+    blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)
+    # Moments of inertia, that some seconds of motion do not show.
+    assert _spread(after, 4) < 0.5 * _spread(blind, 4)
+
+
+def _spread(bodies, parameter):
+    values = bodies.pi[:, parameter]
+    return np.sqrt(bodies.weights @ (values - bodies.weights @ values) ** 2)
 
 
 def test_same_context_same_belief(robot, pair):
