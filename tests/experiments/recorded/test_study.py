@@ -56,7 +56,8 @@ def test_study_of_a_pair_and_its_figures(robot, weighed):
     truth = Truth(gain=0.1, load_friction=0.1, friction=(2.0, 1.0, 0.5), noise_sd=0.05)
     pi = PAYLOAD * 2.805 / PAYLOAD[0]
     empty, loaded = (
-        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=24.0) for load in (None, pi)
+        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=24.0, rate=40.0)
+        for load in (None, pi)
     )
     result = study_ur10e(Ur10eData(robot, empty, loaded), _SETTINGS)
     numbers = result.numbers
@@ -81,7 +82,7 @@ def test_study_of_a_pair_and_its_figures(robot, weighed):
 def test_study_of_injections_and_its_figure(robot):
     rng = np.random.default_rng(5)
     truth = Truth(friction=(0.2, 0.1, 0.1), noise_sd=0.2, agreement=0.5, file_error=0.05)
-    empty = generate_run(robot, None, truth=truth, rng=rng, duration=20.0)
+    empty = generate_run(robot, None, truth=truth, rng=rng, duration=20.0, rate=40.0)
     result = study_panda(PandaData(robot, empty), _SETTINGS, num_injections=3, seed=0)
     assert set(result.numbers) == {"coverage_mass", "rmse_mass_g_5s", "white_coverage_mass_5s"}
     assert set(result.numbers["coverage_mass"]) == {"2", "5", "10"}
