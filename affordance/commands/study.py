@@ -3,7 +3,7 @@
 import argparse
 import importlib
 
-STUDIES = ("arms",)
+STUDIES = ("arms", "recorded")
 HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 
