@@ -120,7 +120,10 @@ class StrikeCondition:
 
 
 def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array, direction_W: Array) -> Target:
-    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at home.
+    """Finds the striking point of a tool.
+
+    It is the middle of the face that is made to strike, of several that which lies furthest ahead of the hand. A tool
+    that has none there strikes with the point of its free part which lies furthest along the blow at home.
 
     Args:
         model: The arm; its state is set to rest in the home posture.
@@ -130,6 +133,11 @@ def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array
     """
     home = model.arm.home
     model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    faces = [face.express(part.X_TE) for part in parts for face in part.strikes]
+    ahead = [face for face in faces if face[0][0] > 0.0]
+    if ahead:
+        p_TS, normal_T = max(ahead, key=lambda face: float(face[0][0]))
+        return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
     normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
     free = max(parts, key=lambda part: float(part.X_TE[0, 3]))
     R_TE, p_TE = free.X_TE[:3, :3], free.X_TE[:3, 3]
