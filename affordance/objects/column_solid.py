@@ -1,4 +1,4 @@
-"""Solids made of thin upright columns: what is left to believe between a surface seen from above and one from below."""
+"""Solids made of thin upright columns, as between a surface that is seen from above and one from below."""
 
 import hashlib
 from dataclasses import dataclass

@@ -51,8 +51,8 @@ class ComponentFeatures:
         position_sd: Standard deviation of each coordinate's error, [m].
         rotation_sd: Standard deviation of the error about each axis, [rad].
         colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
-        lightness_sd: Standard deviation of a further error of the colour's brightness, as of the light it is seen in, in
-            units of L*.
+        lightness_sd: Standard deviation of a further error of the colour's brightness, as of the light it is seen
+            in, in units of L*.
         deformations: Further errors, each an affine map of points in T by which the part is off, one standard
             deviation of it, less the identity, shape (G, 4, 4): what a picture leaves open, correlations included.
         strikes: Its faces that are made to strike, which the eye is told.

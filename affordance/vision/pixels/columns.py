@@ -22,8 +22,8 @@ SPACING = 5e-4
 _ROOM = 5e-3
 # Steps of the search for the pixel that shows a place: each is as much nearer as the view is steeper than the surface.
 _STEPS = 12
-# A top that is 99.5 % of an object's: what is higher is noise.
-_TOP = 99.5
+# An object is about as high as three quarters of what is seen of it, for some of it may stick out, [%].
+_HEIGHT_PERCENTILE = 75.0
 _UNKNOWN = -1
 
 
@@ -63,9 +63,10 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 
 
 def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look behind one view, as if each column were as deep as it is high.
+    """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
 
-    The far side of an object that lies on a stand is taken for the mirror image of the near one at half of its height.
+    It is mirrored at half of the object's height. Nothing is below the stand, and no column reaches less than half-way
+    down to it: what is seen low lies on it, and what is seen high may be held up by something else.
 
     Args:
         above: The view.
@@ -74,8 +75,9 @@ def build_mirrored_columns(above: View, stand_height: float) -> dict[int, Column
     x, y = _lay_grid([above])
     sheet = _look_up(above, x, y)
     top = spread_nearest(sheet.height, sheet.there)
-    highest = float(np.percentile(top[sheet.there], _TOP))
-    bottom = np.minimum(stand_height + highest - top, top)
+    height = float(np.percentile(top[sheet.there], _HEIGHT_PERCENTILE)) - stand_height
+    halfway = 0.5 * (top + stand_height)
+    bottom = np.clip(2.0 * stand_height + height - top, stand_height, np.maximum(halfway, stand_height))
     label = spread_nearest(sheet.label, sheet.there)
     return _collect(x, y, share=sheet.there.astype(float), bottom=bottom, top=top, labels=[label, label])
 
@@ -109,7 +111,11 @@ def _look_up(view: View, x: Array, y: Array) -> _Sheet:
     for _ in range(_STEPS):
         column, row = f * cx / z + centre[0], f * cy / z + centre[1]
         z = cv2.remap(
-            depth, column.astype(np.float32), row.astype(np.float32), cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
+            depth,
+            column.astype(np.float32),
+            row.astype(np.float32),
+            cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_REPLICATE,
         ).astype(float)
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)

@@ -127,7 +127,9 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
     seeds = [np.full(region.shape, _UNKNOWN, dtype=np.int32) for region in regions]
     count = 0
     for number in range(len(modes)):
-        cores = [_open(mask & (near == number), _EDGE, _MIN_LIT_SEED) for mask, near in zip(lit, nearest, strict=True)]
+        cores = [
+            _open(mask & (near == number), _EDGE, _MIN_LIT_SEED) for mask, near in zip(lit, nearest, strict=True)
+        ]
         if any(core.any() for core in cores):
             for seed, core in zip(seeds, cores, strict=True):
                 seed[core] = count

@@ -48,9 +48,7 @@ class TurningStand:
 
     def take_pictures(self, tool: Tool, rng: np.random.Generator) -> tuple[Photograph, Photograph]:
         """Takes a picture from either side, with new noise."""
-        above, below = (
-            self.noise.add_to(rendering.picture, self.rig.camera, rng) for rendering in self.render(tool)
-        )
+        above, below = (self.noise.add_to(rendering.picture, self.rig.camera, rng) for rendering in self.render(tool))
         presented, turned = present(tool)
         return (
             Photograph(above, self.rig.compute_camera_pose(presented)),
