@@ -82,6 +82,10 @@ class ColumnSolid:
 
     def unit_pseudo_inertia(self) -> Array:
         """Pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        return self._unit_pseudo_inertia.copy()
+
+    @cached_property
+    def _unit_pseudo_inertia(self) -> Array:
         low, high = self.ends.T
         # Volume, first and second moment of each column along z.
         volume, first, second = (self.areas * (high**k - low**k) / k for k in (1, 2, 3))

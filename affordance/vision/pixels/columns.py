@@ -20,7 +20,7 @@ from affordance.vision.pixels.surface import Surface
 SPACING = 5e-4
 # Room around what is seen, [m].
 _ROOM = 5e-3
-# Steps of the search for the pixel that shows a place: each is as much nearer as the view is steeper than the surface.
+# Steps of the search for the pixel that shows a place: each is nearer where the view is steeper than the surface.
 _STEPS = 12
 # An object is about as high as three quarters of what is seen of it, for some of it may stick out, [%].
 _HEIGHT_PERCENTILE = 75.0
@@ -65,8 +65,8 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
     """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
 
-    It is mirrored at half of the object's height. Nothing is below the stand, and no column reaches less than half-way
-    down to it: what is seen low lies on it, and what is seen high may be held up by something else.
+    It is mirrored at half of the object's height. Nothing is below the stand, and every column reaches at least half
+    of the way down to it: what is seen low lies on it, what is seen high may be held up by something else.
 
     Args:
         above: The view.

@@ -16,8 +16,8 @@ from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Of the blur that takes noise off colours before they are compared with the stand's, [pixels].
 _BLUR = 0.7
-# Colours this many standard deviations of the blurred stand's own away from it are not the stand's: with fewer, specks
-# of noise would remain in a picture of a million pixels.
+# Colours this many standard deviations of the blurred stand's own away from it are not the stand's: with fewer,
+# specks of noise would remain in a picture of a million pixels.
 _COLOUR_SDS = 6.0
 # Readings averaged over so many pixels a side, and how many standard deviations nearer than the stand is nearer.
 _DEPTH_SIDE, _DEPTH_SDS = 5, 4.0

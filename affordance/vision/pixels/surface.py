@@ -57,7 +57,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
     fine, coarse = (_average(depth, inner, side) for side in (_DEPTH_SIDE, _SLOPE_SIDE))
     light = _measure_light(coarse, corner, camera)
     photograph = cv2.blur(cv2.medianBlur(np.ascontiguousarray(picture.colour[window]), 3), (3, 3)) / 255.0
-    colour = np.clip(photograph / np.maximum(light, _MIN_LIGHT)[..., None], 0.0, 1.0)
+    colour: Array = np.clip(photograph / np.maximum(light, _MIN_LIGHT)[..., None], 0.0, 1.0)
     return Surface(mask, corner, fine, colour, mask & (light >= _GOOD_LIGHT))
 
 
@@ -76,8 +76,8 @@ def _measure_light(depth: Array, corner: Array, camera: Camera) -> Array:
     (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), away from the camera.
     """
     f = camera.focal_length
-    slope_u = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 1, 0, ksize=5) / 128.0, (5, 5))
-    slope_v = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 0, 1, ksize=5) / 128.0, (5, 5))
+    slope_u = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 1, 0, ksize=5, scale=1.0 / 128.0), (5, 5))
+    slope_v = cv2.blur(cv2.Sobel(depth, cv2.CV_64F, 0, 1, ksize=5, scale=1.0 / 128.0), (5, 5))
     rows, columns = np.indices(depth.shape)
     x, y = columns + corner[0] - camera.centre[0], rows + corner[1] - camera.centre[1]
     inwards = np.stack([-f * slope_u, -f * slope_v, depth + x * slope_u + y * slope_v], axis=-1).reshape(-1, 3)

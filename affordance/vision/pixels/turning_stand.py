@@ -1,8 +1,8 @@
 """The stand on which an object of any form is looked at from two sides: as it lies there, and turned over.
 
-Frame P is the object's as it is presented: that of its first grip, whose Gz points out of the plane in which a tool lies
-flat, or T where it has none. In the second view it is turned over about Px. Either way its lowest point lies on the
-stand, and the hand that puts it there knows where it is.
+Frame P is the object's as it is presented: that of its first grip, whose Gz points out of the plane in which a tool
+lies flat, or T where it has none. In the second view it is turned over about Px. Either way its lowest point lies on
+the stand, and the hand that puts it there knows where it is.
 """
 
 import functools
@@ -76,7 +76,7 @@ def present(tool: Tool) -> tuple[Tool, Tool]:
 
 
 def needs_turning(tool: Tool) -> bool:
-    """Whether an object has parts that are no ellipsoids, so that one view does not say what the other side is like."""
+    """Whether an object has parts that are no ellipsoids, whose far side one view says nothing about."""
     return not all(isinstance(part.shape, Ellipsoid) for part in tool.components)
 
 
