@@ -33,7 +33,7 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
     A_WT = J @ vdot + model.compute_hand_bias_acceleration()
     R_WT = model.compute_hand_pose().rotation().matrix()
     motion_W = np.array([A_WT[3:] - model.gravity, A_WT[:3], J[:3] @ x[len(vdot) :]])
-    wrench = _compute_wrench_regressor(motion_W @ R_WT)
+    wrench = compute_wrench_regressor(motion_W @ R_WT)
     Y: Array = J[:3].T @ (R_WT @ wrench[:3]) + J[3:].T @ (R_WT @ wrench[3:])
     return Y
 
@@ -51,13 +51,13 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
     """
     motion = chain.compute_motion(q, v, vdot)
     motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
-    wrench = _compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
+    wrench = compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
     wrench_W = motion.R_WT[:, None] @ wrench.reshape(-1, 2, 3, NUM_PARAMETERS)
     Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(-1, 6, NUM_PARAMETERS)
     return Y
 
 
-def _compute_wrench_regressor(motion: Array) -> Array:
+def compute_wrench_regressor(motion: Array) -> Array:
     """Computes W with [n; f] = W pi from the rows a, alpha and w, (..., 3, 3), all in T; shape (..., 6, 10)."""
     w = motion[..., 2, :]
     linear = np.concatenate([motion[..., 0, :], motion[..., 1, :], w[..., _FIRST] * w[..., _SECOND]], axis=-1)
