@@ -1,7 +1,7 @@
 """A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023): where what is, and which half is which.
 
 Nothing of it comes with this program. What each body of a mesh is made of and how a hand holds the tool stand in
-models/workshop/hps.yaml, what materials weigh there in hps_materials.yaml.
+models/workshop/hps.yaml, what materials weigh there in materials.yaml.
 """
 
 import enum
@@ -74,7 +74,7 @@ class DataSet:
     @cached_property
     def materials(self) -> dict[str, Material]:
         """What the tools are made of, by name."""
-        return load_materials(self.models / "workshop" / "hps_materials.yaml")
+        return load_materials(self.models / "workshop" / "materials.yaml")
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
