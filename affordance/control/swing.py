@@ -38,6 +38,8 @@ _MARGIN = np.radians(1.0)
 # Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
 # 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
+# A face that is nearer than half of a hand's breadth lies under the hand (models/README.md), [m].
+_HAND = 0.044
 # Of the central differences, [rad].
 _STEP = 1e-6
 
@@ -122,8 +124,9 @@ class StrikeCondition:
 def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array, direction_W: Array) -> Target:
     """Finds the striking point of a tool.
 
-    It is the middle of the face that is made to strike, of several that which lies furthest ahead of the hand. A tool
-    that has none there strikes with the point of its free part which lies furthest along the blow at home.
+    It is the middle of the face that is made to strike, of several that which lies furthest ahead of the hand. A
+    tool that has none clear of the hand strikes with the point of its free part which lies furthest along the blow
+    at home.
 
     Args:
         model: The arm; its state is set to rest in the home posture.
@@ -134,7 +137,7 @@ def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array
     home = model.arm.home
     model.set_state(np.concatenate([home, np.zeros(len(home))]))
     faces = [face.express(part.X_TE) for part in parts for face in part.strikes]
-    ahead = [face for face in faces if face[0][0] > 0.0]
+    ahead = [face for face in faces if face[0][0] > _HAND]
     if ahead:
         p_TS, normal_T = max(ahead, key=lambda face: float(face[0][0]))
         return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)

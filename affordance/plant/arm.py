@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.geometry import CollisionFilterDeclaration
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import (
@@ -109,8 +110,15 @@ def add_arm(
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool, nail)
+    plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
+    arm = _finish_plant(plant, directives, tool, nail)
+    # The hand closes around what it holds, and a handle that reaches back passes beside the forearm: no contact.
+    bodies = [plant.get_body(index) for index in plant.GetBodyIndices(arm.hand.model_instance())]
+    filters = CollisionFilterDeclaration().ExcludeBetween(
+        plant.CollectRegisteredGeometries(bodies), plant.CollectRegisteredGeometries([arm.tool])
+    )
+    scene_graph.collision_filter_manager().Apply(filters)
+    return arm
 
 
 def load_arm(directives: Path = ARM) -> Arm:

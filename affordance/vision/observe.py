@@ -1,8 +1,8 @@
 """The eye: what is measured of an object presented, by the sight the settings name.
 
-Either true features with a stated error (features.py), or features from pictures of the object on its stand (pixels/),
-and from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is turned over in
-between. All come out of the same port.
+Either true features with a stated error (features.py), or features from pictures of the object on its stand
+(pixels/), and from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is
+turned over in between. All come out of the same port.
 """
 
 import numpy as np

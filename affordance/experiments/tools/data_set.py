@@ -1,4 +1,4 @@
-"""A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023): where what is, and which half is which.
+"""A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), and which half is which.
 
 Nothing of it comes with this program. What each body of a mesh is made of and how a hand holds the tool stand in
 models/workshop/hps.yaml, what materials weigh there in materials.yaml.

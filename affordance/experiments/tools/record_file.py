@@ -104,7 +104,8 @@ def read_recording(path: Path) -> Recording:
     wrong = velocity.shape[1:] != (6,) or force.shape[1:] != (6,) or acceleration.shape[1:] != (6,)
     if wrong or any(pose.shape[1:] != (4, 4) for pose in poses):
         raise BadValueError(path, "", "is no record of poses, velocities, accelerations and wrenches")
-    return Recording(*poses, velocity[:, 3:], acceleration[:, :3], acceleration[:, 3:], force[:, :3], force[:, 3:])
+    (a_WS, alpha_WS), (force_W, torque_W) = np.hsplit(acceleration, 2), np.hsplit(force, 2)
+    return Recording(poses[0], poses[1], velocity[:, 3:], a_WS, alpha_WS, force_W, torque_W)
 
 
 def _take(row: Any, name: str) -> Any:

@@ -1,8 +1,8 @@
 """Inertial parameters from a force-torque record: by our part densities, by least squares, and as the authors do it.
 
-What the sensor feels is F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool and
-the force that its acceleration takes have the same sign. That is how they were simulated, and how their authors read
-them; a real sensor feels m (a - g). All is expressed in the frame S of the sensor and about its origin.
+What the sensor feels is F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool
+and the force that its acceleration takes have the same sign. That is how they were simulated, and how their authors
+read them; a real sensor feels m (a - g). All is expressed in the frame S of the sensor and about its origin.
 """
 
 from dataclasses import replace
@@ -75,7 +75,8 @@ def add_noise(recording: Recording, noise: Noise, rng: np.random.Generator) -> M
     R_WS = recording.X_WS[:, :3, :3]
 
     def express(vectors_W: Array, sd: float) -> Array:
-        return np.einsum("nji,nj->ni", R_WS, vectors_W) + sd * rng.standard_normal(vectors_W.shape)
+        expressed: Array = np.einsum("nji,nj->ni", R_WS, vectors_W) + sd * rng.standard_normal(vectors_W.shape)
+        return expressed
 
     return Measured(
         np.einsum("nji,j->ni", R_WS, GRAVITY_W),
@@ -132,7 +133,8 @@ def solve_at_rest(measured: Measured, Phi: Array) -> Array:
 
     Returns: The ten parameters, shape (10,).
     """
-    resting = (np.linalg.norm(measured.a_S, axis=1) < _AT_REST) & (np.linalg.norm(measured.alpha_S, axis=1) < _AT_REST)
+    sizes = np.linalg.norm([measured.a_S, measured.alpha_S], axis=-1)  # (2, N)
+    resting = (sizes < _AT_REST).all(axis=0)
     nothing = np.zeros_like(measured.g_S[resting])
     still = Measured(measured.g_S[resting], nothing, nothing, nothing, measured.wrench_S[resting])
     columns = build_regressors(still) @ (Phi / Phi[0])
@@ -144,9 +146,9 @@ def solve_at_rest(measured: Measured, Phi: Array) -> Array:
 def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) -> DensityBelief:
     """Our belief about the densities of a tool's materials, by all samples.
 
-    Errors of acceleration count as errors of the wrench they would take, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T with
-    B_k the derivative of W by the k-th acceleration, evaluated at the densities believed, to a fixed point. In the
-    products of W with itself they add up to what is expected of them, and that is taken off.
+    Errors of acceleration count as errors of the wrench they would take, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T
+    with B_k the derivative of W by the k-th acceleration, evaluated at the densities believed, to a fixed point. In
+    the products of W with itself they add up to what is expected of them, and that is taken off.
 
     Args:
         measured: The record.

@@ -1,8 +1,8 @@
-"""The workshop tools' authors on their own ground: their simulated force-torque records, their noise, their measures.
+"""The workshop tools' authors on their own ground: their simulated force-torque records, noise and measures.
 
-Errors are theirs: of the mass in per cent of it; of the centre of mass by the lengths of the box around the tool, mean
-of three; of the rotational inertia about the sensor by that of a homogeneous box, mean of six. Their program rounds
-errors of the centre of mass down to whole per cents; here they are not rounded.
+Errors are theirs: of the mass as a fraction of it; of the centre of mass by the lengths of the box around the tool,
+mean of three; of the rotational inertia about the sensor by that of a homogeneous box, mean of six. Their program
+rounds errors of the centre of mass down to whole per cents; here they are not rounded.
 """
 
 from collections.abc import Mapping
@@ -172,9 +172,7 @@ def _apply_methods(
         masses = belief.draw_samples(rng, _NUM_SAMPLES) @ Phi[0]
         masses *= 1.0 + CAD_VOLUME_SD * rng.standard_normal(_NUM_SAMPLES)
         low, high = np.percentile(masses, [5.0, 95.0])
-        found[method] = measure_errors(
-            Phi @ belief.compute_mean(), subject, float(low <= subject.pi[0] <= high)
-        )
+        found[method] = measure_errors(Phi @ belief.compute_mean(), subject, float(low <= subject.pi[0] <= high))
     return found
 
 
