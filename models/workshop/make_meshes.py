@@ -2,9 +2,9 @@
 
     python models/workshop/make_meshes.py
 
-Each file holds one body after the other, which touch and do not overlap. Frame and lengths: T as in ../README.md, that
-is Tx along the handle to the free end, from the middle of the hand; Ty where a blow goes; Tz out of the plane in which
-the tool lies flat; metres. Here all is drawn in millimetres.
+Each file holds one body after the other, which touch and do not overlap. Frame T as in ../README.md: Tx runs along
+the handle to the free end, from the middle of the hand, Ty where a blow goes, Tz out of the plane in which the tool
+lies flat; metres. Here all is drawn in millimetres.
 """
 
 from pathlib import Path

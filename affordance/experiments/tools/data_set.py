@@ -83,12 +83,20 @@ class DataSet:
         Raises:
             BadValueError: A mesh is not there, or cannot be read.
         """
-        meshes = self.folder / _MESHES
-        if not meshes.is_dir():
-            problem = f"has no folder {str(_MESHES)!r}, must be a clone of the data set"
-            raise BadValueError("--data", str(self.folder), problem)
-        found = load_tools(self.models / "workshop" / "hps.yaml", self.materials, meshes)
+        self.check()
+        found = load_tools(self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES)
         return {tool.name: tool for tool in found}
+
+    def check(self) -> None:
+        """Says in one line what is missing, before anything is run for minutes.
+
+        Raises:
+            BadValueError: The folder is no clone of the data set.
+        """
+        for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
+            if not (self.folder / path).is_dir():
+                problem = f"has no folder {str(path)!r}, must be a clone of the data set"
+                raise BadValueError("--data", str(self.folder), problem)
 
     def list_names(self, half: Half) -> tuple[str, ...]:
         """Names of the tools of a half."""
@@ -106,6 +114,10 @@ class DataSet:
             record.vector("COM_WRT_MESH", 3, low=-_LENGTH_MAX, high=_LENGTH_MAX),
             np.array(record.vectors("INERTIA_WRT_COM", 3)),
         )
+
+    def find_mesh(self, name: str) -> Path:
+        """Where the mesh of a tool is."""
+        return self.folder / _MESHES / name / "mesh.ply"
 
     def find_simulation(self, name: str) -> Path:
         """Where the record of forces and torques of a tool is."""

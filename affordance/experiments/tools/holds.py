@@ -48,16 +48,23 @@ def simulate_holds(
     for turn in range(rounds):
         for index in order.permutation(len(tools)):
             tool = tools[index]
-            trial = runner.get_diagram(tool)
             # From 1, as a seed that ends in 0 gives the numbers of the same seed without it.
-            simulator = runner.prepare(trial, tool, trial.hold, memory, (*seed, 1 + turn, 1 + int(index)))
-            simulator.AdvanceTo(DURATION + _ROUNDING)
-            simulator.AdvancePendingEvents()
-            context = trial.estimator.GetMyContextFromRoot(simulator.get_context())
-            felt[tool.name].append(trial.estimator.get_statistics(context))
+            hold = feel(runner, tool, memory, duration=DURATION, seed=(*seed, 1 + turn, 1 + int(index)))
+            felt[tool.name].append(hold)
             memory = _teach(memory, drawings[tool.name], felt[tool.name][-1], settings, settings.noise)
             memory = memory.restrict_to(colours)
     return felt
+
+
+def feel(
+    runner: TrialRunner, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
+) -> TorqueStatistics:
+    """What is felt in one hold; arguments are those of ``TrialRunner.run_hold``."""
+    trial = runner.get_diagram(tool)
+    simulator = runner.prepare(trial, tool, trial.hold, memory, seed)
+    simulator.AdvanceTo(duration + _ROUNDING)
+    simulator.AdvancePendingEvents()
+    return trial.estimator.get_statistics(trial.estimator.GetMyContextFromRoot(simulator.get_context()))
 
 
 def learn(

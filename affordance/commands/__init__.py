@@ -1,0 +1,1 @@
+"""What `affordance NAME` runs, one module a command."""
