@@ -22,6 +22,10 @@ SPACING = 5e-4
 _ROOM = 5e-3
 # Steps of the search for the pixel that shows a place: each is nearer where the view is steeper than the surface.
 _STEPS = 12
+# A pixel shows a place if it looks there as nearly, [pixels].
+_MAX_MISS = 1.5
+# Gaps of fewer columns than this between others are closed.
+_GAP = 5
 # An object is about as high as three quarters of what is seen of it, for some of it may stick out, [%].
 _HEIGHT_PERCENTILE = 75.0
 _UNKNOWN = -1
@@ -119,8 +123,14 @@ def _look_up(view: View, x: Array, y: Array) -> _Sheet:
         ).astype(float)
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
-    heights = view.X_PC[2, 2] * surface.depth[rows, columns] + view.X_PC[2, 3]
-    return _Sheet(surface.mask[rows, columns], heights, view.labels[rows, columns])
+    found = surface.depth[rows, columns]
+    # Where a surface is steeper than the view there may be no such pixel, or several, and the search goes to and fro.
+    missed = np.maximum(np.abs(f * cx / found + centre[0] - columns), np.abs(f * cy / found + centre[1] - rows))
+    sure = surface.mask[rows, columns] & (missed <= _MAX_MISS)
+    # What lies between places that are sure is there, too.
+    there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
+    heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
+    return _Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
 
 
 def _collect(
