@@ -15,7 +15,7 @@ import numpy as np
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import NUM_NODES, MotionCost
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Choice, pick_cheapest
 from affordance.exceptions import AffordanceError
 from affordance.experiments import reach

@@ -11,6 +11,7 @@ import numpy as np
 
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.objects.colour import Colour, is_same_colour
 
 # What is more probable than this is taken for certain; the rest of the probability is let go.
@@ -73,6 +74,15 @@ class MaterialMemory:
         return MaterialMemory((*self.colours, colour), self.belief.extend_by_mixture(probabilities, prior)), len(
             self.colours
         )
+
+    def condition(self, likelihood: Likelihood, deviation_sd: float) -> "MaterialMemory":
+        """Returns the memory after a trial: mean densities by Bayes' rule, the object's own variation marginalised.
+
+        Args:
+            likelihood: Of the object's own densities, in the order of the colours.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        """
+        return MaterialMemory(self.colours, self.belief.condition(likelihood.marginalise_deviation(deviation_sd)))
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
         """Returns the memory with these looks only, all of which it has met, in their order."""

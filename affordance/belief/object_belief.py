@@ -1,43 +1,52 @@
 """What is believed of one object: its densities, and what they say of its inertia by its geometry."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Protocol, Self
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
+from affordance.objects.colour import Colour
+from affordance.objects.geometry import Geometry
 
 
-@dataclass(frozen=True)
-class Geometry:
-    """What shape alone says of an object's inertia: pi = Phi rho, with first-order uncertainty.
+class Memory(Protocol):
+    """What is believed of all materials, by colour, and how it learns."""
 
-    Attributes:
-        Phi: Inertia map, shape (10, M).
-        Phi_errors: Change of Phi by one standard deviation of each uncertain measurement, shape (G, 10, M).
-    """
+    @property
+    def colours(self) -> tuple[Colour, ...]:
+        """The colours of the materials, in the order of their densities."""
 
-    Phi: Array
-    Phi_errors: Array
+    @property
+    def belief(self) -> DensityBelief:
+        """Belief about the mean density of each."""
 
-    def compute_parameters(self, rho: Array, errors: Array) -> Array:
-        """Inertial parameters of N objects, shape (N, 10).
+    def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
+        """Returns the memory extended by the prior for those colours that it does not have."""
+
+    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> tuple[Self, int]:
+        """Returns the memory with a measured colour in it, and the index of the material that it stands for.
 
         Args:
-            rho: Their densities, shape (N, M), [kg/m^3].
-            errors: How far each uncertain measurement was off, in its standard deviations, shape (N, G).
+            colour: As measured.
+            colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
+            prior: What is believed of a material never met.
         """
-        parameters: Array = rho @ self.Phi.T
-        if len(self.Phi_errors):
-            parameters += np.einsum("ng,gpm,nm->np", errors, self.Phi_errors, rho, optimize=True)
-        return parameters
 
-    def compute_covariance(self, rho: Array) -> Array:
-        """Covariance of pi from the uncertain geometry at densities rho, shape (10, 10)."""
-        errors = self.Phi_errors @ rho  # (G, 10)
-        return errors.T @ errors
+    def condition(self, likelihood: Likelihood, deviation_sd: float) -> Self:
+        """Returns the memory after a trial.
+
+        Args:
+            likelihood: Of the object's own densities, in the order of the colours.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        """
+
+    def restrict_to(self, colours: Sequence[Colour]) -> Self:
+        """Returns the memory of some of its colours."""
 
 
 @dataclass(frozen=True)
@@ -46,12 +55,12 @@ class ObjectBelief:
 
     Attributes:
         memory: Beliefs about all materials, those of this object included.
-        densities: Belief about this object's own densities, in the order of memory.looks; materials it is not made
-            of stand there too, and have zero columns in Phi.
+        densities: Belief about this object's own densities, in the order of memory.colours; materials it is not
+            made of stand there too, and have zero columns in Phi.
         geometry: Phi and its uncertainty.
     """
 
-    memory: MaterialMemory
+    memory: Memory
     densities: DensityBelief
     geometry: Geometry
 

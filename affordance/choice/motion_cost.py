@@ -57,7 +57,7 @@ class Costs(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Rolls the controller out, from rest in the home posture, on the double integrator it plans with.
+    """Rolls the controller out, from rest where the task starts, on the double integrator it plans with.
 
     Args:
         model: The arm; its state is set.
@@ -69,11 +69,11 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
         NoPlanError: The controller finds no plan.
     """
     unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
-    limits = model.arm.shrink_limits(settings.angle_margin)._replace(tau_max=unbounded)
+    limits = model.arm.shrink_limits(settings.angle_margin, task.q_start)._replace(tau_max=unbounded)
     mpc = MinimumAccelerationMpc(limits, settings.mpc)
     control_period, horizon = settings.control_period, settings.mpc.horizon
     num_ticks = round(duration / control_period)
-    q, v = model.arm.home, np.zeros(model.arm.num_joints)
+    q, v = task.q_start, np.zeros(model.arm.num_joints)
     rows = []
     for k in range(num_ticks):
         x = np.concatenate([q, v])
@@ -152,3 +152,18 @@ class MotionCost:
         parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
         loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
         return loads
+
+
+def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
+    """Work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion that was logged at every control period.
+
+    Torque is constant in a control period, and velocities are all but linear in it.
+
+    Args:
+        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row does not count.
+        v: Joint velocities, (N, num_joints), [rad/s].
+        control_period: Time between two rows, [s].
+    """
+    rates = np.abs(v)
+    mean_rates = 0.5 * (rates[1:] + rates[:-1])
+    return float(control_period * np.sum(np.abs(tau[1:]) * mean_rates)), float(control_period * np.sum(tau[1:] ** 2))

@@ -1,1 +1,1 @@
-"""What `affordance NAME` runs, one module a command."""
+"""The commands of the command line, a module each with HELP, add_arguments and run; cli.py finds them by name."""

@@ -103,3 +103,7 @@ class ColumnSolid:
         reach = ends @ (direction_E / np.linalg.norm(direction_E))
         support: Array = ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
         return support
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Infinite, as the columns' ends are flat."""
+        return np.inf

@@ -1,7 +1,7 @@
-"""Solids as Drake draws and touches them.
+"""Solids as Drake draws them.
 
-A mesh is drawn as it is, but touched as its convex hull, for that is what Drake's point contact makes of any mesh:
-each part of a tool has a hull of its own, and the faces that are made to strike must lie on it (striking_face.py).
+What a tool touches with is no solid of it but the face that strikes (plant/contact_face.py): Drake's point contact
+makes the convex hull of any mesh, and the claw of a hammer would be filled.
 """
 
 import functools
@@ -11,7 +11,7 @@ import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import Box as DrakeBox
 from pydrake.geometry import Capsule as DrakeCapsule
-from pydrake.geometry import Convex, InMemoryMesh, Mesh
+from pydrake.geometry import InMemoryMesh, Mesh
 from pydrake.geometry import Cylinder as DrakeCylinder
 from pydrake.geometry import Ellipsoid as DrakeEllipsoid
 
@@ -38,13 +38,6 @@ def make_drawn_shape(shape: Shape) -> Any:
         case TriangleMesh():
             return Mesh(InMemoryMesh(mesh_file=MemoryFile(write_obj(shape), ".obj", "part")))
     raise NotImplementedError(f"no Drake geometry for {type(shape).__name__}")
-
-
-def make_touched_shape(shape: Shape) -> Any:
-    """What point contact takes a solid for, in its frame E; a mesh is its convex hull."""
-    if isinstance(shape, TriangleMesh):
-        return Convex(shape.vertices.T, "part")
-    return make_drawn_shape(shape)
 
 
 @functools.lru_cache(maxsize=128)

@@ -55,6 +55,10 @@ class Box:
         """The middle of the face, edge or corner that lies farthest along a direction, shape (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Infinite, as the faces are flat; an edge or a corner is taken for flat, too."""
+        return np.inf
+
 
 @dataclass(frozen=True)
 class Cylinder:
@@ -98,6 +102,10 @@ class Cylinder:
     def find_support(self, direction_E: Array) -> Array:
         """The point of the surface, or middle of the face or line, farthest along a direction, shape (3,), [m]."""
         return _point_across(self.radius, direction_E) + _point_along(0.5 * self.length, direction_E)
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Infinite: the ends are flat, and the side is along its axis; a rim is taken for flat, too."""
+        return np.inf
 
 
 @dataclass(frozen=True)
@@ -149,6 +157,10 @@ class Capsule:
         """The point of the surface, or middle of a line of it, that lies farthest along a direction, (3,), [m]."""
         ball: Array = self.radius * direction_E / np.linalg.norm(direction_E)
         return ball + _point_along(0.5 * self.length, direction_E)
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """The radius on the half balls; infinite on the side, which is flat along its axis, [m]."""
+        return self.radius if _take_signs(direction_E)[2] else np.inf
 
 
 def _check_lengths(**lengths: tuple[float, ...]) -> None:

@@ -41,7 +41,7 @@ class StrikingFace:
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds which part has a face at a point, taking each for its convex hull, as contact does.
+    """Finds which part has a face at a point, on its convex hull: what is struck must not meet another place first.
 
     The hull of a part ends along a unit vector d at h(d), so a point p lies on a face of normal n if h(n) = n . p and
     d . p <= h(d) for all d.

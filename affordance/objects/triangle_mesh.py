@@ -117,6 +117,10 @@ class TriangleMesh:
         support: Array = self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
         return support
 
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Infinite, as faces are flat; what triangles stand for a curved surface is not asked."""
+        return np.inf
+
     @cached_property
     def _hull_corners(self) -> Array:
         """The corners that are used, each once, (n, 3), [m]."""

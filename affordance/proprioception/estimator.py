@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.proprioception.torque_noise import NoiseModel
@@ -85,11 +84,8 @@ def condition_on_torques(
     Arguments and errors are those of compute_posterior; there must be a sample.
     """
     likelihood = _find_likelihood(prior, statistics, num_joints, noise)
-    materials = prior.memory.belief.condition(likelihood.marginalise_deviation(deviation_sd))
-    posterior = ObjectBelief(
-        MaterialMemory(prior.memory.colours, materials), prior.densities.condition(likelihood), prior.geometry
-    )
-    return posterior, likelihood
+    memory = prior.memory.condition(likelihood, deviation_sd)
+    return ObjectBelief(memory, prior.densities.condition(likelihood), prior.geometry), likelihood
 
 
 def _find_likelihood(

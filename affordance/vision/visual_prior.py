@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Geometry, ObjectBelief
+from affordance.belief.object_belief import Memory, ObjectBelief
+from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures
 
@@ -19,7 +19,7 @@ from affordance.vision.features import ComponentFeatures
 _STEP = 1e-5
 
 
-def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
+def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
     """Predicts an object's inertia from its looks.
 
     Args:

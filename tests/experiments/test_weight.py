@@ -36,15 +36,15 @@ CONTRACT = {
 
 
 @pytest.fixture(scope="module")
-def short(weight_config):
-    return dataclasses.replace(weight_config, duration=0.1)
+def short(weight):
+    return dataclasses.replace(weight, duration=0.1)
 
 
 @pytest.fixture(scope="module")
-def folder(weight_config, tmp_path_factory):
+def folder(weight, tmp_path_factory):
     """The whole experiment with three observers, run once."""
     folder = tmp_path_factory.mktemp("weight")
-    weight.run(weight_config, folder, repeats=3, jobs=1)
+    weight.run(weight, folder, repeats=3, jobs=1)
     return folder
 
 
@@ -83,7 +83,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
         assert any(character.isdigit() for character in claim["found"])
 
 
-def test_claims_are_not_met_by_numbers_that_contradict_them(weight_config, folder):
+def test_claims_are_not_met_by_numbers_that_contradict_them(weight, folder):
     """The verdicts can fail: an arm that learns nothing, and a decoy that sinks."""
     numbers = json.loads((folder / "metrics.json").read_text())
     numbers = {key: np.array(value) if isinstance(value, list) else value for key, value in numbers.items()}
@@ -98,17 +98,17 @@ def test_claims_are_not_met_by_numbers_that_contradict_them(weight_config, folde
         "decoy_lift_m": 0.0,
         "decoy_rises": 0.0,
     }
-    section = weight.describe(weight_config, {**numbers, **stubborn}, 3)
+    section = weight.describe(weight, {**numbers, **stubborn}, 3)
     assert not any(claim.met for claim in section.claims)
 
 
-def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight_config, folder):
+def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, folder):
     numbers = json.loads((folder / "metrics.json").read_text())
     numbers = {key: np.array(value) if isinstance(value, list) else value for key, value in numbers.items()}
-    summary = weight.describe(weight_config, numbers, 3).summary
+    summary = weight.describe(weight, numbers, 3).summary
     assert "Verdicts want about 20 observers" in summary
     assert "looks like the last one and is made of beech" in summary
-    shuffled = dataclasses.replace(weight_config, tools=(*weight_config.tools[3::-1], weight_config.tools[-1]))
+    shuffled = dataclasses.replace(weight, tools=(*weight.tools[3::-1], weight.tools[-1]))
     assert "looks like brass and is made of beech" in weight.describe(shuffled, numbers, 3).summary
 
 
@@ -130,8 +130,8 @@ def test_seed_decides_the_numbers(short):
     assert (first["density_quartiles"][1:] != other["density_quartiles"][1:]).all()
 
 
-def test_experience_is_carried_from_trial_to_trial(weight_config):
-    records, memories = weight.run_observer(dataclasses.replace(weight_config, duration=0.5), 0)
+def test_experience_is_carried_from_trial_to_trial(weight):
+    records, memories = weight.run_observer(dataclasses.replace(weight, duration=0.5), 0)
     assert len(records) == 5
     sds = [np.sqrt(memory.belief.covariance[0, 0]) for memory in memories]
     assert all(later < earlier for earlier, later in itertools.pairwise(sds))
@@ -192,10 +192,10 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
     assert "\n" not in str(error.value)
 
 
-def test_more_objects_than_colours_are_drawn(weight_config, tmp_path):
-    *honest, decoy = weight_config.tools
+def test_more_objects_than_colours_are_drawn(weight, tmp_path):
+    *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
-    config = dataclasses.replace(weight_config, tools=(*many, decoy), duration=0.05)
+    config = dataclasses.replace(weight, tools=(*many, decoy), duration=0.05)
     weight.run(config, tmp_path, repeats=2, jobs=1)
     assert (tmp_path / "metrics.json").exists()
 
