@@ -1,16 +1,19 @@
 import dataclasses
+import functools
 import logging
 import os
 import shutil
+import time
 from pathlib import Path
 
 import numpy as np
+import psutil
 import pytest
 
 import affordance
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats
+from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
 
 
 def square(repeat):
@@ -39,16 +42,47 @@ def test_more_repeats_add_to_those_kept(tmp_path):
     np.testing.assert_array_equal(run(tmp_path, refuse, repeats=3)["square"], [[0], [1], [4]])
 
 
-def test_repeats_run_in_other_processes(tmp_path):
-    pids = run(tmp_path, repeats=4, jobs=2)["pid"]
+@pytest.fixture
+def in_two_processes():
+    """The number of jobs; ends their processes."""
+    yield 2
+    end_processes()
+
+
+def test_repeats_run_in_other_processes(tmp_path, in_two_processes):
+    pids = run(tmp_path, repeats=4, jobs=in_two_processes)["pid"]
     assert os.getpid() not in pids
 
 
-def test_processes_that_were_ended_serve_no_others(tmp_path):
-    first = run(tmp_path / "first", repeats=6, jobs=2)["pid"]
+def test_processes_that_were_ended_serve_no_others_and_are_gone(tmp_path, in_two_processes):
+    first = run(tmp_path / "first", repeats=6, jobs=in_two_processes)["pid"]
     end_processes()
-    second = run(tmp_path / "second", repeats=6, jobs=2)["pid"]
+    assert not any(psutil.pid_exists(int(pid)) for pid in np.unique(first))
+    second = run(tmp_path / "second", repeats=6, jobs=in_two_processes)["pid"]
     assert not np.intersect1d(first, second).size
+
+
+def sleep_and_name(number):
+    """The later it is asked for, the sooner it is done."""
+    time.sleep(0.05 * (5 - number))
+    return number, os.getpid()
+
+
+def test_tasks_come_back_in_their_order_from_other_processes(in_two_processes):
+    done = run_tasks([functools.partial(sleep_and_name, k) for k in range(6)], jobs=in_two_processes, description="t")
+    assert [number for number, _ in done] == [0, 1, 2, 3, 4, 5]
+    assert os.getpid() not in {pid for _, pid in done}
+    assert run_tasks([], jobs=2, description="none") == []
+    assert run_tasks([lambda: 3], jobs=1, description="one") == [3]
+
+
+def fail(repeat):
+    raise BadValueError("file", "key", f"is {repeat}")
+
+
+def test_error_of_a_task_is_that_of_the_caller(in_two_processes):
+    with pytest.raises(BadValueError, match=r"^file: key: is 0$"):
+        run_tasks([functools.partial(fail, 0)] * 2, jobs=in_two_processes, description="test")
 
 
 def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):

@@ -5,12 +5,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
+from affordance.plant.arm import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 
@@ -67,6 +68,7 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
         BadValueError: A tool is too heavy for a joint.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
     """
+    add_arm(DiagramBuilder(), settings.arm, tools[0])  # with shapes, which only a replay or a blow would miss
     arm = load_arm(settings.arm)
     hold = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
