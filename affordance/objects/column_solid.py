@@ -8,8 +8,8 @@ import numpy as np
 
 from affordance.arrays import Array
 
-# Columns that end this much less far along a direction than the farthest one end as far: that of a single one is noise,
-# two columns of half a millimetre are an end, [m].
+# Columns that end this much less far along a direction than the farthest one end as far: that of a single one is
+# noise, two columns of half a millimetre are an end, [m].
 _AS_FAR = 1e-3
 
 

@@ -11,9 +11,9 @@ import numpy as np
 from pydrake.common import MemoryFile
 from pydrake.geometry import Box as DrakeBox
 from pydrake.geometry import Capsule as DrakeCapsule
-from pydrake.geometry import InMemoryMesh, Mesh
 from pydrake.geometry import Cylinder as DrakeCylinder
 from pydrake.geometry import Ellipsoid as DrakeEllipsoid
+from pydrake.geometry import InMemoryMesh, Mesh
 
 from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.primitives import Box, Capsule, Cylinder

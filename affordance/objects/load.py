@@ -88,7 +88,7 @@ def _add_strike(components: Sequence[Component], name: str, record: Record) -> t
         problem = f"is {1e3 * gap:.3g} mm from where any part ends along the normal"
         raise record.error(
             "point",
-            f"{problem}, must be at most {1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on the convex hull of its part",
+            f"{problem}, must be at most {1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on its part's hull",
         )
     part = components[number]
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]

@@ -1,7 +1,7 @@
 """Features of an object, from the source that the settings name.
 
-Either the true features with a stated error, or features from colour and depth pictures of the object on its stand and
-from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is turned over in
+Either the true features with a stated error, or features from colour and depth pictures of the object on its stand
+and from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is turned over in
 between. All come out of the same port.
 """
 

@@ -44,7 +44,7 @@ def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, setti
     for tool, name in zip(tools, grips, strict=True):
         held = hold_by(tool, name)
         planned = task.build_cost(ArmModel(load_arm(settings.arm)), measure_drawing(held), settings)
-        blow: Blow = simulate_blow(held, planned, list_densities([held]), settings)
+        blow: Blow = simulate_blow(held, task, planned, list_densities([held]), settings)
         work = float(planned.compute(held.parameters[None]).work[0])
         checked.append(CheckedBlow(tool.name, name, task.force, blow.force, work, blow.work, blow.travel))
     return checked

@@ -16,7 +16,7 @@ from affordance.experiments.tools.study import Choices, ToolsResult
 from affordance.experiments.tools.which_end import TRUE
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
-from affordance.reporting.renderings import Pose, take_pictures
+from affordance.reporting.renderings import Pose, render_poses
 
 _SOURCE_NAMES = {
     Source.CAD: "drawing",
@@ -184,7 +184,7 @@ def draw_holding(choices: Choices, directives: Path) -> Figure:
     right = choices.rankings["hammer", "drawing", TRUE]
     home = load_arm(directives).home
     held = [hold_by(tool, right.find_best(tool.name).grip) for tool in choices.tools]
-    pictures = take_pictures(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
+    pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
     figure = Figure(figsize=(4.6 * len(held), 2.6))
     for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):
         axes.imshow(picture)

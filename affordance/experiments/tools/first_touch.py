@@ -13,6 +13,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
 from affordance.experiments.tools.holds import learn
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -76,7 +77,7 @@ class Score(NamedTuple):
 
 
 def predict(
-    features: Sequence[ComponentFeatures], memory: MaterialMemory, settings: Settings, rng: np.random.Generator
+    features: Sequence[ComponentFeatures], memory: Memory, settings: Settings, rng: np.random.Generator
 ) -> Prediction:
     """Predicts mass and centre of mass by what is believed of materials."""
     pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_SAMPLES)

@@ -11,6 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
 from affordance.experiments.tools.geometry import measure_drawing
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -24,6 +25,8 @@ from affordance.vision.visual_prior import predict_object
 # How long a tool is held: the arm is at rest again after half of it, [s].
 DURATION = 1.0
 _ROUNDING = 1e-9
+# At the end of a presentation the memory learns, and what was felt is gone: it is read this much before, [s].
+_TO_SPARE = 0.05
 
 
 def simulate_holds(
@@ -41,7 +44,7 @@ def simulate_holds(
     """
     runner = TrialRunner(settings)
     colours = list_colours(tools)
-    memory = MaterialMemory().add_colours(colours, settings.prior)
+    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
     drawings = {tool.name: measure_drawing(tool) for tool in tools}
     order = np.random.default_rng([*seed, 1])
     felt: dict[str, list[TorqueStatistics]] = {tool.name: [] for tool in tools}
@@ -57,13 +60,12 @@ def simulate_holds(
 
 
 def feel(
-    runner: TrialRunner, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
 ) -> TorqueStatistics:
     """What is felt in one hold; arguments are those of ``TrialRunner.run_hold``."""
-    trial = runner.get_diagram(tool)
+    trial = runner.get_diagram(duration + _TO_SPARE)
     simulator = runner.prepare(trial, tool, trial.hold, memory, seed)
     simulator.AdvanceTo(duration + _ROUNDING)
-    simulator.AdvancePendingEvents()
     return trial.estimator.get_statistics(trial.estimator.GetMyContextFromRoot(simulator.get_context()))
 
 
@@ -72,7 +74,7 @@ def learn(
     features: Mapping[str, Sequence[ComponentFeatures]],
     colours: Sequence[Colour],
     settings: Settings,
-) -> MaterialMemory:
+) -> Memory:
     """Learns from tools that were held, what is felt of each in one go.
 
     Args:
@@ -81,7 +83,7 @@ def learn(
         colours: Those of the materials that the learner knows by sight; of other colours nothing is remembered.
         settings: Those of prior and noise.
     """
-    memory = MaterialMemory().add_colours(colours, settings.prior)
+    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
     for name, holds in felt.items():
         percept = TorqueStatistics(
             np.mean([hold.features for hold in holds], axis=0), sum(hold.num_samples for hold in holds)
@@ -97,12 +99,12 @@ def list_colours(tools: Sequence[Tool]) -> list[Colour]:
 
 
 def _teach(
-    memory: MaterialMemory,
+    memory: Memory,
     features: Sequence[ComponentFeatures],
     felt: TorqueStatistics,
     settings: Settings,
     noise: NoiseModel,
-) -> MaterialMemory:
+) -> Memory:
     belief = predict_object(features, memory, settings.prior)
     num_joints = _count_joints(felt, noise)
     posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation_sd)

@@ -52,11 +52,11 @@ def examine(tool: Tool, stand: TurningStand, materials: Mapping[str, Material], 
         return Outcome(0.0, problem=error.reason)
     names = np.array([part.looks_like.name for part in tool.components])
     own = total = 0
-    for view, rendering in zip(seen.views, stand.render(tool), strict=True):
+    for view, labels in zip(seen.views, stand.render_labels(tool), strict=True):
         column, row = view.surface.corner.astype(int)
         height, width = view.labels.shape
-        bodies = rendering.labels[row : row + height, column : column + width]
-        total += int((rendering.labels >= 0).sum())
+        bodies = labels[row : row + height, column : column + width]
+        total += int((labels >= 0).sum())
         both = (bodies >= 0) & (view.labels >= 0)
         for number in np.unique(view.labels[both]):
             shown = names[bodies[both & (view.labels == number)]]

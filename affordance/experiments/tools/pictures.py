@@ -73,10 +73,9 @@ def draw_uncommon(result: ToolsResult, stand: TurningStand) -> Figure:
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.2))
     for number, tool in enumerate(tools):
         axes = figure.add_subplot(grid[0, number])
-        rendering = stand.render(tool)[0]
-        rows, columns = np.nonzero(rendering.labels >= 0)
+        rows, columns = np.nonzero(stand.render_labels(tool)[0] >= 0)
         axes.imshow(
-            rendering.picture.colour[
+            stand.render(tool)[0].colour[
                 rows.min() - _ROOM : rows.max() + _ROOM, columns.min() - _ROOM : columns.max() + _ROOM
             ]
         )

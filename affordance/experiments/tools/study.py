@@ -15,7 +15,7 @@ import joblib
 import numpy as np
 
 from affordance.choice.hammer import load_hammer
-from affordance.choice.ranking import TaskCostModel
+from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.experiments.tools.blows import CheckedBlow, check_blows

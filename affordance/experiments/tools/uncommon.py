@@ -11,9 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.options import Option
-from affordance.choice.ranking import Choice, RankedOption, Ranking
+from affordance.choice.ranking import RankedOption, Ranking, rank_options
 from affordance.choice.reach import Reach
 from affordance.experiments.tools.blows import hold_by
 from affordance.experiments.tools.holds import feel
@@ -84,7 +85,7 @@ def check_motions(
     tools: Sequence[Tool],
     options: Sequence[Option],
     task: Reach,
-    beliefs: Mapping[str, MaterialMemory],
+    beliefs: Mapping[str, Memory],
     settings: Settings,
     seed: int,
 ) -> list[CheckedMotion]:
@@ -92,9 +93,9 @@ def check_motions(
 
     Returns: The options in the order in which they are chosen after experience.
     """
-    choice = Choice(options, task, settings)
+    choice = plan_choice(options, task, settings)
     before, after = (
-        choice.rank(beliefs[name], np.random.default_rng([seed, *name.encode()]), _NUM_SAMPLES)
+        rank_options(choice, beliefs[name], np.random.default_rng([seed, *name.encode()]), _NUM_SAMPLES)
         for name in ("before", "after")
     )
     checked = []
@@ -117,7 +118,7 @@ def check_motions(
     return checked
 
 
-def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int) -> CheckedMass:
+def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> CheckedMass:
     """Predicts what an object weighs by pictures of it, lets the arm hold it, and says what that makes of it.
 
     What is believed of densities and of errors of seeing is drawn, and weighed by how probable the torques are that
@@ -134,7 +135,7 @@ def check_mass(tool: Tool, memory: MaterialMemory, settings: Settings, seed: int
     record = runner.run_hold(tool, memory, duration=_HOLD, seed=trial_seed)
     felt = feel(runner, tool, memory, duration=_HOLD, seed=trial_seed)
     # The pictures that were taken before that hold.
-    features = observe(tool, runner.settings, np.random.default_rng([*trial_seed, 0]))
+    features = observe(tool, FeatureSource.PIXELS, settings.vision_error, np.random.default_rng([*trial_seed, 0]))
     rng = np.random.default_rng([*trial_seed, 1])
     pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_DRAWN)
     weights = weigh(pi, felt, settings.noise)

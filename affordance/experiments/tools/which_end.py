@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.ranking import Choice, Ranking, TaskCostModel, pick_cheapest
+from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.experiments.tools.geometry import measure_drawing
 from affordance.experiments.tools.holds import learn, list_colours, simulate_holds
 from affordance.objects.colour import Colour
@@ -81,7 +83,7 @@ def list_options(tools: Sequence[Tool], *, by_sight: bool, seed: int) -> list[Op
     return list_seen_options(tools, get_turning_stand(), seed) if by_sight else list_drawn_options(tools)
 
 
-def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> MaterialMemory:
+def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
     """What holding tools in the arm's home posture teaches of their materials.
 
     Args:
@@ -95,9 +97,7 @@ def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, se
     return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)
 
 
-def build_beliefs(
-    materials: Mapping[str, Material], experience: MaterialMemory, settings: Settings
-) -> dict[str, MaterialMemory]:
+def build_beliefs(materials: Mapping[str, Material], experience: Memory, settings: Settings) -> dict[str, Memory]:
     """What is believed before and after experience, with one density for all, and by one who knows.
 
     Args:
@@ -117,7 +117,7 @@ def build_beliefs(
 def rank_grips(
     options: Sequence[Option],
     task: TaskCostModel,
-    beliefs: Mapping[str, MaterialMemory],
+    beliefs: Mapping[str, Memory],
     settings: Settings,
     *,
     seed: int,
@@ -128,16 +128,16 @@ def rank_grips(
     Raises:
         AffordanceError: No motion could be planned.
     """
-    choice = Choice(options, task, settings)
+    choice = plan_choice(options, task, settings)
     return {
         name: summarise(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)
         for name, memory in beliefs.items()
     }
 
 
-def summarise(choice: Choice, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> GripRanking:
+def summarise(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> GripRanking:
     """Ranks the options of a choice, and the grips of each tool among themselves."""
-    ranking: Ranking = choice.rank(memory, rng, num_samples)
+    ranking = rank_options(choice, memory, rng, num_samples)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
     within: dict[str, float] = {}
     names = [option.object_name for option in choice.options]

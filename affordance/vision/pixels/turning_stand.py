@@ -14,8 +14,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
-from affordance.vision.pixels.rgbd import Camera, Picture
-from affordance.vision.pixels.rig import Rendering, Rig, render
+from affordance.vision.pixels.rgbd import Camera, Labels, Picture
+from affordance.vision.pixels.rig import Rig, render, render_labels
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Twice the pixels of the first Kinect and two thirds of its distance: half a millimetre a pixel. Its noise counts in
@@ -44,23 +44,28 @@ class TurningStand:
         """Takes the stand with its camera, and the noise of a look."""
         self.rig = rig
         self.noise = noise
-        self._renderings: dict[tuple[object, ...], tuple[Rendering, Rendering]] = {}
+        self._pictures: dict[tuple[object, ...], tuple[Picture, Picture]] = {}
 
     def take_pictures(self, tool: Tool, rng: np.random.Generator) -> tuple[Photograph, Photograph]:
         """Takes a picture from either side, with new noise."""
-        above, below = (self.noise.add_to(rendering.picture, self.rig.camera, rng) for rendering in self.render(tool))
+        above, below = (self.noise.add_to(picture, self.rig.camera, rng) for picture in self.render(tool))
         presented, turned = present(tool)
         return (
             Photograph(above, self.rig.compute_camera_pose(presented)),
             Photograph(below, _TURN @ self.rig.compute_camera_pose(turned)),
         )
 
-    def render(self, tool: Tool) -> tuple[Rendering, Rendering]:
-        """What the two pictures are without noise, and what is where in them."""
+    def render(self, tool: Tool) -> tuple[Picture, Picture]:
+        """What the two pictures are without noise."""
         presented, turned = present(tool)
-        if presented.appearance not in self._renderings:
-            self._renderings[presented.appearance] = (render(presented, self.rig), render(turned, self.rig))
-        return self._renderings[presented.appearance]
+        if presented.appearance not in self._pictures:
+            self._pictures[presented.appearance] = (render(presented, self.rig), render(turned, self.rig))
+        return self._pictures[presented.appearance]
+
+    def render_labels(self, tool: Tool) -> tuple[Labels, Labels]:
+        """Which part each pixel of the two shows, -1 where none; for statistics: nothing that infers may use it."""
+        presented, turned = present(tool)
+        return render_labels(presented, self.rig), render_labels(turned, self.rig)
 
 
 def find_presented_pose(tool: Tool) -> Array:
