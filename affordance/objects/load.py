@@ -1,6 +1,6 @@
 """Reading materials and tools from the YAML files of the models."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -33,13 +33,19 @@ def load_materials(path: Path) -> dict[str, Material]:
     return materials
 
 
-def load_tools(path: Path, materials: dict[str, Material], meshes: Path | None = None) -> tuple[Tool, ...]:
+def load_tools(
+    path: Path,
+    materials: dict[str, Material],
+    meshes: Path | None = None,
+    chosen: Callable[[str], bool] = lambda name: True,
+) -> tuple[Tool, ...]:
     """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips and strikes.
 
     Args:
         path: The file.
         materials: What components may be made of, by name.
         meshes: Paths of mesh files are relative to this folder; to that of the file if None.
+        chosen: Says by its name whether a tool is read; the meshes of others are not opened.
 
     Raises:
         BadValueError: The file or one of its values is wrong, or a mesh file is; the message says which and how.
@@ -50,6 +56,8 @@ def load_tools(path: Path, materials: dict[str, Material], meshes: Path | None =
         name = record.text("name")
         if name in (tool.name for tool in tools):
             raise record.error("name", f"is {name!r}, which an earlier tool of the file is called already")
+        if not chosen(name):
+            continue
         folder = path.parent if meshes is None else meshes
         components = tuple(
             component

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import Hammer
 from affordance.experiments.tools.geometry import measure_drawing
 from affordance.objects.tool import Tool, list_densities
@@ -18,7 +19,7 @@ class CheckedBlow(NamedTuple):
     Attributes:
         tool: Name of the tool.
         grip: Name of the grip.
-        force_asked: Peak of the nail's resistance, [N].
+        force_aimed: Peak of the nail's resistance for which it was planned, [N].
         force: The same in simulation, [N].
         work_planned: [J].
         work: In simulation, [J].
@@ -27,7 +28,7 @@ class CheckedBlow(NamedTuple):
 
     tool: str
     grip: str
-    force_asked: float
+    force_aimed: float
     force: float
     work_planned: float
     work: float
@@ -46,7 +47,7 @@ def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, setti
         planned = task.build_cost(ArmModel(load_arm(settings.arm)), measure_drawing(held), settings)
         blow: Blow = simulate_blow(held, task, planned, list_densities([held]), settings)
         work = float(planned.compute(held.parameters[None]).work[0])
-        checked.append(CheckedBlow(tool.name, name, task.force, blow.force, work, blow.work, blow.travel))
+        checked.append(CheckedBlow(tool.name, name, AIM * task.force, blow.force, work, blow.work, blow.travel))
     return checked
 
 

@@ -66,10 +66,12 @@ class DataSet:
     Attributes:
         folder: Its folder.
         models: The folder of our models.
+        halves: Whose files may be read.
     """
 
     folder: Path
     models: Path
+    halves: tuple[Half, ...] = tuple(Half)
 
     @cached_property
     def materials(self) -> dict[str, Material]:
@@ -78,13 +80,15 @@ class DataSet:
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
-        """All twenty tools by name, in the order of our file.
+        """The tools of the halves by name, in the order of our file; no file of another is opened.
 
         Raises:
             BadValueError: A mesh is not there, or cannot be read.
         """
         self.check()
-        found = load_tools(self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES)
+        found = load_tools(
+            self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES, chosen=self._is_open
+        )
         return {tool.name: tool for tool in found}
 
     def check(self) -> None:
@@ -97,6 +101,9 @@ class DataSet:
             if not (self.folder / path).is_dir():
                 problem = f"has no folder {str(path)!r}, must be a clone of the data set"
                 raise BadValueError("--data", str(self.folder), problem)
+
+    def _is_open(self, name: str) -> bool:
+        return (Half.LEARNING if name in LEARNING else Half.TEST) in self.halves
 
     def list_names(self, half: Half) -> tuple[str, ...]:
         """Names of the tools of a half."""

@@ -75,7 +75,7 @@ def run_observer(config: ObserverConfig, observer: int) -> Predictions:
     Raises:
         BadValueError: A file of the data set is wrong.
     """
-    data, settings = DataSet(config.data, config.models), Settings()
+    data, settings = DataSet(config.data, config.models, config.halves), Settings()
     colours = [material.colour for material in data.materials.values()]
     held = {name: hold_tool(data, name) for name in data.list_names(Half.LEARNING)}
     felt = simulate_holds(list(held.values()), settings, rounds=max(HOLDS), seed=(config.seed, 1 + observer))

@@ -112,13 +112,15 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
 
 
 def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
-    """The errors that the authors stored, by noise and method: means over their tools, as fractions.
+    """The errors that the authors stored, by noise and method: means over the tools of the data set, as fractions.
 
     Raises:
         BadValueError: The file is not there, or holds something else.
     """
     path, rows = data.stored_results, read_pickle(data.stored_results)
+    names = {name.replace(" ", "_") for name in data.tools}
     try:
+        rows = [row for row in rows if row[0] in names]
         return {
             noise: {
                 f"{method.lower()}_stored": dict(

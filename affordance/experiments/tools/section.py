@@ -76,7 +76,7 @@ def _at_least(text: str, criterion: str, value: float, bound: float) -> Claim:
 
 def _list_own_claims(result: ToolsResult) -> list[Claim]:
     blows = [blow for each in (result.own, result.hammers) if each is not None for blow in each.blows]
-    misses = max(abs(blow.force / blow.force_asked - 1.0) for blow in blows)
+    misses = max(abs(blow.force / blow.force_aimed - 1.0) for blow in blows)
     works = max(abs(blow.work / blow.work_planned - 1.0) for blow in blows)
     return [
         _at_most("blows with real tools drive the nail as planned", "largest error of the peak force", misses, 0.05),

@@ -138,7 +138,7 @@ def run(config: ToolsConfig) -> ToolsResult:
     """
     folder, settings = config.models / "workshop", Settings()
     materials = load_materials(folder / "materials.yaml")
-    data = None if config.data is None else DataSet(config.data, config.models)
+    data = None if config.data is None else DataSet(config.data, config.models, config.halves)
     if data is not None:
         data.check()
     blanks = load_tools(folder / "blanks.yaml", materials)
