@@ -8,6 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.exceptions import describe_choice
 from affordance.files.yaml_reader import Record
 from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour
 from affordance.objects.inertia import Ellipsoid, Shape
@@ -180,7 +181,7 @@ def _read_colours(record: Record, colours: Sequence[Colour | None]) -> list[Colo
 
 def _find_material(record: Record, key: str, name: str, materials: Mapping[str, Material]) -> Material:
     if name not in materials:
-        raise record.error(key, f"is {name!r}, must be one of the known materials: {', '.join(materials)}")
+        raise record.error(key, describe_choice(name, materials))
     return materials[name]
 
 

@@ -68,7 +68,7 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
     repairs = []
     points, corner = weld(vertices)
     proper = find_proper_faces(corner[faces])
-    if len(find_open_edges(corner[faces][proper])):
+    if proper.any() and len(find_open_edges(corner[faces][proper])):
         wide_points, wide_corner = join_near(vertices)
         wide = find_proper_faces(wide_corner[faces])
         if wide.any() and not len(find_open_edges(wide_corner[faces][wide])):

@@ -24,6 +24,8 @@ class CheckedBlow(NamedTuple):
         work_planned: [J].
         work: In simulation, [J].
         travel: How far the nail went, [m].
+        held: The tool in that grip.
+        blow: The simulated motion.
     """
 
     tool: str
@@ -33,6 +35,8 @@ class CheckedBlow(NamedTuple):
     work_planned: float
     work: float
     travel: float
+    held: Tool
+    blow: Blow
 
 
 def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, settings: Settings) -> list[CheckedBlow]:
@@ -45,9 +49,10 @@ def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, setti
     for tool, name in zip(tools, grips, strict=True):
         held = hold_by(tool, name)
         planned = task.build_cost(ArmModel(load_arm(settings.arm)), measure_drawing(held), settings)
-        blow: Blow = simulate_blow(held, task, planned, list_densities([held]), settings)
+        blow = simulate_blow(held, task, planned, list_densities([held]), settings)
         work = float(planned.compute(held.parameters[None]).work[0])
-        checked.append(CheckedBlow(tool.name, name, AIM * task.force, blow.force, work, blow.work, blow.travel))
+        aimed = AIM * task.force
+        checked.append(CheckedBlow(tool.name, name, aimed, blow.force, work, blow.work, blow.travel, held, blow))
     return checked
 
 

@@ -17,6 +17,7 @@ from affordance.experiments.tools.which_end import TRUE
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.reporting.renderings import Pose, render_poses
+from affordance.reporting.replay import Scene, write_replay
 
 _SOURCE_NAMES = {
     Source.CAD: "drawing",
@@ -32,6 +33,8 @@ _METHOD_NAMES = {
     "geo_stored": "GEO as stored (told the mass)",
     "ols": "least squares",
 }
+# Around the strike the replay is slower, [s], [1].
+_SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
 _TASK_NAMES = {"hammer": "driving a nail", "reach": "reaching"}
 
 
@@ -39,12 +42,34 @@ def save_figures(result: ToolsResult, folder: Path) -> None:
     """Draws all that there is to draw into a folder."""
     save_figure(draw_grips(result.own), folder, "grips")
     save_figure(draw_holding(result.own, result.config.models / ARM.name), folder, "holding")
+    write_blows(result, folder / "blows.html")
     if result.hammers is not None:
         save_figure(draw_grips(result.hammers), folder, "grips_data_set")
     if result.scores:
         save_figure(draw_first_touch(result), folder, "first_touch")
         save_figure(draw_measures(result), folder, "measures")
         save_figure(draw_records(result), folder, "records")
+
+
+def write_blows(result: ToolsResult, path: Path) -> None:
+    """Writes the simulated blows as a page that moves, slower and larger around the strike."""
+    scenes = []
+    for choices in (result.own, result.hammers):
+        for checked in () if choices is None else choices.blows:
+            blow, times = checked.blow, checked.blow.record.times
+            strike = blow.strike.time_of_strike
+            scenes.append(
+                Scene(
+                    checked.held,
+                    times,
+                    blow.record.q,
+                    f"{checked.tool}, grip {checked.grip}: {checked.work:.1f} J, {checked.force:.0f} N",
+                    placement=blow.strike.placement,
+                    travel=np.interp(times, blow.nail.times, blow.nail.travel),
+                    slow=(strike - _SLOW_BEFORE, strike + _SLOW_AFTER, _SLOWER),
+                )
+            )
+    write_replay(path, result.config.models / ARM.name, scenes, title="Blows with real tools")
 
 
 def draw_first_touch(result: ToolsResult) -> Figure:
@@ -188,7 +213,7 @@ def draw_holding(choices: Choices, directives: Path) -> Figure:
     figure = Figure(figsize=(4.6 * len(held), 2.6))
     for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):
         axes.imshow(picture)
-        axes.set_title(f"{tool.name} by its {tool.grip} ({tool.mass:.2f} kg)", fontsize=10)
+        axes.set_title(f"{tool.name}, grip {tool.grip} ({tool.mass:.2f} kg)", fontsize=10)
         axes.axis("off")
     return figure
 

@@ -73,7 +73,7 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
         "made_out": {name: _describe_outcome(outcome) for name, outcome in result.made_out.items()},
         "made_out_as_painted": {name: _describe_outcome(outcome) for name, outcome in result.painted.items()},
         "blows": [
-            blow._asdict()
+            {name: value for name, value in blow._asdict().items() if name not in ("held", "blow")}
             for choices in (result.own, result.hammers)
             if choices is not None
             for blow in choices.blows

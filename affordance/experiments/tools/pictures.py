@@ -32,7 +32,7 @@ def save_pictures(result: ToolsResult, folder: Path) -> None:
 def draw_seen(tools: Sequence[Tool], stand: TurningStand, seed: int) -> Figure:
     """Draws for each tool one of its pictures, the colours found in it, and the height of its columns."""
     figure = Figure(figsize=(11.0, 1.9 * len(tools)))
-    table = figure.subplots(len(tools), 3, squeeze=False)
+    table = figure.subplots(len(tools), 3, squeeze=False, width_ratios=(1.0, 1.0, 1.25))
     for row, tool in zip(table, tools, strict=True):
         photographs = stand.take_pictures(tool, np.random.default_rng([seed, *tool.name.encode()]))
         seen = detect_tool(photographs, stand.rig, stand.noise)

@@ -48,7 +48,8 @@ def describe(result: ToolsResult) -> SectionData:
     claims = _list_own_claims(result)
     text = [_describe_choices(result.own, "our own three"), _describe_uncommon(result)]
     captions = {
-        "grips": "Which end of which hammer: probability that a grip is its tool's best, by what is believed.",
+        "grips": "Which end of which hammer: probability that a grip is its tool's best, by belief. A star: the "
+        "grip of least expected work, which is chosen, is the one that is best at true densities.",
         "uncommon": "The paper's figure 1 with two objects of ours: as seen, and what was predicted and found.",
         "holding": "The arm with each hammer in the grip that is right for driving a nail.",
         "seen": "From pictures to solids: the object in one picture, what was made of its colours, and the columns.",

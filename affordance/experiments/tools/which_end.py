@@ -39,6 +39,7 @@ class RankedGrip(NamedTuple):
         p_best: Probability that it is the cheapest of all options.
         p_best_of_tool: Probability that it is the cheapest grip of its tool.
         p_feasible: Probability that it does what is asked within the limits of torque.
+        problem: Why it is not chosen whatever it costs; empty if it may be.
     """
 
     tool: str
@@ -47,6 +48,7 @@ class RankedGrip(NamedTuple):
     p_best: float
     p_best_of_tool: float
     p_feasible: float
+    problem: str
 
 
 class GripRanking(NamedTuple):
@@ -154,6 +156,7 @@ def summarise(choice: Choice, memory: Memory, rng: np.random.Generator, num_samp
             entry.p_best,
             within[entry.option.name],
             entry.p_feasible,
+            entry.infeasible_reason,
         )
         for entry in ranking.ranked
     )
