@@ -3,10 +3,10 @@ import logging
 import numpy as np
 import pytest
 import trimesh
+from helpers.meshes import join, make_box, write_obj
 
 from affordance.exceptions import BadValueError
 from affordance.objects.load import load_materials, load_tools
-from tests.helpers.meshes import join, make_box, write_obj
 
 MATERIALS = """
 brass: {colour: "#d4a017", density: 8500, density_sd: 87, source: a table}

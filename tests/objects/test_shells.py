@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
+from helpers.meshes import join, make_box
 
 from affordance.objects.shells import MeshError, find_shells
-from tests.helpers.meshes import join, make_box
 
 
 def list_volumes(found):

@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from helpers.meshes import join, make_box
 from pydrake.common import MemoryFile
 from pydrake.geometry import InMemoryMesh, Mesh
 from pydrake.multibody.tree import CalcSpatialInertia
@@ -10,7 +11,6 @@ from affordance.objects.drake_geometry import write_obj
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.objects.primitives import Box
 from affordance.objects.triangle_mesh import TriangleMesh
-from tests.helpers.meshes import join, make_box
 
 
 @pytest.fixture(scope="module")
