@@ -11,7 +11,7 @@ from affordance.experiments.tools.drawings import save_figures
 from affordance.experiments.tools.numbers import list_details, list_metrics
 from affordance.experiments.tools.pictures import save_pictures
 from affordance.experiments.tools.section import convert, describe
-from affordance.experiments.tools.study import ToolsConfig
+from affordance.experiments.tools.study import ToolsConfig, ToolsResult
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 
@@ -48,7 +48,11 @@ def run_study(config: ToolsConfig, folder: Path) -> int:
 
     Returns: How many claims are not met.
     """
-    result = study.run(config)
+    return write_study(study.run(config), folder)
+
+
+def write_study(result: ToolsResult, folder: Path) -> int:
+    """Writes what was found into a folder, and prints it; returns how many claims are not met."""
     section = describe(result)
     write_json(folder / "metrics.json", list_metrics(result))
     write_json(folder / "details.json", list_details(result))
