@@ -1,6 +1,6 @@
 """Reading the force-torque records and results of the workshop tools' authors, who keep them as Python pickles.
 
-A pickle may name any function to be called. Here it may name a dozen, none of which does anything but hold numbers;
+A pickle may name any function to be called. Here it may name seven, none of which does anything but hold numbers;
 whatever names another is refused.
 """
 

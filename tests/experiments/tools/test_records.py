@@ -39,7 +39,7 @@ def recording(rng):
     I_S = compute_central_inertia(PI)
     r = np.einsum("nij,j->ni", R, p_S)
     a_com = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
-    force = mass * (a_com + [0, 0, -9.81])
+    force = mass * (a_com + np.array([0, 0, -9.81]))
     I_W = R @ I_S @ R.transpose(0, 2, 1)
     spin = np.einsum("nij,nj->ni", I_W, w)
     torque = np.einsum("nij,nj->ni", I_W, alpha) + np.cross(w, spin) + np.cross(r, force)
