@@ -45,7 +45,9 @@ class MaterialMemory:
                 return index
         return None
 
-    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[MaterialMemory, int]":
+    def recognise(
+        self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
+    ) -> "tuple[MaterialMemory, int]":
         """Finds which material a measured colour is of, or makes it a material of its own.
 
         A colour that may be of several materials becomes one whose density has mean and covariances of the mixture
@@ -56,6 +58,7 @@ class MaterialMemory:
             colour: The colour as measured.
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
             prior: What is believed of materials never met.
+            lightness_sd: Standard deviation of a further error of its brightness, in units of L*.
 
         Returns: The memory, which has met the colour, and the index of its material.
         """
@@ -64,7 +67,7 @@ class MaterialMemory:
             index = memory.find(colour)
             assert index is not None
             return memory, index
-        probabilities = compute_colour_probabilities(colour, colour_sd, self.colours)
+        probabilities = compute_colour_probabilities(colour, colour_sd, self.colours, lightness_sd)
         best = int(np.argmax(probabilities))
         if probabilities[best] >= CERTAIN and best < len(self.colours):
             return self, best

@@ -28,13 +28,16 @@ class Memory(Protocol):
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
         """Returns the memory extended by the prior for those colours that it does not have."""
 
-    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> tuple[Self, int]:
+    def recognise(
+        self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
+    ) -> tuple[Self, int]:
         """Returns the memory with a measured colour in it, and the index of the material that it stands for.
 
         Args:
             colour: As measured.
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
             prior: What is believed of a material never met.
+            lightness_sd: Standard deviation of a further error of its brightness, in units of L*.
         """
 
     def condition(self, likelihood: Likelihood, deviation_sd: float) -> Self:

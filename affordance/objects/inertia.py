@@ -11,7 +11,7 @@ transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
     J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,8 +23,8 @@ from affordance.arrays import Array
 NUM_PARAMETERS = 10
 
 
-class Shape(Protocol):
-    """A solid whose inertia at unit density is known; nothing else asks what kind of solid it is."""
+class Shape(Hashable, Protocol):
+    """A solid whose inertia at unit density is known; what draws it asks what kind of solid it is, nothing else."""
 
     @property
     def sizes(self) -> Array:

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.geometry import Ellipsoid as EllipsoidGeometry
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, MultibodyPlant
@@ -27,7 +26,8 @@ from pydrake.systems.framework import Context, DiagramBuilder
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError, ModelFileError, describe_choice
 from affordance.files.model_folder import MODELS
-from affordance.objects.inertia import Ellipsoid, spatial_inertia_from_parameters
+from affordance.objects.drake_geometry import make_drawn_shape
+from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
@@ -173,12 +173,10 @@ def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str
     plant.WeldFrames(hand, body.body_frame())
     if tool is not None and plant.geometry_source_is_registered():
         for i, component in enumerate(tool.components):
-            if not isinstance(component.shape, Ellipsoid):
-                raise NotImplementedError(f"no Drake geometry for {type(component.shape).__name__}")
             X_TE = RigidTransform(component.X_TE)
-            shape = EllipsoidGeometry(*component.shape.semi_axes)
+            drawn = make_drawn_shape(component.shape)
             colour = np.array([*component.looks_like.colour, 1.0])
-            plant.RegisterVisualGeometry(body, X_TE, shape, f"{name}_visual_{i}", colour)
+            plant.RegisterVisualGeometry(body, X_TE, drawn, f"{name}_visual_{i}", colour)
     return body
 
 

@@ -31,7 +31,7 @@ def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior:
     """
     indices = []
     for part in features:
-        memory, index = memory.recognise(part.colour, part.colour_sd, prior)
+        memory, index = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
         indices.append(index)
     return ObjectBelief(
         memory,

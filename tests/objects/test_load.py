@@ -90,7 +90,11 @@ def test_decoy_appears_as_the_tool_it_imitates():
         ),
         ("looks_like: brass", "looks_like: gold", r"components\[1\].looks_like: is 'gold', must be one of"),
         ("material: beech}", "material: 3}", r"material: is 3, must be a non-empty text"),
-        ("material: beech}", "material: beech, colour: red}", r"components\[0\].colour: is not a key known here"),
+        (
+            "material: beech}",
+            "material: beech, colour: red}",
+            r"components\[0\].colour: is 'red', must be red, green and blue",
+        ),
         ("  - name: hammer", "  - 3\n  - name: hammer", r"tools\[0\]: is 3, must be a mapping"),
         (GOOD_TOOLS, "tools: []", r"tools: is \[\], must be a list with at least one entry"),
         (
