@@ -79,7 +79,9 @@ def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Compon
         materials: Parts whose materials and looks the new parts have.
     """
     lengths = rng.uniform(*_LONG, 2)
-    shapes = [Ellipsoid((float(length), *map(float, rng.uniform(*_ACROSS, 2)))) for length in lengths]
+    shapes = [
+        Ellipsoid((float(length), float(rng.uniform(*_ACROSS)), float(rng.uniform(*_ACROSS)))) for length in lengths
+    ]
     bend, around = rng.uniform(0.0, _MAX_BEND), rng.uniform(0.0, 2.0 * np.pi)
     R = Rotation.from_rotvec(bend * np.array([0.0, np.cos(around), np.sin(around)])).as_matrix()
     joint = np.array([2.0 * lengths[0], 0.0, 0.0])
@@ -167,17 +169,14 @@ def measure(
         differences = comparison.differences
         inner, full = ~comparison.inner.feasible, ~comparison.full.feasible
         largest = f"{100 * differences.max():.2f} %" if len(differences) else ""
-        rows.append(
-            [name, tool_name, str(comparison.num_same), str(count), largest]
-            + [f"{inner.sum()}, {full.sum()}, {(inner & full).sum()}"]
-        )
+        infeasible = f"{inner.sum()}, {full.sum()}, {(inner & full).sum()}"
+        rows.append([name, tool_name, str(comparison.num_same), str(count), largest, infeasible])
     for name in tasks:
         of_task = [comparison for (task, _), comparison in found.items() if task == name]
         differences = np.concatenate([comparison.differences for comparison in of_task])
         same = sum(comparison.num_same for comparison in of_task)
-        within = (
-            f"{100 * differences.max():.2f} %; {100 * (differences <= BOUND).mean():.1f} % within {100 * BOUND:g} %"
-        )
+        share = (differences <= BOUND).mean()
+        within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
         rows.append([name, "all", str(same), str(count * len(of_task)), within, ""])
     return rows, found
 
