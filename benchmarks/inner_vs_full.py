@@ -11,7 +11,7 @@ cores.
 
 import sys
 from collections.abc import Sequence
-from functools import lru_cache, partial
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -98,22 +98,23 @@ def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Compon
 
 def draw_densities(experience: ExperienceConfig, settings: Settings, count: int) -> Array:
     """Draws densities by turns from the prior and from what is believed after one trial, (count, 2)."""
-    learned = _learn(experience)
+    learned = gain_experience(experience, 0)
     beliefs = [DensityBelief(learned["precision"][k], learned["information_vector"][k]) for k in (0, 1)]
     rng = np.random.default_rng(0)
     drawn = [belief.add_object_variation(settings.prior.deviation_sd).draw_samples(rng, count) for belief in beliefs]
     return np.stack(drawn, axis=1).reshape(2 * count, -1)[:count]
 
 
-@lru_cache(maxsize=1)
-def _learn(experience: ExperienceConfig) -> dict[str, Array]:
-    return dict(gain_experience(experience, 0))
+def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho: Array) -> Comparison:
+    """Judges both grips of a tool in both ways.
 
-
-def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, count: int) -> Comparison:
-    """Judges both grips of a tool in both ways for so many beliefs."""
+    Args:
+        tool: The tool.
+        task: What is to be done with it.
+        experience: Whose materials it is made of.
+        rho: Densities of these under which it is judged, (S, 2), [kg/m^3].
+    """
     settings = experience.settings
-    rho = draw_densities(experience, settings, count)
     choice = plan_choice(list_options(tool), task, settings)
     memory = MaterialMemory().add_colours(experience.colours, settings.prior)
     inner = choice.compute_costs(choice.compute_parameters(memory, rho))
@@ -156,12 +157,13 @@ def measure(
         jobs: Processes.
     """
     reaching, hammering = reach.load(), hammer.load()
+    rho = draw_densities(reaching.experience, reaching.settings, count)
     rng = np.random.default_rng(0)
     parts = reaching.novel[0].components
     tools = [*reaching.novel[:2], *(draw_crooked(rng, f"crooked {number}", parts) for number in range(crooked))]
     tasks: dict[str, Reach | Hammer] = {"reach": reaching.task, "hammer": hammering.task}
     pairs = [(name, tool) for name in tasks for tool in tools]
-    jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, count) for name, tool in pairs]
+    jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, rho) for name, tool in pairs]
     done = run_tasks(jobs_to_do, jobs=jobs, description="inner and full simulation")
     found = {(name, tool.name): comparison for (name, tool), comparison in zip(pairs, done, strict=True)}
     rows = []
@@ -181,5 +183,12 @@ def measure(
     return rows, found
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Prints the table."""
     print(format_table(HEADER, measure(*map(int, sys.argv[1:]))[0]))
+
+
+if __name__ == "__main__":
+    from benchmarks import inner_vs_full  # processes find what is pickled by the module's name
+
+    inner_vs_full.main()

@@ -29,7 +29,8 @@ def test_crooked_tools_are_one_piece_and_held_along_the_part_in_the_hand(experim
 
 def test_crooked_tool_is_judged_alike_in_both_ways(experiment):
     tool = draw_crooked(np.random.default_rng(1), "crooked", experiment.novel[0].components)
-    compared = compare(tool, experiment.task, experiment.experience, 3)
+    rho = draw_densities(experiment.experience, experiment.settings, 3)
+    compared = compare(tool, experiment.task, experiment.experience, rho)
     assert compared.full.feasible.all()
     assert compared.num_same == 3
     assert compared.differences.shape == (6,)
