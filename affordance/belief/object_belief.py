@@ -7,7 +7,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 
 
 @dataclass(frozen=True)
@@ -46,12 +46,12 @@ class ObjectBelief:
 
     Attributes:
         memory: Beliefs about all materials, those of this object included.
-        densities: Belief about this object's own densities, in the order of memory.looks; materials it is not made
-            of stand there too, and have zero columns in Phi.
+        densities: Belief about this object's own densities, in the order of Phi's columns; there may be materials it
+            is not made of, whose columns are zero.
         geometry: Phi and its uncertainty.
     """
 
-    memory: MaterialMemory
+    memory: Memory
     densities: DensityBelief
     geometry: Geometry
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.belief.object_belief import Geometry
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
@@ -124,7 +124,7 @@ class Choice:
         self._features = {option.object_name: option.features for option in options}
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
-    def draw_parameters(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int) -> Array:
+    def draw_parameters(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws inertial parameters of all options from what is believed.
 
         The options of a sample are made of the same materials: a material's mean density is one for all of them, and
@@ -141,11 +141,11 @@ class Choice:
             drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
         return self._grip(drawn)
 
-    def add_colours(self, memory: MaterialMemory) -> MaterialMemory:
+    def add_colours(self, memory: Memory) -> Memory:
         """The memory with the looks of all things, which gives all their densities one order."""
         return self._recognise(memory)[0]
 
-    def compute_parameters(self, memory: MaterialMemory, rho: Array) -> Array:
+    def compute_parameters(self, memory: Memory, rho: Array) -> Array:
         """Inertial parameters of all options at given densities, shape (options, S, 10).
 
         Args:
@@ -166,7 +166,7 @@ class Choice:
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
-    def rank(self, memory: MaterialMemory, rng: np.random.Generator, num_samples: int = 10_000) -> Ranking:
+    def rank(self, memory: Memory, rng: np.random.Generator, num_samples: int = 10_000) -> Ranking:
         """Ranks the options by what they are believed to cost; see ``rank``."""
         if num_samples < 1:
             raise ValueError(f"num_samples is {num_samples}, must be at least 1")
@@ -204,7 +204,7 @@ class Choice:
             flips=bool(shared.any() and efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
         )
 
-    def _find_infeasible_reasons(self, memory: MaterialMemory) -> list[str]:
+    def _find_infeasible_reasons(self, memory: Memory) -> list[str]:
         """Why each option is infeasible at the most probable densities; empty where it is not."""
         densities = self.add_colours(memory).belief.add_object_variation(self.settings.prior.deviation_sd)
         feasible = self.compute_costs(self.compute_parameters(memory, densities.compute_mode()[None])).feasible[:, 0]
@@ -213,7 +213,7 @@ class Choice:
             for cost_model, fits in zip(self.cost_models, feasible, strict=True)
         ]
 
-    def _recognise(self, memory: MaterialMemory) -> tuple[MaterialMemory, dict[str, Geometry]]:
+    def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
         """Recognises every part of every thing once; the geometries refer to the looks of the memory returned."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
@@ -236,7 +236,7 @@ class Choice:
 def rank(
     options: Sequence[Option],
     task: TaskCostModel,
-    belief: MaterialMemory,
+    belief: Memory,
     settings: Settings = DEFAULT_SETTINGS,
     *,
     num_samples: int = 10_000,

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.camera_views import add_camera_views
 from affordance.experiments.shared.checks import (
@@ -125,7 +125,7 @@ def load_config(
     return ComConfig(ExperienceConfig(tuple(honest), seed, settings), decoy)
 
 
-def run_test_pass(config: ComConfig, memory: MaterialMemory, repeat: int) -> list[TrialRecord]:
+def run_test_pass(config: ComConfig, memory: Memory, repeat: int) -> list[TrialRecord]:
     """Holds each object once with what is believed; nothing is learned from it."""
     held, runner = config.experience, get_runner(config.experience.settings)
     return [

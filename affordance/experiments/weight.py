@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.camera_views import add_camera_views
 from affordance.experiments.shared.checks import check_tools_can_be_held, check_tools_have_one_grip
@@ -108,7 +109,7 @@ def load_config(
     return WeightConfig(tools, seed, settings)
 
 
-def run_observer(config: WeightConfig, repeat: int) -> tuple[list[TrialRecord], list[MaterialMemory]]:
+def run_observer(config: WeightConfig, repeat: int) -> tuple[list[TrialRecord], list[Memory]]:
     """Runs one simulated observer through all trials.
 
     Args:
@@ -118,7 +119,7 @@ def run_observer(config: WeightConfig, repeat: int) -> tuple[list[TrialRecord], 
     Returns: The K trials' records, and the K + 1 memories before the first and after each trial.
     """
     runner = get_runner(config.settings)
-    memory = MaterialMemory().add_colours([config.colour], config.settings.prior)
+    memory: Memory = MaterialMemory().add_colours([config.colour], config.settings.prior)
     memories = [memory]
     records = []
     for trial, tool in enumerate(config.tools):

@@ -11,9 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
-from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.density_belief import DensityBelief, Likelihood
+from affordance.belief.object_belief import Geometry, ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.proprioception.torque_noise import NoiseModel
 
@@ -72,24 +71,24 @@ def compute_posterior(
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
-    likelihood = _find_likelihood(prior, statistics, num_joints, noise)
-    materials = prior.memory.belief.condition(likelihood.marginalise_deviation(deviation_sd))
-    posterior = ObjectBelief(
-        MaterialMemory(prior.memory.colours, materials), prior.densities.condition(likelihood), prior.geometry
-    )
     densities = prior.densities
-    return Inference(posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood))
+
+    def find_likelihood(belief: DensityBelief) -> Likelihood:
+        return _find_likelihood(belief, prior.geometry, statistics, num_joints, noise)
+
+    lesson = prior.memory.learn(densities, find_likelihood, deviation_sd)
+    posterior = ObjectBelief(lesson.memory, lesson.densities, prior.geometry)
+    log_evidence = densities.compute_log_evidence(lesson.likelihood)
+    return Inference(posterior, log_evidence, densities.compute_p_value(lesson.likelihood))
 
 
 def _find_likelihood(
-    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
+    densities: DensityBelief, geometry: Geometry, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
 ) -> Likelihood:
-    rho = prior.densities.untruncated_mean
+    rho = densities.untruncated_mean
     for _ in range(_MAX_ITERATIONS):
-        likelihood = noise.compute_likelihood(
-            statistics.features, statistics.num_samples, num_joints, prior.geometry, rho
-        )
-        previous, rho = rho, prior.densities.condition(likelihood).untruncated_mean
+        likelihood = noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho)
+        previous, rho = rho, densities.condition(likelihood).untruncated_mean
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             return likelihood
     raise AffordanceError(

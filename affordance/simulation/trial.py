@@ -9,7 +9,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.control.strike import Strike
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
@@ -57,7 +57,7 @@ class TrialRecord(NamedTuple):
     height_centre: Array
     height_grip: Array
     height_com: Array
-    memory: MaterialMemory
+    memory: Memory
     log_evidence: float
     counts: ControlCounts
     p_value: float = 1.0
@@ -85,13 +85,11 @@ class TrialRunner:
             self._diagrams[key] = build_trial_diagram(tool, self.settings, nail)
         return self._diagrams[key]
 
-    def run_hold(self, tool: Tool, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
+    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
         """Holds an object in the arm's home posture; arguments and result are those of ``run``."""
         return self.run(tool, self.get_diagram(tool).hold, memory, duration=duration, seed=seed)
 
-    def run(
-        self, tool: Tool, task: Task, memory: MaterialMemory, *, duration: float, seed: tuple[int, ...]
-    ) -> TrialRecord:
+    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
         """Runs one trial, from rest in the arm's home posture and with the object attached.
 
         Args:
@@ -110,7 +108,7 @@ class TrialRunner:
         return _read_record(trial, simulator.get_mutable_context(), tool)
 
     def run_blow(
-        self, tool: Tool, strike: Strike, memory: MaterialMemory, *, seed: tuple[int, ...]
+        self, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
     ) -> tuple[TrialRecord, NailRecord]:
         """Strikes a nail and comes to rest again; arguments are those of ``run``.
 
@@ -136,7 +134,7 @@ class TrialRunner:
         return _read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
 
     def prepare(
-        self, trial: TrialDiagram, tool: Tool, task: Task, memory: MaterialMemory, seed: tuple[int, ...]
+        self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: tuple[int, ...]
     ) -> Simulator:
         """Sets a trial up, ready to be advanced; arguments are those of ``run``, with the Diagram of the tool."""
         context = trial.diagram.CreateDefaultContext()

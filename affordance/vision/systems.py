@@ -7,6 +7,7 @@ from pydrake.systems.framework import Context
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.vision.features import ComponentFeatures
@@ -22,7 +23,7 @@ class MaterialMemorySystem(SampledSystem):
         posterior: Belief after what was felt, ObjectBelief.
 
     Output ports:
-        materials: MaterialMemory.
+        materials: Memory.
     """
 
     def __init__(self) -> None:
@@ -32,14 +33,14 @@ class MaterialMemorySystem(SampledSystem):
         self._memory = int(index)
         self.DeclareStateOutputPort("materials", index)
 
-    def set_memory(self, context: Context, memory: MaterialMemory) -> None:
+    def set_memory(self, context: Context, memory: Memory) -> None:
         """Sets what is believed when a trial begins."""
         context.SetAbstractState(self._memory, memory)
 
-    def get_memory(self, context: Context) -> MaterialMemory:
+    def get_memory(self, context: Context) -> Memory:
         """Returns what is believed now."""
         value: Any = context.get_abstract_state(self._memory)
-        memory: MaterialMemory = value.get_value()
+        memory: Memory = value.get_value()
         return memory
 
     def learn(self, context: Context) -> None:
@@ -72,7 +73,7 @@ class VisualPrior(SampledSystem):
 
     Input ports:
         features: What the eye says of each component, tuple of ComponentFeatures.
-        materials: MaterialMemory.
+        materials: Memory.
 
     Output ports:
         prior: p(lambda | v), ObjectBelief.
@@ -82,7 +83,7 @@ class VisualPrior(SampledSystem):
         super().__init__()
         self._prior = prior
         self._features: Source[tuple[ComponentFeatures, ...]] = self.declare_object_input("features")
-        self._materials: Source[MaterialMemory] = self.declare_object_input("materials")
+        self._materials: Source[Memory] = self.declare_object_input("materials")
         inputs = {self.input_ticket("features"), self.input_ticket("materials")}
         self.declare_object_output("prior", self._calc_prior, inputs)
 

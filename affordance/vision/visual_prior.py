@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.belief.object_belief import Geometry, ObjectBelief
 from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures
@@ -19,24 +19,21 @@ from affordance.vision.features import ComponentFeatures
 _STEP = 1e-5
 
 
-def predict_object(features: Sequence[ComponentFeatures], memory: MaterialMemory, prior: Prior) -> ObjectBelief:
+def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
     """Predicts an object's inertia from its looks.
 
     Args:
         features: What the eye says of each component.
-        memory: What is believed of materials met before.
+        memory: What is believed of materials and objects met before.
         prior: What is believed of materials never met.
 
     Returns: The belief about the object before it is felt; its memory includes every look of the object.
     """
-    indices = []
-    for part in features:
-        memory, index = memory.recognise(part.colour, part.colour_sd, prior)
-        indices.append(index)
+    recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
-        memory,
-        memory.belief.add_object_variation(prior.deviation_sd),
-        measure_geometry(features, indices, memory.belief.size),
+        recollection.memory,
+        recollection.densities,
+        measure_geometry(features, recollection.columns, recollection.densities.size),
     )
 
 

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
@@ -113,10 +114,10 @@ def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
     return [int(index) for _ in range(num_blocks) for index in rng.permutation(len(config.tools))]
 
 
-def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[MaterialMemory], list[TrialRecord]]:
+def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
     """Runs an observer's K trials; returns K + 1 memories, the first before any of them, and the records."""
     runner = get_runner(config.settings)
-    memory = MaterialMemory().add_colours(config.colours, config.settings.prior)
+    memory: Memory = MaterialMemory().add_colours(config.colours, config.settings.prior)
     memories, records = [memory], []
     for trial, index in enumerate(draw_order(config, repeat)):
         seed = (config.seed, repeat, trial)

@@ -9,6 +9,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.density_belief import PointEstimate
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
 from affordance.choice.ranking import Choice, pick_cheapest
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order
@@ -113,17 +114,15 @@ def study(
     return panels
 
 
-def _learn_under(
-    experience: ExperienceConfig, assumption: Assumption, repeats: int
-) -> list[tuple[MaterialMemory, Array]]:
+def _learn_under(experience: ExperienceConfig, assumption: Assumption, repeats: int) -> list[tuple[Memory, Array]]:
     """Memories of all observers before the first and after each trial, and the densities chosen by, (M,)."""
     settings = assumption.settings
     arm = load_arm(settings.arm)
     hold = StaticHold(arm)
-    unknown = MaterialMemory().add_colours(experience.colours, settings.prior)
+    unknown: Memory = MaterialMemory().add_colours(experience.colours, settings.prior)
     densities = list_densities(experience.tools)
     true = np.array([densities[look] for look in experience.colours])
-    moments = []
+    moments: list[tuple[Memory, Array]] = []
     for repeat in range(repeats):
         seed = (experience.seed, repeat, Stream.STATIC)
         rng = np.random.default_rng(seed)
@@ -142,7 +141,7 @@ def _learn_under(
     return moments
 
 
-def _choose_densities(memory: MaterialMemory, assumption: Assumption, rng: np.random.Generator) -> Array:
+def _choose_densities(memory: Memory, assumption: Assumption, rng: np.random.Generator) -> Array:
     object_belief = memory.belief.add_object_variation(assumption.settings.prior.deviation_sd)
     return object_belief.compute_point_estimate(assumption.point_estimate, rng)
 
