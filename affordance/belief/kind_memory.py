@@ -132,7 +132,7 @@ class KindMemory:
         return memory
 
     def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[KindMemory, int]":
-        """Finds a measured colour, or meets it; one measured with an error is the most probable one. See ``Memory``."""
+        """Finds a measured colour or meets it; with an error it is the most probable one. See ``Memory``."""
         if colour_sd > 0.0:
             best = int(compute_colour_probabilities(colour, colour_sd, self.colours).argmax())
             if best < len(self.colours):
@@ -205,7 +205,7 @@ class KindMemory:
         known, index, prior = self._get_at_hand()
         kinds = assign(self._add_new_kinds(), known, index, verdicts, chosen, deviation_sd)
         memory = replace(self, kinds=tidy(kinds, prior), num_lifts=self.num_lifts + 1, at_hand=None)
-        return Lesson(memory, chosen.hypothesis.densities.condition(chosen.likelihood), chosen.likelihood)
+        return Lesson(memory, chosen.posterior, chosen.likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "KindMemory":
         """Returns the memory with these colours only, all of which it has met, and the objects that show no other."""

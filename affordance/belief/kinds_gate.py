@@ -21,7 +21,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Likelihood
@@ -66,12 +65,14 @@ class Verdict(NamedTuple):
         probability: After the lift.
         log_evidence: Log probability density of what was felt under it.
         likelihood: Of the object's densities; errors have the size that this hypothesis leads to believe.
+        posterior: Belief about the object's densities after the lift, if it is true.
     """
 
     hypothesis: Hypothesis
     probability: float
     log_evidence: float
     likelihood: Likelihood
+    posterior: DensityBelief
 
 
 def compute_kind_probabilities(
@@ -163,14 +164,18 @@ def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, ow
 def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood) -> list[Verdict]:
     """Weighs hypotheses by what was felt.
 
-    Costs a search for the likelihood and O(m^3) for each of them; with two or three colours whose densities may be
-    near zero, quadratures besides (``DensityBelief.compute_log_evidence``).
+    Evidence is that of normal distributions; that densities are positive is left out here, as it is where a trial's
+    surprise is judged. Costs a search for the likelihood and O(m^3) for each hypothesis about m colours.
     """
-    likelihoods = [find_likelihood(hypothesis.densities) for hypothesis in hypotheses]
+    beliefs = [hypothesis.densities for hypothesis in hypotheses]
+    likelihoods = [find_likelihood(belief) for belief in beliefs]
+    posteriors = [belief.condition(likelihood) for belief, likelihood in zip(beliefs, likelihoods, strict=True)]
     log_evidences = [
-        hypothesis.densities.compute_log_evidence(likelihood)
-        for hypothesis, likelihood in zip(hypotheses, likelihoods, strict=True)
+        belief.compute_untruncated_log_evidence(likelihood, posterior)
+        for belief, likelihood, posterior in zip(beliefs, likelihoods, posteriors, strict=True)
     ]
     log_weights = np.log([hypothesis.probability for hypothesis in hypotheses]) + log_evidences
-    probabilities = np.exp(log_weights - logsumexp(log_weights)).tolist()
-    return [Verdict(*parts) for parts in zip(hypotheses, probabilities, log_evidences, likelihoods, strict=True)]
+    weights = np.exp(log_weights - log_weights.max())
+    probabilities = (weights / weights.sum()).tolist()
+    columns = (hypotheses, probabilities, log_evidences, likelihoods, posteriors)
+    return [Verdict(*parts) for parts in zip(*columns, strict=True)]
