@@ -13,6 +13,9 @@ from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
 from affordance.plant.arm_model import ArmModel
 
+# Ticks fall on the release, but for rounding, [s].
+_ROUNDING = 1e-9
+
 
 class ClampAndRelease:
     """The task of pushing against a clamp, and then holding what was in it."""
@@ -32,7 +35,7 @@ class ClampAndRelease:
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Returns rest at the present posture until release, then rest at the posture to hold."""
-        if time < self.release_time:
+        if time < self.release_time - _ROUNDING:
             return self._goal._replace(d_q=x[: len(self._at_rest)])
         return self._goal
 

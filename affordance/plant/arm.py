@@ -33,6 +33,7 @@ from affordance.exceptions import ModelFileError
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
+from affordance.plant.clamp import Clamp
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
 ARM = MODELS / "arm.dmd.yaml"
@@ -63,6 +64,7 @@ class Arm:
         limits: Joint limits.
         nail: The joint along which a nail slides, whose position and rate come after the arm's in the plant's state;
             None where there is no nail.
+        clamp: What can hold the hand; None where there is no clamp.
     """
 
     source: Path
@@ -72,6 +74,7 @@ class Arm:
     home: Array
     limits: JointLimits
     nail: Joint | None = None
+    clamp: Clamp | None = None
 
     @property
     def num_joints(self) -> int:
@@ -96,21 +99,26 @@ class Arm:
 
 
 def add_arm(
-    builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None, nail: NailPlacement | None = None
+    builder: DiagramBuilder,
+    directives: Path = ARM,
+    tool: Tool | None = None,
+    nail: NailPlacement | None = None,
+    has_clamp: bool = False,
 ) -> Arm:
-    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and a nail if one is given.
+    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and nail and clamp if given.
 
     Args:
         builder: Receives the systems ``plant`` and ``scene_graph``.
         directives: Drake model directives of the arm.
         tool: Gives geometry and, as default, inertia; None for an empty hand.
         nail: The nail and where it stands; None for none.
+        has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
     plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool, nail)
+    return _finish_plant(plant, directives, tool, nail, has_clamp)
 
 
 def load_arm(directives: Path = ARM) -> Arm:
@@ -119,7 +127,7 @@ def load_arm(directives: Path = ARM) -> Arm:
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
+    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None, has_clamp=False)
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
@@ -159,9 +167,16 @@ def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str
     return body
 
 
-def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, nail: NailPlacement | None) -> Arm:
+def _finish_plant(
+    plant: MultibodyPlant,
+    directives: Path,
+    tool: Tool | None,
+    nail: NailPlacement | None,
+    has_clamp: bool,
+) -> Arm:
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)
+    clamp = Clamp(plant, hand) if has_clamp else None
     # Last, so that the arm's joints come first in the plant's state.
     joint = None if nail is None else add_nail(plant, nail)
     plant.set_contact_model(ContactModel.kPoint)
@@ -189,7 +204,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
-    return Arm(directives, plant, hand, body, home, limits, joint)
+    return Arm(directives, plant, hand, body, home, limits, joint, clamp)
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:

@@ -72,6 +72,11 @@ class DensityEstimator(SampledSystem):
         """Returns what became of the samples so far."""
         return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
 
+    def forget(self, context: Context) -> None:
+        """Starts anew: what was felt so far does not count."""
+        for group in (self._statistics, self._counts):
+            context.SetDiscreteState(group, np.zeros(len(context.get_discrete_state(group).value())))
+
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
         measurement = self._measurement.Eval(context)

@@ -61,20 +61,23 @@ class TrialDiagram:
     nail_logs: NailLogs | None
 
 
-def build_trial_diagram(tool: Tool, settings: Settings, nail: NailPlacement | None = None) -> TrialDiagram:
+def build_trial_diagram(
+    tool: Tool, settings: Settings, nail: NailPlacement | None = None, *, has_clamp: bool = False
+) -> TrialDiagram:
     """Builds the Diagram for tools of one shape.
 
     Args:
         tool: Gives the shape; its densities are set per trial.
         settings: What is the same in all simulations.
         nail: The nail and where it stands; None for none.
+        has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
         BadValueError: A fault is that of a joint the arm has not.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool, nail)
+    arm = add_arm(builder, settings.arm, tool, nail, has_clamp)
     model = load_arm(settings.arm)
     n = arm.num_joints
     plant = arm.plant

@@ -77,12 +77,12 @@ class TrialRunner:
         self.settings = settings
         self._diagrams: dict[tuple[object, ...], TrialDiagram] = {}
 
-    def get_diagram(self, tool: Tool, nail: NailPlacement | None = None) -> TrialDiagram:
-        """Returns the Diagram for tools that look like this one, and for a nail if given; built at first use."""
+    def get_diagram(self, tool: Tool, nail: NailPlacement | None = None, *, has_clamp: bool = False) -> TrialDiagram:
+        """Returns the Diagram for tools that look like this one, and for nail and clamp; built at first use."""
         placement = () if nail is None else (nail.nail, nail.p_WNo.tobytes(), nail.direction_W.tobytes())
-        key = (*tool.appearance, *placement)
+        key = (*tool.appearance, *placement, has_clamp)
         if key not in self._diagrams:
-            self._diagrams[key] = build_trial_diagram(tool, self.settings, nail)
+            self._diagrams[key] = build_trial_diagram(tool, self.settings, nail, has_clamp=has_clamp)
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
@@ -105,7 +105,7 @@ class TrialRunner:
         simulator = self.prepare(trial, tool, task, memory, seed)
         simulator.AdvanceTo(duration + _ROUNDING)
         simulator.AdvancePendingEvents()
-        return _read_record(trial, simulator.get_mutable_context(), tool)
+        return read_record(trial, simulator.get_mutable_context(), tool)
 
     def run_blow(
         self, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
@@ -131,7 +131,7 @@ class TrialRunner:
             _advance(simulator, self.settings.second_touch_simulator, end)
         simulator.AdvancePendingEvents()
         context = simulator.get_mutable_context()
-        return _read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
+        return read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
 
     def prepare(
         self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: tuple[int, ...]
@@ -167,7 +167,8 @@ def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)
 
 
-def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
+def read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
+    """Ends a trial and reads out what happened."""
     estimator_context = trial.estimator.GetMyContextFromRoot(context)
     log_evidence: Any = trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)
     p_value: Any = trial.estimator.GetOutputPort("p_value").Eval(estimator_context)
