@@ -16,7 +16,7 @@ import numpy as np
 
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.kinds import NO_KINDS, Kinds, KnownObject, Membership
+from affordance.belief.kinds import NO_KINDS, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
     Verdict,
@@ -25,7 +25,7 @@ from affordance.belief.kinds_gate import (
     predict_densities,
     weigh,
 )
-from affordance.belief.kinds_upkeep import assign, restrict_colours, tidy
+from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
 from affordance.belief.memory import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
@@ -155,19 +155,19 @@ class KindMemory:
         for part in appearance:
             memory, colour = memory.recognise(part.colour, part.colour_sd, prior)
             parts.append(part._replace(colour=memory.colours[colour]))
-        index = memory.find(parts)
+        place = memory.find(parts)
         colours = tuple(dict.fromkeys(memory.colours.index(part.colour) for part in parts))
-        if index is None:
+        if place is None:
             memberships = tuple(Membership(memory.kinds.find_most_populous(colour), 0, 1.0) for colour in colours)
             known = KnownObject(tuple(parts), colours, memberships)
         else:
-            known = memory.kinds.objects[index]
+            known = memory.kinds.objects[place]
             colours = known.colours
         chosen = tuple(membership.kind for membership in known.memberships)
         scatter_sd = np.full(len(memory.kinds.colours), prior.deviation_sd)
         densities = predict_densities(memory.kinds, chosen, scatter_sd, find_stable(known, chosen))
         columns = tuple(colours.index(memory.colours.index(part.colour)) for part in parts)
-        return Recollection(replace(memory, at_hand=ObjectAtHand(known, index, prior)), densities, columns)
+        return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns)
 
     def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:
         """Weighs all hypotheses about the kinds of the object recalled last; the last kinds of its colours are new.
@@ -175,8 +175,9 @@ class KindMemory:
         Raises:
             ValueError: No object was recalled.
         """
-        known, index, _ = self._get_at_hand()
-        return weigh(list_hypotheses(self._add_new_kinds(), known, index, self.settings.gate), find_likelihood)
+        known, place, prior = self._get_at_hand()
+        kinds = self.kinds.add(known.colours, prior)
+        return weigh(list_hypotheses(kinds, known, place, self.settings.gate), find_likelihood)
 
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
@@ -202,9 +203,21 @@ class KindMemory:
         Raises:
             ValueError: No object was recalled.
         """
-        known, index, prior = self._get_at_hand()
-        kinds = assign(self._add_new_kinds(), known, index, verdicts, chosen, deviation_sd)
-        memory = replace(self, kinds=tidy(kinds, prior), num_lifts=self.num_lifts + 1, at_hand=None)
+        known, place, prior = self._get_at_hand()
+        taken = chosen.hypothesis.kinds
+        first_new = len(self.kinds.colours)
+        new_columns = [column for column, kind in enumerate(taken) if kind >= first_new]
+        kinds = self.kinds.add(tuple(known.colours[column] for column in new_columns), prior)
+        numbers = {taken[column]: first_new + i for i, column in enumerate(new_columns)}
+        named = [numbers.get(kind, kind) for kind in taken]
+        kinds = replace(kinds, belief=teach(kinds.belief, named, chosen.likelihood, deviation_sd))
+        probabilities = [
+            sum(verdict.probability for verdict in verdicts if verdict.hypothesis.kinds[column] == kind)
+            for column, kind in enumerate(taken)
+        ]
+        lifted = known._replace(own=OwnDensities(tuple(range(len(taken))), chosen.posterior))
+        kinds = tidy(assign(kinds, lifted, place, list(zip(named, probabilities, strict=True))), prior)
+        memory = replace(self, kinds=kinds, num_lifts=self.num_lifts + 1, at_hand=None)
         return Lesson(memory, chosen.posterior, chosen.likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "KindMemory":
@@ -221,8 +234,3 @@ class KindMemory:
         if self.at_hand is None:
             raise ValueError("no object was recalled since the last lift, must recall one before learning from it")
         return self.at_hand
-
-    def _add_new_kinds(self) -> Kinds:
-        """The kinds and, at the end, one that is new for each colour of the object at hand."""
-        known, _, prior = self._get_at_hand()
-        return self.kinds.add(known.colours, prior)

@@ -96,18 +96,18 @@ def compute_kind_probabilities(
     return weights / (num_lifts + settings.switching)
 
 
-def list_hypotheses(kinds: Kinds, known: KnownObject, index: int | None, settings: GateSettings) -> list[Hypothesis]:
+def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, settings: GateSettings) -> list[Hypothesis]:
     """Lists all hypotheses about an object: as many as the product of K_i + 1 over its colours, with K_i kinds each.
 
     Args:
         kinds: The kinds and their objects, and at the end for each of the object's colours a kind that is new.
         known: The object; if it was never lifted, its memberships say nothing.
-        index: Its place among the objects; None if it was never lifted.
+        place: Its place among the objects; None if it was never lifted.
         settings: What the gate goes by.
 
     Returns: Those with a probability above zero.
     """
-    counts = kinds.count_objects(excluded=index)
+    counts = kinds.count_objects(excluded=place)
     first_new = len(kinds.colours) - len(known.colours)
     columns: list[list[tuple[int, float]]] = []
     for column, colour in enumerate(known.colours):
@@ -116,7 +116,7 @@ def list_hypotheses(kinds: Kinds, known: KnownObject, index: int | None, setting
         membership = known.memberships[column]
         probabilities = (
             compute_kind_probabilities(counts[there], settings)
-            if index is None
+            if place is None
             else compute_kind_probabilities(
                 counts[there], settings, current=there.index(membership.kind), num_lifts=membership.num_lifts
             )

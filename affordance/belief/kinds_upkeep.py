@@ -4,7 +4,7 @@ A kind that all objects have left is forgotten. Two kinds of a colour are twins,
 probable than not that their mean densities differ by less than objects of one material do.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,13 +12,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from affordance.belief.density_belief import DensityBelief, Likelihood, Prior
-from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
-from affordance.belief.kinds_gate import Verdict
+from affordance.belief.kinds import Kinds, KnownObject, Membership
 
 
-def teach(
-    belief: DensityBelief, chosen: tuple[int, ...], likelihood: Likelihood, deviation_sd: float
-) -> DensityBelief:
+def teach(belief: DensityBelief, chosen: Sequence[int], likelihood: Likelihood, deviation_sd: float) -> DensityBelief:
     """Adds what a lift says of the mean densities of some of K kinds: Lambda += S^T P S, eta += S^T q.
 
     (P, q) is the likelihood after the object's own deviation is marginalised. Costs O(m^3 + K^3).
@@ -37,31 +34,23 @@ def teach(
     )
 
 
-def assign(
-    kinds: Kinds, known: KnownObject, index: int | None, verdicts: list[Verdict], chosen: Verdict, deviation_sd: float
-) -> Kinds:
-    """Makes an object a member of the kinds that were chosen for it, and lets these learn from the lift.
+def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:
+    """Makes an object, which was lifted, a member of the kinds that were chosen for it.
 
     Args:
         kinds: The kinds and their objects.
-        known: The object.
-        index: Its place among the objects; None if it was never lifted.
-        verdicts: About all hypotheses.
-        chosen: The verdict whose hypothesis is taken.
-        deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
+        known: The object, with what is believed of its own densities after the lift.
+        place: Its place among the objects; None if it was never lifted before.
+        chosen: For each of its colours the kind, and with what probability it is of this kind.
     """
-    hypothesis = chosen.hypothesis
     memberships = []
-    for column, kind in enumerate(hypothesis.kinds):
-        before = known.memberships[column]
-        stays = index is not None and before.kind == kind
-        probability = sum(verdict.probability for verdict in verdicts if verdict.hypothesis.kinds[column] == kind)
+    for before, (kind, probability) in zip(known.memberships, chosen, strict=True):
+        stays = place is not None and before.kind == kind
         memberships.append(Membership(kind, before.num_lifts + 1 if stays else 1, probability))
-    columns = tuple(range(len(hypothesis.kinds)))
-    lifted = known._replace(memberships=tuple(memberships), own=OwnDensities(columns, chosen.posterior))
-    objects = (*kinds.objects, lifted) if index is None else _replace_at(kinds.objects, index, lifted)
-    belief = teach(kinds.belief, hypothesis.kinds, chosen.likelihood, deviation_sd)
-    return replace(kinds, belief=belief, objects=objects)
+    lifted = known._replace(memberships=tuple(memberships))
+    if place is None:
+        return replace(kinds, objects=(*kinds.objects, lifted))
+    return replace(kinds, objects=(*kinds.objects[:place], lifted, *kinds.objects[place + 1 :]))
 
 
 def tidy(kinds: Kinds, prior: Prior) -> Kinds:
@@ -161,7 +150,3 @@ def _forget_members(kinds: Kinds, known: KnownObject) -> KnownObject:
         if known.memberships[column].kind != kinds.find_most_populous(known.colours[column])
     )
     return known._replace(own=known.own.restrict_to(odd))
-
-
-def _replace_at[T](items: tuple[T, ...], index: int, item: T) -> tuple[T, ...]:
-    return (*items[:index], item, *items[index + 1 :])
