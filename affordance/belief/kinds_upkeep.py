@@ -59,7 +59,10 @@ def tidy(kinds: Kinds, prior: Prior) -> Kinds:
     Costs O(K^3) for K kinds, and O(K^2) comparisons.
     """
     counts = kinds.count_objects()
-    kinds = _renumber(kinds, np.flatnonzero(counts > 0))
+    # A colour that was met and never lifted has a kind without objects, and keeps it.
+    lifted = {colour for colour, count in zip(kinds.colours, counts, strict=True) if count}
+    remains = [bool(count) or colour not in lifted for colour, count in zip(kinds.colours, counts, strict=True)]
+    kinds = _renumber(kinds, np.flatnonzero(remains))
     while (twins := find_twins(kinds, prior.deviation_sd)) is not None:
         kinds = merge(kinds, *twins, prior)
     return replace(kinds, objects=tuple(_forget_members(kinds, known) for known in kinds.objects))

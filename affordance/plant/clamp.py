@@ -19,8 +19,9 @@ STIFFNESS = 4000.0
 # Critical for the 2 kg that an outstretched arm and its load weigh at the hand, so that the force has settled within
 # a tenth of a second; what it settles at does not depend on it, [N s/m].
 _DAMPING = 180.0
-# Against rotation, the same spring and damper at the ends of a handle as long as a hand is broad, 0.1 m.
-_SQUARED_LEVER = 0.05**2
+# Against rotation, the same spring and damper a hand's breadth to either side. The published one bore no moment, and
+# the objects had none; one that is held by its end needs something to bear it.
+_SQUARED_LEVER = 0.1**2
 
 
 class Clamp:

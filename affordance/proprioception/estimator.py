@@ -73,18 +73,30 @@ def compute_posterior(
         return Inference(prior, 0.0, 1.0)
     densities = prior.densities
 
-    def find_likelihood(belief: DensityBelief) -> Likelihood:
-        return _find_likelihood(belief, prior.geometry, statistics, num_joints, noise)
+    def find(belief: DensityBelief) -> Likelihood:
+        return find_likelihood(belief, prior.geometry, statistics, num_joints, noise)
 
-    lesson = prior.memory.learn(densities, find_likelihood, deviation_sd)
+    lesson = prior.memory.learn(densities, find, deviation_sd)
     posterior = ObjectBelief(lesson.memory, lesson.densities, prior.geometry)
     log_evidence = densities.compute_log_evidence(lesson.likelihood)
     return Inference(posterior, log_evidence, densities.compute_p_value(lesson.likelihood))
 
 
-def _find_likelihood(
+def find_likelihood(
     densities: DensityBelief, geometry: Geometry, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
 ) -> Likelihood:
+    """Likelihood of what was felt, the size of errors taken at the mean it leads to believe.
+
+    Args:
+        densities: Belief about the object's densities before it was felt.
+        geometry: Of the object.
+        statistics: What was felt.
+        num_joints: Number of joints.
+        noise: How well joints feel.
+
+    Raises:
+        AffordanceError: The size of the errors finds no fixed point.
+    """
     rho = densities.untruncated_mean
     for _ in range(_MAX_ITERATIONS):
         likelihood = noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho)

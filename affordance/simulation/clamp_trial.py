@@ -5,7 +5,6 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig
 
-from affordance.arrays import Array
 from affordance.belief.memory import Memory
 from affordance.control.clamp import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
@@ -27,8 +26,7 @@ class ClampRecord(NamedTuple):
     Attributes:
         force: Upward force of the hand on it, the mean of the last 10 ms before release, [N].
         release_time: When it let go, [s].
-        excursion: Height of the hand over the time after release whose magnitude is the largest, above where the
-            hand was clamped, with its sign, [m].
+        excursion: The farthest that the hand went up or, negative, down from where it was then, [m].
     """
 
     force: float
@@ -76,10 +74,5 @@ def run_clamp_and_release(
     simulator.AdvanceTo(CLAMPED + duration + _ROUNDING)
     simulator.AdvancePendingEvents()
     record = read_record(trial, context, tool)
-    return record, ClampRecord(float(np.mean(readings)), CLAMPED, _find_excursion(record.times, record.height_grip))
-
-
-def _find_excursion(times: Array, height: Array) -> float:
-    """The height of largest magnitude after release, [m]."""
-    after = height[times >= CLAMPED - _ROUNDING]
-    return float(after[np.abs(after).argmax()])
+    height = record.height_grip[record.times >= CLAMPED - _ROUNDING]
+    return record, ClampRecord(float(np.mean(readings)), CLAMPED, max(height - height[0], key=abs))
