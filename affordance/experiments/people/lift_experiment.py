@@ -31,6 +31,10 @@ class LiftedObjects(NamedTuple):
     force: Array
     weight: Array
 
+    def select(self, lifts: "slice | NDArray[np.bool_]") -> "LiftedObjects":
+        """Returns some of the lifts."""
+        return LiftedObjects(self.tool[lifts], self.force[lifts], self.weight[lifts])
+
 
 class Measure(NamedTuple):
     """Something that is measured of an observer.
@@ -81,10 +85,13 @@ class Observers:
     weight: Array
     founded: NDArray[np.bool_]
 
+    def list_observers(self) -> list[LiftedObjects]:
+        """What each of them did."""
+        return [LiftedObjects(*row) for row in zip(self.tool, self.force, self.weight, strict=True)]
+
     def measure(self, measure: Measure) -> Array:
         """Computes a measure of each observer, shape (R,)."""
-        rows = zip(self.tool, self.force, self.weight, strict=True)
-        return np.array([measure.compute(LiftedObjects(*row)) for row in rows])
+        return np.array([measure.compute(lifted) for lifted in self.list_observers()])
 
     def count_needless_kinds(self, honest: Sequence[int]) -> tuple[int, int]:
         """Counts first lifts of honest objects that founded a kind, though one of their colour was there already.

@@ -8,12 +8,14 @@ this one weighs in both groups; people do it in Linear++ only.
 """
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from affordance.experiments.people.lift_experiment import LiftedObjects, LiftExperiment, Measure
+from affordance.arrays import Array
+from affordance.experiments.people.lift_experiment import LiftedObjects, LiftExperiment, Measure, Observers
 from affordance.experiments.people.published import PublishedTable, load_published
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
@@ -63,14 +65,12 @@ GROUPS = (Group("linear_plus", "Linear+", 1.2), Group("linear_plus_plus", "Linea
 
 def build_experiment(group: Group) -> LiftExperiment:
     """Builds the experiment of a group."""
-    test_volume = _build_solid(_TEST_HEIGHT).volume
-    tools = [
+    training = (
         _build_tool(f"training_{1000 * height:.0f}mm", height, _FAMILY_MASS_PER_HEIGHT * height)
         for height in _TRAINING_HEIGHTS
-    ]
-    test = _build_tool("test", _TEST_HEIGHT, group.test_mass)
-    volumes = np.array([tool.components[0].shape.volume for tool in tools])
-    family = functools.partial(predict_from_family, volumes=volumes, test_volume=test_volume)
+    )
+    tools = (*training, _build_tool("test", _TEST_HEIGHT, group.test_mass))
+    family = _build_family_prediction(tools)
     measures = {
         "first_N": Measure("force, first lift of the test object", "N", measure_first),
         "end_N": Measure(f"force, test object, last {NUM_LAST_CYCLES} cycles", "N", measure_end),
@@ -78,7 +78,7 @@ def build_experiment(group: Group) -> LiftExperiment:
         "f": Measure("learned fraction", "1", functools.partial(measure_fraction, family=family)),
         "training_correlation": Measure("correlation of force and weight, training", "1", correlate_training),
     }
-    return LiftExperiment(group.name, (*tools, test), _TRAINING, draw_lifts, measures)
+    return LiftExperiment(group.name, tools, _TRAINING, draw_lifts, measures)
 
 
 def draw_lifts(rng: np.random.Generator) -> list[Lift]:
@@ -93,7 +93,7 @@ def draw_lifts(rng: np.random.Generator) -> list[Lift]:
 
 def select_test(lifted: LiftedObjects) -> LiftedObjects:
     """The lifts of the test object, one a cycle."""
-    return LiftedObjects(*(column[lifted.tool == _TEST] for column in lifted))
+    return lifted.select(lifted.tool == _TEST)
 
 
 def measure_first(lifted: LiftedObjects) -> float:
@@ -106,18 +106,33 @@ def measure_end(lifted: LiftedObjects) -> float:
     return float(select_test(lifted).force[-NUM_LAST_CYCLES:].mean())
 
 
-def predict_from_family(lifted: LiftedObjects, *, volumes: np.ndarray, test_volume: float) -> float:
+def predict_from_family(
+    lifted: LiftedObjects, *, volumes: Array, test_volume: float, num_cycles: int = NUM_LAST_CYCLES
+) -> float:
     """Force for the test object's size by linear regression over the training objects' forces at the end, [N].
 
     Args:
         lifted: The lifts.
         volumes: Of the training objects, [m^3].
         test_volume: Of the test object, [m^3].
+        num_cycles: How many cycles are the end.
     """
-    last = len(lifted.tool) - NUM_LAST_CYCLES * (_TEST + 1)
-    is_training = (lifted.tool != _TEST) & (np.arange(len(lifted.tool)) >= last)
-    slope, intercept = np.polyfit(volumes[lifted.tool[is_training]], lifted.force[is_training], 1)
+    last = lifted.select(slice(-num_cycles * (_TEST + 1), None))
+    is_training = last.tool != _TEST
+    slope, intercept = np.polyfit(volumes[last.tool[is_training]], last.force[is_training], 1)
     return float(intercept + slope * test_volume)
+
+
+def list_test_cycles(experiment: LiftExperiment, observers: Observers) -> tuple[Array, Array]:
+    """Force for the test object, and what its family predicts, in each cycle that it is in, (R, C) each, [N]."""
+    predict = _build_family_prediction(experiment.tools)
+    start = NUM_TRAINING_CYCLES * _TEST
+    forces, predictions = [], []
+    for lifted in observers.list_observers():
+        forces.append(select_test(lifted).force)
+        ends = range(start + _TEST + 1, len(lifted.tool) + 1, _TEST + 1)
+        predictions.append([predict(lifted.select(slice(end)), num_cycles=1) for end in ends])
+    return np.array(forces), np.array(predictions)
 
 
 def measure_fraction(lifted: LiftedObjects, *, family: "functools.partial[float]") -> float:
@@ -130,6 +145,12 @@ def correlate_training(lifted: LiftedObjects) -> float:
     """Correlation of force and weight over the lifts before the test object comes."""
     until = NUM_TRAINING_CYCLES * _TEST
     return float(np.corrcoef(lifted.force[:until], lifted.weight[:until])[0, 1])
+
+
+def _build_family_prediction(tools: Sequence[Tool]) -> "functools.partial[float]":
+    """The prediction from the family, by the volumes of the objects."""
+    *volumes, test_volume = (tool.components[0].shape.volume for tool in tools)
+    return functools.partial(predict_from_family, volumes=np.array(volumes), test_volume=test_volume)
 
 
 def _build_solid(height: float) -> Ellipsoid:
