@@ -35,9 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
         for task in ("reach", "hammer"):
             print(f"    right grip to {task}: " + ", ".join(f"{value:.3f}" for value in honest[f"p_correct_{task}"]))
         extremes = ", ".join(f"{100.0 * height:.2f}" for height in honest["height_extreme_m"])
-        print(
-            f"    mass {100.0 * honest['mass_error']:.2f} % off, centre of mass {1000.0 * honest['com_error_m']:.1f} mm"
-        )
-        needless = honest["needless_kinds"]
+        mass, com, needless = 100.0 * honest["mass_error"], 1000.0 * honest["com_error_m"], honest["needless_kinds"]
+        print(f"    mass {mass:.2f} % off, centre of mass {com:.1f} mm")
         print(f"    test pass {extremes} cm; needless kinds in {100.0 * needless:.1f} % of first lifts")
     return 0

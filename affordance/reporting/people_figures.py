@@ -6,13 +6,14 @@ from typing import NamedTuple
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from affordance.arrays import Array
-from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.reporting.wording import count_observers
 
-_PEOPLE = "#000000"
+_PEOPLE, _NEUTRAL = "#000000", "#777777"
 # Of so many observers each is drawn.
 _MOST_DRAWN = 30
 
@@ -67,10 +68,10 @@ def draw_test_object(
         for row in curve.test[:_MOST_DRAWN]:
             axes.plot(cycles, row, color=colour, linewidth=0.5, alpha=0.35)
         mean = estimate_mean(curve.test)
-        axes.plot(cycles, mean.mean, color=colour, linewidth=2.2, label="test object, mean of observers")
+        axes.plot(cycles, mean.mean, color=colour, linewidth=2.2)
         axes.fill_between(cycles, mean.low, mean.high, color=colour, alpha=0.25, linewidth=0.0)
         predicted = curve.family.mean(axis=0)
-        axes.plot(cycles, predicted, "--", color=colour, linewidth=1.4, label="predicted by its family")
+        axes.plot(cycles, predicted, "--", color=colour, linewidth=1.4)
         axes.axhline(weight, color=_PEOPLE, linewidth=0.9, linestyle=":", label="its weight")
         last = (cycles[-1] - num_last + 1, cycles[-1])
         _mark_people(axes, 1.0, first, "o", "people, mean and 95 % interval")
@@ -80,7 +81,12 @@ def draw_test_object(
         axes.set_xlabel("cycle with the test object")
     panels[0].set_ylabel("upward force before release (N)")
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=3)
+    ours = [
+        Line2D([], [], color=_NEUTRAL, linewidth=2.2, label="test object, mean of observers"),
+        Line2D([], [], color=_NEUTRAL, linestyle="--", label="predicted by its family"),
+    ]
+    labels = [*(str(line.get_label()) for line in ours), *labels]
+    figure.legend([*ours, *handles], labels, frameon=False, loc="outside lower center", ncols=3)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)
     tidy(*panels)
     return figure
@@ -150,7 +156,8 @@ def draw_decoy_again(
         error = 100.0 * np.array([height.mean - height.low, height.high - height.mean])
         shifted = positions + offset * (k - 0.5 * (len(lifts) - 1))
         left.errorbar(shifted, 100.0 * height.mean, error, fmt="o", color=colour, capsize=2.5, label=name)
-        right.plot([0, *positions], densities[name], "o-", color=colour, markersize=4.0, label=name)
+        style = f"o{LINE_STYLES[k % len(LINE_STYLES)]}"
+        right.plot([0, *positions], densities[name], style, color=colour, markersize=4.0, label=name)
     left.axhline(0.0, color=_PEOPLE, linewidth=0.8, linestyle=":")
     right.axhline(density_true, color=_PEOPLE, linewidth=1.0, linestyle=":", label="true")
     for axes in (left, right):

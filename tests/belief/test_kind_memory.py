@@ -162,7 +162,7 @@ def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
 
 
 def test_where_nothing_is_odd_both_learners_believe_the_same(rng):
-    """Measurements whose errors do not depend on what is believed; every lift is judged to be of its colour's kind."""
+    """Measurements whose errors do not depend on what is believed; every lift is judged to be of a member."""
     kinds, materials = start(kappa=0.5), MaterialMemory()
     for name in ["rod", "bolt", "mace", "pick", "long rod", "mace"]:
         colours = OBJECTS[name][0]

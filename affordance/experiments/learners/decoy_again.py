@@ -15,15 +15,17 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.memory import Memory
 from affordance.experiments.weight import WeightConfig
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
+from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.people_figures import draw_decoy_again
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import get_runner
+from affordance.simulation.trial import TrialRecord, get_runner
 
 NUM_DECOYS = 6
 
@@ -47,25 +49,31 @@ class DecoyConfig:
         return (*honest, *[decoy] * NUM_DECOYS, honest[0])
 
 
-def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs one observer.
-
-    Returns: ``excursion`` (K,), the height of largest magnitude of each object's centre; ``density_median`` (K + 1,)
-        believed of the material before the first and after each of K holds; and ``num_kinds`` (K + 1,), zero for a
-        learner without kinds.
-    """
+def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
+    """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
     weight, seed = config.weight, config.weight.seed
     runner = get_runner(weight.settings)
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
         [weight.colour], weight.settings.prior
     )
-    memories, heights = [memory], []
+    memories, records = [memory], []
     for trial, tool in enumerate(config.tools):
         record = runner.run_hold(tool, memories[-1], duration=weight.duration, seed=(seed, repeat, trial))
         memories.append(record.memory)
-        heights.append(record.height_centre)
+        records.append(record)
+    return memories, records
+
+
+def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs one observer, and keeps what is needed of it.
+
+    Returns: ``excursion`` (K,), the height of largest magnitude of each object's centre; ``density_median`` (K + 1,)
+        believed of the material before the first and after each of K holds; and ``num_kinds`` (K + 1,), zero for a
+        learner without kinds.
+    """
+    memories, records = run_observer(config, repeat)
     return {
-        "excursion": compute_excursion(np.array(heights)),
+        "excursion": compute_excursion(np.array([record.height_centre for record in records])),
         "density_median": np.array([memory.belief.compute_percentiles([0.5])[0, 0] for memory in memories]),
         "num_kinds": np.array([count_kinds(memory) for memory in memories]),
     }
@@ -91,6 +99,15 @@ def run(
             kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
         )
     return arrays, compute_metrics(weight, arrays)
+
+
+def draw_memory(weight: WeightConfig, repeat: int) -> Figure:
+    """Draws what an observer who takes the most probable hypothesis remembers in the end."""
+    memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
+    memory = memories[-1]
+    assert isinstance(memory, KindMemory)  # what such an observer starts with
+    title = f"What one observer remembers after Simulation I and {NUM_DECOYS} lifts of the decoy"
+    return draw_kinds(summarise_kinds(memory), title=title)
 
 
 def compute_metrics(weight: WeightConfig, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:

@@ -5,15 +5,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from affordance.belief.learners import KAPPA, Learner
 from affordance.experiments.com import load_config as load_com
 from affordance.experiments.learners import decoy_again, honest_objects
+from affordance.experiments.shared.outputs import RUN_SHOWN
 from affordance.experiments.weight import load_config as load_weight
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
 from affordance.runs.repeats import list_versions
 
-FIGURE = "decoy_again"
+FIGURE, MEMORY = "decoy_again", "memory"
 LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
@@ -44,6 +47,7 @@ def run(models: Path, folder: Path, *, seed: int, repeats: int, jobs: int) -> di
     weight = load_weight(models, seed)
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
     save_figure(decoy_again.draw(weight, arrays, list(LABELS.values())), folder, FIGURE)
+    save_figure(decoy_again.draw_memory(weight, RUN_SHOWN), folder, MEMORY)
     numbers["honest"] = honest_objects.run(load_com(models, seed), models, folder, repeats=repeats, jobs=jobs)
     numbers.update(
         kappa={learner.value: KAPPA[learner.pick] for learner in Learner if learner.pick is not None},
@@ -66,7 +70,8 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
     for learner in Learner:
         name, label = learner.value, LABELS[learner]
         change = abs(numbers["brass_after_decoy"][name][1] / numbers["brass_before_decoy"][name] - 1.0)
-        first, second = (abs(float(numbers["excursion_m"][name][trial])) for trial in (-7, -6))
+        excursion = np.abs(numbers["excursion_m"][name])
+        first, second = excursion[-1 - decoy_again.NUM_DECOYS], excursion[-decoy_again.NUM_DECOYS]
         claims += [
             {
                 "text": f"{label}: six lifts of a decoy do not change what is believed of brass",
@@ -79,7 +84,7 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
                 "text": f"{label}: the second lift of the decoy is right",
                 "criterion": "excursion over that of the first lift at most",
                 "bound": 0.1,
-                "value": second / first,
+                "value": float(second / first),
                 "met": bool(second <= 0.1 * first),
             },
         ]
@@ -91,7 +96,8 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
         ),
         "captions": {
             f"{FIGURE}.png": "Simulation I, with the decoy held again. Left: how far each object moves when it is "
-            "given. Right: what is believed of brass."
+            "given. Right: what is believed of brass.",
+            f"{MEMORY}.png": f"What observer {RUN_SHOWN} remembers then, taking the most probable hypothesis.",
         },
         "claims": claims,
         "remarks": [
