@@ -33,7 +33,7 @@ def test_hand_rises_the_higher_the_more_it_pushed(table):
 
 
 def test_forces_outside_the_table_are_errors(table):
-    with pytest.raises(ValueError, match="forces are from 1 to 9 N, must be from 4.41"):
+    with pytest.raises(ValueError, match=r"forces are from 1 to 9 N, must be from 4\.41"):
         table.interpolate(np.array([1.0, 9.0]))
 
 
