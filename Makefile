@@ -17,10 +17,12 @@ $(PYTHON):
 
 $(VENV)/run.stamp: $(PYTHON) pyproject.toml constraints.txt
 	$(PYTHON) -m pip install --quiet --editable .
+	$(PYTHON) -m affordance doctor --install
 	@touch $@
 
 $(VENV)/dev.stamp: $(PYTHON) pyproject.toml constraints.txt
 	$(PYTHON) -m pip install --quiet --editable '.[dev]'
+	$(PYTHON) -m affordance doctor --install --tests
 	@touch $@ $(VENV)/run.stamp
 
 run: $(VENV)/run.stamp ## run every experiment and write results/report.html
@@ -33,6 +35,7 @@ lint: $(VENV)/dev.stamp ## check format, style and types
 	$(PYTHON) -m ruff format --check $(SOURCES)
 	$(PYTHON) -m ruff check $(SOURCES)
 	$(PYTHON) -m mypy
+	$(VENV)/bin/lint-imports
 
 format: $(VENV)/dev.stamp ## reformat the code and sort its imports
 	$(PYTHON) -m ruff check --fix $(SOURCES)

@@ -1,46 +1,10 @@
-"""Visual inertial affordances: see an object, guess its inertia, hold it, feel it, guess better."""
+"""Visual inertial affordances: see an object, guess its inertia, hold it, feel it, guess better.
 
-from affordance.belief.density_belief import DensityBelief, PointEstimate, Prior
-from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.hammer import Hammer, load_hammer
-from affordance.choice.options import Option, list_options
-from affordance.choice.ranking import RankedOption, Ranking, rank
-from affordance.choice.reach import Reach
-from affordance.control.timed_path import TimedPath, load_path
-from affordance.exceptions import AffordanceError, BadValueError, ModelFileError
-from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
-from affordance.objects.tool import Material, Tool
-from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
-from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, TrialRunner
+Names are imported at first use, so that the command line can say what is missing where Drake cannot be imported.
+"""
 
-__all__ = [
-    "MODELS",
-    "AffordanceError",
-    "BadValueError",
-    "DensityBelief",
-    "Hammer",
-    "Material",
-    "MaterialMemory",
-    "ModelFileError",
-    "Option",
-    "PointEstimate",
-    "Prior",
-    "RankedOption",
-    "Ranking",
-    "Reach",
-    "Settings",
-    "TimedPath",
-    "Tool",
-    "TrialRecord",
-    "TrialRunner",
-    "WeberNoise",
-    "WhiteNoise",
-    "list_options",
-    "load_hammer",
-    "load_materials",
-    "load_path",
-    "load_tools",
-    "rank",
-]
+import lazy_loader
+
+from affordance.version import __version__ as __version__
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,5 +1,7 @@
 """Errors a caller can act on; all derive from AffordanceError, whose text is always one line."""
 
+import difflib
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +10,14 @@ from numpy.typing import NDArray
 
 class AffordanceError(Exception):
     """Base of every error this package raises for what a user gave it or a file holds."""
+
+
+def describe_choice(value: object, known: Iterable[str]) -> str:
+    """Says that a value is none of the known names, and which of them is nearest."""
+    names = list(known)
+    near = difflib.get_close_matches(str(value), names, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"is {value!r}, must be one of {', '.join(names)}{hint}"
 
 
 class BadValueError(AffordanceError):
@@ -46,6 +56,24 @@ class ModelFileError(AffordanceError):
 
     def __str__(self) -> str:
         return _on_one_line(f"{self.path}: {self.problem}")
+
+
+class UnavailableError(AffordanceError):
+    """A part of the program that does not work on this machine, as something optional is missing.
+
+    Attributes:
+        part: What does not work.
+        problem: What is missing, in the words of who missed it.
+    """
+
+    def __init__(self, part: str, problem: str) -> None:
+        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        super().__init__(part, problem)
+        self.part = part
+        self.problem = problem
+
+    def __str__(self) -> str:
+        return _on_one_line(f"{self.part} unavailable here ({self.problem}); affordance doctor says how to get it")
 
 
 class NoPlanError(AffordanceError):

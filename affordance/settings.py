@@ -43,7 +43,7 @@ class Settings:
         contact_accuracy: Its target accuracy.
         contact_max_step_size: Its largest step while the peak is looked for, [s].
         faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
-        learns_from_surprises: Whether a grossly surprising trial teaches what Bayes' rule says (the paper), or
+        learns_from_outliers: Whether a grossly surprising trial teaches what Bayes' rule says (the paper), or
             nothing; it is flagged either way.
     """
 
@@ -80,7 +80,7 @@ class Settings:
     contact_accuracy: float = 1e-3
     contact_max_step_size: float = 1e-4
     faults: Faults = NO_FAULTS
-    learns_from_surprises: bool = True
+    learns_from_outliers: bool = True
 
     @property
     def simulator(self) -> SimulatorConfig:

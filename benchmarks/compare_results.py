@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 # They say when, with what and how long, not what was found.
-PROVENANCE = ("config", "versions", "version", "wall_s", "shared", "ms_per_object")
+PROVENANCE = ("config", "finished", "versions", "wall_s", "shared", "ms_per_object")
 
 
 def list_numbers(value: Any, renames: Mapping[str, str], place: str = "") -> Iterator[tuple[str, Any]]:

@@ -11,16 +11,16 @@ import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
+from affordance.experiments.hammer.blows import FORCE_TOLERANCE, get_costs
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.motion_cost import NUM_NODES, MotionCost
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Choice, pick_cheapest
 from affordance.exceptions import AffordanceError
 from affordance.experiments import reach
 from affordance.experiments.hammer import experiment as hammer
-from affordance.experiments.hammer.blows import FORCE_TOLERANCE, get_costs
 from affordance.experiments.shared.experience import ExperienceConfig, gain_experience
 from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm

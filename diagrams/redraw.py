@@ -9,9 +9,9 @@ from affordance.simulation.diagram import build_trial_diagram
 
 def main() -> None:
     """Writes one .dot and one .svg file; all experiments run Diagrams of this wiring, with other tools and tasks."""
-    config = weight.load_config()
-    trial = build_trial_diagram(config.tools[0], config.settings)
-    save_diagram(trial.diagram, Path(__file__).parent, weight.NAME)
+    experiment = weight.load()
+    trial = build_trial_diagram(experiment.settings, experiment.duration)
+    save_diagram(trial.diagram, Path(__file__).parent, experiment.name)
 
 
 if __name__ == "__main__":

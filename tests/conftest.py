@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from affordance.experiments.weight import WeightConfig, load_config
+from affordance.experiments.weight import Weight, load
 from affordance.plant.arm import Arm, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import SerialChain, build_chain
@@ -31,10 +31,10 @@ def chain(arm: Arm) -> SerialChain:
 
 
 @pytest.fixture(scope="session")
-def weight_config() -> WeightConfig:
-    return load_config()
+def weight() -> Weight:
+    return load()
 
 
 @pytest.fixture(scope="session")
-def runner(weight_config: WeightConfig) -> TrialRunner:
-    return TrialRunner(weight_config.settings)
+def runner(weight: Weight) -> TrialRunner:
+    return TrialRunner(weight.settings)

@@ -23,8 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief, Likelihood
+from affordance.belief.density_belief import DensityBelief
 from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.memory import FindLikelihood
 
 

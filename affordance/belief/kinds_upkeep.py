@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from affordance.belief.density_belief import DensityBelief, Likelihood, Prior
+from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.kinds import Kinds, KnownObject, Membership
+from affordance.belief.likelihood import Likelihood
 
 
 def teach(belief: DensityBelief, chosen: Sequence[int], likelihood: Likelihood, deviation_sd: float) -> DensityBelief:

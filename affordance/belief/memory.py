@@ -8,7 +8,8 @@ learner an observer has is decided by the memory it starts with (``MaterialMemor
 from collections.abc import Callable, Sequence
 from typing import NamedTuple, Protocol, Self
 
-from affordance.belief.density_belief import DensityBelief, Likelihood, Prior
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.likelihood import Likelihood
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 

@@ -1,14 +1,15 @@
 """Hammer: the free end of the tool drives a nail with a demanded peak force."""
 
 import contextlib
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.choice.motion_cost import Costs, MotionCost, PlannedMotion
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.strike import Strike
 from affordance.control.swing import Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
@@ -20,16 +21,11 @@ from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail, NailPlacement, read_nail
 from affordance.settings import Settings
 
-# Computes quantities of some tools, (s, 10), at a node of the table, (s,) each.
-_AtNode = Callable[[int, Array], tuple[Array, ...]]
-
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
-# are interpolated between them, which errs by less than 0.5 % (tests/test_hammer_task.py).
+# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py).
 _SPEED_STEP, _SPEED_GROWTH = 0.25, 0.06
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
-# Of the search for the greatest depth: a nail's length is then known to micrometres.
-_HALVINGS = 16
 
 
 @dataclass(frozen=True)
@@ -54,7 +50,7 @@ class Hammer:
         """Finds striking point and nail for a tool's parts, posed relative to the hand; sets the model's state."""
         return find_target(model, parts, offset_W=np.array(self.offset), direction_W=np.array(self.direction))
 
-    def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> "BlowCost":
+    def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
         """Plans swings of all speeds, which are the same whatever the tool weighs.
 
         Args:
@@ -62,7 +58,7 @@ class Hammer:
             parts: What the tool is made of, posed relative to the hand.
             settings: Those of the controller.
         """
-        return BlowCost(model, parts, self, settings)
+        return plan_blows(model, parts, self, settings)
 
 
 def load_hammer(path: Path) -> Hammer:
@@ -90,161 +86,93 @@ def load_hammer(path: Path) -> Hammer:
     return Hammer(nail, (x, y, z), (a, b, c), duration, nail.force_demanded)
 
 
-class BlowCost:
-    """The costs of a blow as a function of the tool's inertial parameters.
+def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:
+    """Plans swings of rising tip speed, up to that of the lightest tool there could be.
 
-    Swings are planned for a row of tip speeds. What the tool is believed to weigh decides how fast the tip must be,
-    by the effective mass behind it, and with it which swing it takes; between two swings costs are interpolated.
-
-    Attributes:
+    Args:
+        model: The arm; its state and payload are set.
+        parts: What the tool is made of, posed relative to the hand.
         hammer: What is asked for.
-        target: What is struck, and with which point.
-        swings: Swings of rising speed.
-        speeds: Their tip speeds, (K,), [m/s].
-        infeasible_reason: Why no swing strikes the nail, whatever the tool weighs; empty if one does.
+        settings: Those of the controller.
+
+    Returns: The swings and what they cost; with a reason if there is none.
     """
+    target = hammer.find_target(model, parts)
+    swings: list[Swing] = []
+    masses: list[EffectiveMass] = []
+    infeasible_reason = ""
+    speeds, fastest = [0.0], _SPEED_STEP
+    while speeds[-1] < fastest:
+        speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
+        try:
+            swings.append(_plan_swing(model, target, hammer, speed, swings[-1] if swings else None))
+        except AffordanceError as error:
+            if not swings:
+                infeasible_reason = str(error)
+            break
+        speeds.append(speed)
+        masses.append(EffectiveMass(model, target.p_TS, target.direction_W, swings[-1].q_end))
+        # No tool has less behind it than the arm alone.
+        (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
+        fastest = float(hammer.nail.compute_tip_speed(np.array(hammer.force), least_mass))
+    return BlowCost(
+        nail=hammer.nail,
+        force=hammer.force,
+        target=target,
+        swings=tuple(swings),
+        speeds=np.array(speeds[1:]),
+        masses=tuple(masses),
+        motions=tuple(MotionCost(model, _sample_swing(swing, settings.control_period)) for swing in swings),
+        joint_names=tuple(model.arm.joint_names),
+        infeasible_reason=infeasible_reason,
+    )
 
-    def __init__(self, model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> None:
-        """Plans the swings; arguments are those of ``Hammer.build_energies``."""
-        self.hammer = hammer
-        self.infeasible_reason = ""
-        self.target = hammer.find_target(model, parts)
-        self._joint_names = model.arm.joint_names
-        self.swings: list[Swing] = []
-        self._masses: list[EffectiveMass] = []
-        speeds, fastest = [0.0], _SPEED_STEP
-        while speeds[-1] < fastest:
-            speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
-            try:
-                self.swings.append(self._plan_swing(model, speed, len(self.swings) - 1))
-            except AffordanceError as error:
-                if not self.swings:
-                    self.infeasible_reason = str(error)
-                break
-            speeds.append(speed)
-            self._masses.append(EffectiveMass(model, self.target, self.swings[-1].q_end))
-            # No tool has less behind it than the arm alone.
-            (least_mass,) = self._masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
-            fastest = float(hammer.nail.compute_tip_speed(np.array(hammer.force), least_mass))
-        self.speeds = np.array(speeds[1:])
-        self._motions = [MotionCost(model, _sample_swing(swing, settings.control_period)) for swing in self.swings]
 
-    def find_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Tip speed that gives a peak force, (S,), [m/s].
+def plan_strike(
+    planned: BlowCost,
+    hammer: Hammer,
+    model: ArmModel,
+    pi: Array,
+    settings: Settings,
+    *,
+    force: float | None = None,
+    nail: Nail | None = None,
+) -> Strike:
+    """Plans one blow, with a tool of known inertia.
 
-        Args:
-            pi: Inertial parameters of S tools about To, expressed in T, (S, 10).
-            force: Peak resistance, at most the one that is asked for, [N]; that if None.
-        """
-        nail, demanded = self.hammer.nail, np.array(self.hammer.force if force is None else force)
-        # The posture at the strike, and with it the mass, hardly depends on the speed.
-        middle = self._masses[len(self._masses) // 2].compute(pi)
-        speed = nail.compute_tip_speed(demanded, middle)
-        (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self._masses[node].compute(chunk),))
-        return nail.compute_tip_speed(demanded, mass)
+    Args:
+        planned: The swings of all tip speeds.
+        hammer: What is asked for.
+        model: The arm; its state is set.
+        pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
+        settings: Those of the controller.
+        force: Peak resistance, at most the one that is asked for, [N]; that if None.
+        nail: What stands there in truth; the one that is asked for if None.
 
-    def compute(self, pi: Array, force: float | None = None) -> Costs:
-        """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
-
-        A tool that must be faster than the fastest swing is not feasible; one that could be slower than the slowest
-        one is swung with it.
-
-        Args:
-            pi: The tools.
-            force: Peak resistance, at most the one that is asked for, [N]; that if None.
-        """
-        if self.infeasible_reason:
-            nothing = np.full(len(pi), np.inf)
-            return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool))
-        return self.compute_at_speed(pi, self.find_speed(pi, force))
-
-    def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
-        """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``."""
-        work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self._motions[node].compute_load(chunk))
-        return Costs(work, effort, (load <= 1.0) & (speed <= self.speeds[-1]))
-
-    def describe_lack(self, pi: Array) -> str:
-        """Says what a tool of inertial parameters pi, (10,), lacks for the blow; empty if nothing."""
-        if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
-            return self.infeasible_reason
-        speed = self.find_speed(pi[None])
-        if speed[0] > self.speeds[-1]:
-            return f"the tip must strike with {speed[0]:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
-        loads = self._interpolate(
-            speed, pi[None], lambda node, one: tuple(self._motions[node].compute_joint_loads(one))
+    Raises:
+        AffordanceError: No swing is fast enough.
+    """
+    if planned.infeasible_reason:
+        raise AffordanceError(planned.infeasible_reason)
+    speed = float(planned.find_speed(pi[None], force)[0])
+    if speed > planned.speeds[-1]:
+        raise AffordanceError(
+            f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"
         )
-        worst = int(np.argmax(loads))
-        (_, _, load) = self._interpolate(speed, pi[None], lambda node, one: self._motions[node].compute_load(one))
-        return f"{self._joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
+    speed = max(speed, float(planned.speeds[0]))
+    near = int(np.searchsorted(planned.speeds, speed))
+    guess = planned.swings[near] if near < len(planned.swings) else None
+    swing = _plan_swing(model, planned.target, hammer, speed, guess)
+    placement = NailPlacement(nail or hammer.nail, planned.target.p_WS, planned.target.direction_W)
+    return Strike(swing, placement, settings.control_period)
 
-    def find_greatest_depth(self, pi: Array) -> float:
-        """Finds how deep the nail can be driven at most with a tool of inertial parameters pi, (10,), [m].
 
-        Returns: A depth up to the one that is asked for; the one it is set to if no blow can be dealt.
-        """
-        nail = self.hammer.nail
-        low, high = nail.depth_set, nail.depth_demanded
-        if self.compute(pi[None]).feasible[0]:
-            return high
-        for _ in range(_HALVINGS):
-            middle = 0.5 * (low + high)
-            feasible = self.compute(pi[None], nail.stiffness * middle).feasible[0]
-            low, high = (middle, high) if feasible else (low, middle)
-        return low
-
-    def plan(
-        self, model: ArmModel, pi: Array, settings: Settings, force: float | None = None, nail: Nail | None = None
-    ) -> Strike:
-        """Plans the blow with a tool of known inertia.
-
-        Args:
-            model: The arm; its state is set.
-            pi: Its inertial parameters about To, expressed in T, shape (10,).
-            settings: Those of the controller.
-            force: Peak resistance, at most the one that is asked for, [N]; that if None.
-            nail: What stands there in truth; the one that is asked for if None.
-
-        Raises:
-            AffordanceError: No swing is fast enough.
-        """
-        if self.infeasible_reason:
-            raise AffordanceError(self.infeasible_reason)
-        speed = float(self.find_speed(pi[None], force)[0])
-        if speed > self.speeds[-1]:
-            raise AffordanceError(
-                f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {self.speeds[-1]:.3g} m/s"
-            )
-        speed = max(speed, float(self.speeds[0]))
-        swing = self._plan_swing(model, speed, int(np.searchsorted(self.speeds, speed)))
-        placement = NailPlacement(nail or self.hammer.nail, self.target.p_WS, self.target.direction_W)
-        return Strike(swing, placement, settings.control_period)
-
-    def _plan_swing(self, model: ArmModel, speed: float, near: int) -> Swing:
-        """Plans a swing from one that is planned already, or if that leads nowhere or there is none, from home."""
-        if 0 <= near < len(self.swings):
-            with contextlib.suppress(AffordanceError):
-                return plan_swing(
-                    model, self.target, speed=speed, duration=self.hammer.duration, guess=self.swings[near]
-                )
-        return plan_swing(model, self.target, speed=speed, duration=self.hammer.duration)
-
-    def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities that are known at the speeds of the table, for S tools with a speed each."""
-        last = len(self.speeds) - 1
-        at = np.interp(speed, self.speeds, np.arange(last + 1.0))
-        below = np.minimum(at.astype(int), max(0, last - 1))
-        share = at - below
-        results: tuple[Array, ...] = ()
-        for node in np.unique(np.concatenate([below, np.minimum(below + 1, last)])):
-            weight = np.where(below == node, 1.0 - share, 0.0) + np.where(below + 1 == node, share, 0.0)
-            chosen = np.flatnonzero(weight)
-            if not len(chosen):
-                continue
-            values = compute(int(node), pi[chosen])
-            results = results or tuple(np.zeros(len(pi)) for _ in values)
-            for result, value in zip(results, values, strict=True):
-                result[chosen] += weight[chosen] * value
-        return results
+def _plan_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
+    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from home."""
+    if guess is not None:
+        with contextlib.suppress(AffordanceError):
+            return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)
+    return plan_swing(model, target, speed=speed, duration=hammer.duration)
 
 
 def _sample_swing(swing: Swing, control_period: float) -> PlannedMotion:

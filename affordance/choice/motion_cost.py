@@ -152,3 +152,18 @@ class MotionCost:
         parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
         loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
         return loads
+
+
+def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
+    """Work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion that was logged at every control period.
+
+    Torque is constant in a control period, and velocities are all but linear in it.
+
+    Args:
+        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row does not count.
+        v: Joint velocities, (N, num_joints), [rad/s].
+        control_period: Time between two rows, [s].
+    """
+    rates = np.abs(v)
+    mean_rates = 0.5 * (rates[1:] + rates[:-1])
+    return float(control_period * np.sum(np.abs(tau[1:]) * mean_rates)), float(control_period * np.sum(tau[1:] ** 2))

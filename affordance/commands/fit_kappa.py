@@ -5,10 +5,12 @@ import time
 from pathlib import Path
 from typing import Any
 
+import joblib
 import numpy as np
 from scipy.stats import chi2
 
 from affordance.belief.learners import Learner
+from affordance.commands.run import check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit
 from affordance.experiments.people.linear_plus import GROUPS
@@ -27,7 +29,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("--repeats", type=int, default=100, help="simulated observers at each kappa (default 100)")
     parser.add_argument("--seed", type=int, default=1, help="root of every random draw (default 1)")
-    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
     parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
     parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
     parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
@@ -44,6 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     if not 0.0 < arguments.lowest < arguments.highest:
         problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
         raise BadValueError("--lowest", "", problem)
+    check_bounds(arguments)
     for option, value, least in (("--count", arguments.count, 3), ("--repeats", arguments.repeats, 2)):
         if value < least:
             raise BadValueError(option, "", f"is {value}, must be at least {least}")

@@ -3,6 +3,9 @@
 import argparse
 from pathlib import Path
 
+import joblib
+
+from affordance.commands.run import check_bounds
 from affordance.experiments.learners import results
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import prepare_folder
@@ -14,13 +17,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("--repeats", type=int, default=20, help="simulated observers of each learner (default 20)")
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the study and prints what changes."""
+    """Runs the study and prints what changes.
+
+    Raises:
+        BadValueError: An option is out of bounds, or a file of the models is wrong.
+        ModelFileError: The arm cannot be loaded or is not fit.
+    """
+    check_bounds(arguments)
     folder = prepare_folder(arguments.out) / "learners"
     numbers = results.run(
         arguments.models, folder, seed=arguments.seed, repeats=arguments.repeats, jobs=arguments.jobs

@@ -3,6 +3,9 @@
 import argparse
 from pathlib import Path
 
+import joblib
+
+from affordance.commands.run import check_bounds
 from affordance.experiments.people import results
 from affordance.experiments.people.linear_plus import GROUPS
 from affordance.files.model_folder import MODELS
@@ -15,13 +18,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
     parser.add_argument("--repeats", type=int, default=50, help="simulated observers of each learner (default 50)")
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=2, help="processes (default 2)")
+    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
     parser.add_argument("--models", type=Path, default=MODELS, help="folder with people/, the published values")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs both groups and prints what they found."""
+    """Runs both groups and prints what they found.
+
+    Raises:
+        BadValueError: An option is out of bounds, or a file with people's values is wrong.
+    """
+    check_bounds(arguments)
     folder = prepare_folder(arguments.out)
     for group in GROUPS:
         config = results.PeopleConfig(group, arguments.models, arguments.seed)

@@ -1,330 +1,242 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool.
 
-Observers hold the objects of simulation II, and after every trial choose which end of a novel object to hold so that
-moving its free end along a path costs least. They never hold it. Which grip really is the cheaper one is measured:
-both are simulated with the true densities.
+Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
+moving its free end along a path takes the least work. They never hold it. Which grip really is the cheaper one is
+found by simulating both with the true densities.
 """
 
-import functools
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from matplotlib.figure import Figure
 
+from affordance.choice.inner_simulation import Choice
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experiments.shared import correct_grip as right_grip
-from affordance.experiments.shared import sensitivity
-from affordance.experiments.shared.camera_views import add_camera_views
+from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.correct_grip import (
     check_one_grip_is_cheaper,
     find_cheaper_grip,
     find_grip_of_densest,
+    remove_errors,
 )
-from affordance.experiments.shared.decisions import (
-    NUM_PRIOR_CHOICES,
-    Choices,
-    compute_proportions,
-    describe_effort,
-    describe_headed,
-    describe_rules,
-    draw_proportions,
-    label_choices,
-    list_by_grip,
-    plan_choices,
-    run_repeat,
-)
-from affordance.experiments.shared.experience import ExperienceConfig, collect_experience
-from affordance.experiments.shared.novel_objects import NovelObjects, hold, load_subjects
-from affordance.experiments.shared.outputs import describe_run, label_motions, name_faults
-from affordance.experiments.vision_comparison import save_vision_metrics
-from affordance.files.atomic import write_json
+from affordance.experiments.shared.decisions import label_choices, let_observer_choose
+from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.gain_experience import collect_experience
+from affordance.experiments.shared.grip_choices import plan_choices
+from affordance.experiments.shared.novel_tools import load_subjects
+from affordance.experiments.shared.proportions import compute_proportions, describe_tools, draw_proportions
+from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.model_folder import MODELS
-from affordance.files.netcdf import Labelled, write_trajectories
-from affordance.objects.colour import Colour
-from affordance.objects.tool import Tool
+from affordance.files.netcdf import LabelledArray, Trajectories
+from affordance.objects.tool import Tool, list_densities
 from affordance.reporting import figures
-from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
-from affordance.reporting.report import Claim, Picture, Section, write_section
-from affordance.reporting.wording import count_observers, introduce_observers, show_beside, warn_of_few_observers
-from affordance.runs.repeats import compute_key, run_repeats
-from affordance.settings import Settings
+from affordance.runs.repeats import run_tasks
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
-from affordance.vision.features import FeatureSource
 
-NAME = "reach"
+
+class ReachPlan(NamedTuple):
+    """What all observers share.
+
+    Attributes:
+        choices: Of a grip, by tool.
+        simulated: The task under the true densities, by tool and grip.
+    """
+
+    choices: Mapping[str, Choice]
+    simulated: Mapping[str, Mapping[str, Rollout]]
 
 
 @dataclass(frozen=True)
-class ReachConfig:
-    """What is run.
+class ReachExperiment:
+    """Simulation III.
 
     Attributes:
         experience: The objects that are held, and how they are learned.
-        novel: The objects that are chosen about.
+        novel: The tools that are chosen about; the first is the paper's.
         task: The path to follow.
+        models: The folder that they are from.
     """
 
     experience: ExperienceConfig
-    novel: NovelObjects
+    novel: tuple[Tool, ...]
     task: Reach
+    models: Path
+
+    name = "reach"
+    unit = "observer"
+    section = Path(__file__).parent / "sections" / "reach.yaml"
+
+    @property
+    def tools_observed(self) -> tuple[Tool, ...]:
+        """The novel tools."""
+        return self.novel
+
+    @property
+    def seed(self) -> int:
+        """Root of every random draw."""
+        return self.experience.seed
+
+    @property
+    def settings(self) -> Settings:
+        """What all simulations share."""
+        return self.experience.settings
+
+    def with_settings(self, settings: Settings) -> "ReachExperiment":
+        """Returns the experiment with other settings."""
+        return replace(self, experience=replace(self.experience, settings=settings))
+
+    def count_repeats(self, observers: int) -> int:
+        """One repeat an observer."""
+        return observers
+
+    def plan(self, jobs: int) -> ReachPlan:
+        """Plans the choices, and simulates the task with every grip.
+
+        Raises:
+            BadValueError: The path cannot be followed, or no grip is cheaper than the other.
+        """
+        path = self.models / "paths" / "reach.yaml"
+        try:
+            choices = plan_choices(
+                self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
+            )
+            simulated = self.simulate(jobs)
+        except AffordanceError as error:
+            raise BadValueError(path, "points", f"cannot be followed: {error}") from error
+        for choice in choices.values():
+            for option, cost in zip(choice.options, choice.cost_models, strict=True):
+                if cost.infeasible_reason:
+                    problem = f"cannot be followed: the {option.name} {cost.infeasible_reason}"
+                    raise BadValueError(path, "points", problem)
+        for tool in self.novel:
+            for grip, rollout in simulated[tool.name].items():
+                if problem := self.task.path.describe_error(rollout.error):
+                    raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
+            works = [rollout.work for rollout in simulated[tool.name].values()]
+            check_one_grip_is_cheaper(self.models, tool, works)
+        return ReachPlan(choices, simulated)
+
+    def simulate(self, jobs: int) -> dict[str, dict[str, Rollout]]:
+        """Simulates the task under the true densities with every grip of every tool."""
+        exact = remove_errors(self.settings)
+        held = {tool.name: tool.list_gripped() for tool in self.novel}
+        tasks = [
+            partial(roll_out, gripped, self.task, list_densities([tool]), exact)
+            for tool in self.novel
+            for gripped in held[tool.name].values()
+        ]
+        done = iter(run_tasks(tasks, jobs=jobs, description="reach: simulations"))
+        return {name: {grip: next(done) for grip in grips} for name, grips in held.items()}
+
+    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
+        """Lets observers hold the objects of Simulation II."""
+        return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
+
+    def select_shared(self, plan: ReachPlan) -> list[Choice]:
+        """The choices."""
+        return list(plan.choices.values())
+
+    def run_observer(self, shared: list[Choice], experience: Experience | None, repeat: int) -> Arrays:
+        """Lets an observer choose before the first and after each trial; see ``let_observer_choose``."""
+        assert experience is not None  # the experiment has one
+        return let_observer_choose(shared, experience, self.seed, repeat)
+
+    def compute_metrics(self, plan: ReachPlan, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
+        """Computes the numbers of metrics.json."""
+        correct = {name: find_cheaper_grip(simulated) for name, simulated in plan.simulated.items()}
+        first = self.novel[0]
+        simulated = plan.simulated[first.name]
+        return {
+            **compute_proportions(plan.choices, arrays, self.experience, correct, plan.simulated),
+            "density_true": {part.material.name: part.material.density for part in first.components},
+            "energy_true": {grip: rollout.work for grip, rollout in simulated.items()},
+            "energy_ratio_true": max(done.work for done in simulated.values()) / simulated[correct[first.name]].work,
+            "effort_true": {grip: rollout.effort for grip, rollout in simulated.items()},
+            "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in simulated.items()},
+            "path_error_m": {grip: rollout.error for grip, rollout in simulated.items()},
+        }
+
+    def list_facts(self, plan: ReachPlan, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Names of tools and grips."""
+        return {
+            **describe_tools(self.novel, numbers),
+            "duration": self.task.duration,
+            "grip_of_densest": find_grip_of_densest(self.novel[0], at_hand=True),
+        }
+
+    def show(
+        self, plan: ReachPlan, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
+    ) -> Outputs:
+        """Figures 7 and 8, the paths, trajectories, Diagram and replay."""
+        first = self.novel[0]
+        simulated, held = plan.simulated[first.name], first.list_gripped()
+        correct = numbers["correct_grip"]
+        trial = get_runner(self.settings).get_diagram(self.task.duration, held[correct])
+        scenes = [
+            Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
+            for grip, rollout in simulated.items()
+        ]
+        path, title = simulated[correct].reference, f"Simulation III: {first.name}"
+        return Outputs(
+            figures={
+                "figure7": self._draw_tools,
+                "figure8": partial(
+                    draw_proportions, self.novel, numbers, "Choosing a grip for reaching", len(arrays["bayes"])
+                ),
+                "path": partial(
+                    figures.draw_paths,
+                    next(iter(simulated.values())).reference,
+                    {f"held by {grip}": rollout.path for grip, rollout in simulated.items()},
+                ),
+            },
+            trajectories=Trajectories(
+                {
+                    **label_choices(arrays),
+                    "p_WF": LabelledArray(
+                        ("trial", "time", "axis"),
+                        np.stack([done.path for done in simulated.values()]),
+                        "m",
+                        "where the free end went",
+                    ),
+                    "p_WF_reference": LabelledArray(("time", "axis"), path, "m", "the path"),
+                    **label_motions([done.record for done in simulated.values()], "simulated, true densities"),
+                },
+                {
+                    "trial": list(simulated),
+                    "joint": trial.arm.joint_names,
+                    "axis": ["x", "y", "z"],
+                    "tool": [tool.name for tool in self.novel],
+                },
+            ),
+            diagram=lambda: trial.diagram,
+            replay=lambda file: write_replay(file, self.settings.arm, scenes, title=title, p_WG=path),
+        )
+
+    def _draw_tools(self) -> Figure:
+        drawings = [
+            Drawing(held, f"{tool.name}, held by {grip}")
+            for tool in self.novel
+            for grip, held in tool.list_gripped().items()
+        ]
+        return draw_objects(drawings, columns=2)
 
 
-def load_config(
-    models: Path = MODELS, seed: int = 0, feature_source: FeatureSource = FeatureSource.FEATURES
-) -> ReachConfig:
-    """Reads arm, objects and path from a folder of models.
+def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> ReachExperiment:
+    """Reads objects, tools and path from a folder of models.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, feature_source)
-    path = models / "paths" / "reach.yaml"
-    config = ReachConfig(experience, novel, Reach(load_path(path)))
-    # What cannot be planned or carried out is refused here, before anything is written.
-    try:
-        choices = build_choices(config)
-    except AffordanceError as error:
-        raise BadValueError(path, "points", f"cannot be followed: {error}") from error
-    for choice in choices:
-        for option, cost_model in zip(choice.options, choice.cost_models, strict=True):
-            if cost_model.infeasible_reason:
-                raise BadValueError(
-                    path, "points", f"cannot be followed: the {option.name} {cost_model.infeasible_reason}"
-                )
-    for tool in (novel.plain, novel.headed):
-        executed = execute(config, tool)
-        for grip, rollout in executed.items():
-            if misses := config.task.path.describe_error(rollout.error):
-                raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {misses}")
-        check_one_grip_is_cheaper(models, tool, [rollout.work for rollout in executed.values()])
-    return config
-
-
-def build_choices(config: ReachConfig) -> Choices:
-    """Plans the task with each grip of each object.
-
-    Raises:
-        AffordanceError: The path cannot be planned.
-    """
-    return plan_choices(config.novel, config.task, config.experience.settings, config.experience.seed)
-
-
-def execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
-    """Simulates the task under the true densities with each grip of a tool."""
-    return _execute(replace(config, experience=right_grip.remove_errors_of(config.experience)), tool)
-
-
-@functools.lru_cache(maxsize=2)  # simulated to refuse what cannot be followed, reported when it is run
-def _execute(config: ReachConfig, tool: Tool) -> dict[str, Rollout]:
-
-    def follow_path(held: Tool, densities: Mapping[Colour, float], settings: Settings) -> Rollout:
-        return roll_out(held, config.task, densities, settings)
-
-    return right_grip.execute(tool, config.experience.settings, follow_path)
-
-
-def run(config: ReachConfig, folder: Path, *, repeats: int, jobs: int) -> None:
-    """Runs all observers and writes numbers, figures, trajectories, diagram, replay and section of the report.
-
-    Args:
-        config: What is run.
-        folder: Receives the files; repeats that it holds already are not run again. Experience is kept beside it.
-        repeats: Number of observers, at least 1.
-        jobs: Number of processes, at least 1.
-    """
-    start = time.perf_counter()
-    settings, seed = config.experience.settings, config.experience.seed
-    choices = build_choices(config)
-    executed = execute(config, config.novel.plain)
-    executed_headed = execute(config, config.novel.headed)
-    experience = collect_experience(config.experience, folder.parent / "experience", repeats=repeats, jobs=jobs)
-    kept = folder / "repeats" / compute_key(config, settings.arm.parent)
-    arrays = run_repeats(
-        kept, partial(run_repeat, choices, experience, seed), repeats=repeats, jobs=jobs, description=NAME
-    )
-    numbers = compute_metrics(config, choices, arrays, executed, executed_headed)
-    numbers.update(experience.count_faults())
-    correct = list(executed).index(numbers["correct_grip"])
-    studied = sensitivity.study(config.experience, choices.plain, correct, repeats=repeats, jobs=jobs)
-    _write_trajectories(folder / "trajectories.nc", config, arrays, executed)
-    held = hold(config.novel.plain)
-    save_diagram(get_runner(settings).get_diagram(held[numbers["correct_grip"]]).diagram, folder, "diagram")
-    _draw(config, numbers, executed, folder, repeats)
-    sensitivity.save_drawing(studied, folder, repeats)
-    section = name_faults(describe(config, numbers, repeats), settings.faults, right_grip.WITHOUT_FAULTS)
-    write_section(
-        folder, add_camera_views(section, folder, (config.novel.plain, config.novel.headed), settings, seed)
-    )
-    scenes = [
-        Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
-        for grip, rollout in executed.items()
-    ]
-    path = executed[numbers["correct_grip"]].reference
-    title = f"Simulation III: {config.novel.plain.name}"
-    write_replay(folder / "replay.html", settings.arm, scenes, title=title, p_WG=path)
-    described = describe_run(config, seed=seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    save_vision_metrics(folder, numbers, settings, seed=seed, repeats=repeats)
-    # Last: where it is, the rest is too.
-    write_json(folder / "metrics.json", {**numbers, "p_correct_sensitivity": studied, **described})
-
-
-def compute_metrics(
-    config: ReachConfig,
-    choices: Choices,
-    arrays: Mapping[str, NDArray[Any]],
-    executed: Mapping[str, Rollout],
-    executed_headed: Mapping[str, Rollout],
-) -> dict[str, Any]:
-    """Computes the numbers of the results contract.
-
-    Args:
-        config: What was run.
-        choices: The choices of a grip.
-        arrays: Choices of all observers, (repeats, K + 1) each.
-        executed: The task with each grip of the plain object, under the true densities.
-        executed_headed: The same for the headed object.
-    """
-    grips = list(executed)
-    correct_grip, correct_headed = find_cheaper_grip(executed), find_cheaper_grip(executed_headed)
-    correct, correct_of_headed = grips.index(correct_grip), list(executed_headed).index(correct_headed)
-    return {
-        **compute_proportions(choices, arrays, config.experience, correct, correct_of_headed),
-        "correct_grip": correct_grip,
-        "correct_grip_headed_tool": correct_headed,
-        "density_true": {part.material.name: part.material.density for part in config.novel.plain.components},
-        "energy_true": {grip: rollout.work for grip, rollout in executed.items()},
-        "energy_ratio_true": max(done.work for done in executed.values()) / executed[correct_grip].work,
-        "energy_true_headed_tool": {grip: rollout.work for grip, rollout in executed_headed.items()},
-        "effort_true": {grip: rollout.effort for grip, rollout in executed.items()},
-        "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in executed.items()},
-        "path_error_m": {grip: rollout.error for grip, rollout in executed.items()},
-    }
-
-
-def describe(config: ReachConfig, numbers: Mapping[str, Any], repeats: int) -> Section:
-    """Puts the numbers beside what the paper says."""
-    p, interval = np.asarray(numbers["p_correct"]), np.asarray(numbers["p_correct_ci95"])
-    errors = 1000.0 * max(numbers["path_error_m"].values())
-    plain, headed_name = config.novel.plain.name, config.novel.headed.name
-    last = len(p) - 1
-    claims = [
-        Claim(
-            "IV-C",
-            "The optimal solution is to grasp the object by the steel component.",
-            bool(numbers["correct_grip"] == find_grip_of_densest(config.novel.plain, at_hand=True)),
-            f"simulated with the true densities, {list_by_grip(numbers['energy_true'], 'J')} (ratio "
-            f"{numbers['energy_ratio_true']:.3f}); the free end keeps to the path within {errors:.0f} mm",
-        ),
-        Claim(
-            "IV-D (of figure 10); expected here too",
-            "At the start of the experiment the robot is at chance.",
-            bool(abs(p[0] - 0.5) < 0.02),
-            f"{p[0]:.3f} of {NUM_PRIOR_CHOICES} choices before any experience",
-        ),
-        Claim(
-            "IV-C, figure 8",
-            "The proportion of correct choices increases as the robot gains experience with similar objects.",
-            bool(p[-1] > p[0] and interval[-1, 0] > interval[0, 1]),
-            "after 0, 1, 2, ... trials: " + ", ".join(f"{value:.3f}" for value in p),
-        ),
-        Claim(
-            "ours",
-            f"After {last} trials at least 95 of 100 choices are correct.",
-            bool(p[-1] >= 0.95),
-            f"{show_beside(p[-1], 0.95, 3)} after {last} trials, "
-            f"95 % interval {interval[-1, 0]:.3f} to {interval[-1, 1]:.3f}",
-        ),
-    ]
-    return Section(
-        order=3,
-        title="Simulation III: choosing a grip for reaching",
-        summary=(
-            f"{introduce_observers(repeats, 'hold', 'holds')} the objects of simulation II. After every trial they "
-            f"choose which end of the {plain} to hold, to move its free end along a path of "
-            f"{config.task.duration:g} s with the least work. They never hold the {plain}. "
-            f"Beside it they choose about the {headed_name}: "
-            f"{describe_headed(numbers)}. {_describe_materials(config.novel.plain, config.novel.headed)}"
-            f"{warn_of_few_observers(repeats)}"
-        ),
-        pictures=[
-            Picture(
-                "figure7.png", "Figure 7. The novel objects in both grips; the cross is the true centre of mass."
-            ),
-            Picture("figure8.png", "Figure 8. Correct choices after trials with the objects of simulation II."),
-            Picture(
-                "path.png",
-                "The path (dotted), and where the free end went with each grip, simulated under the true densities.",
-            ),
-            sensitivity.PICTURE,
-        ],
-        claims=claims,
-        differences=[
-            "The paper does not say what the path was, nor the sizes of the object; here they are those of models/.",
-            describe_rules(numbers),
-            describe_effort(numbers),
-        ],
-    )
-
-
-def _describe_materials(plain: Tool, headed: Tool) -> str:
-    """Says what the two objects are made of."""
-    of_plain, of_headed = (
-        list(dict.fromkeys(part.material.name for part in tool.components)) for tool in (plain, headed)
-    )
-    if set(of_plain) == set(of_headed):
-        return f"Both are of {' and '.join(of_plain)}."
-    return f"The {plain.name} is of {' and '.join(of_plain)}, the {headed.name} of {' and '.join(of_headed)}."
-
-
-def _draw(
-    config: ReachConfig,
-    numbers: Mapping[str, Any],
-    executed: Mapping[str, Rollout],
-    folder: Path,
-    repeats: int,
-) -> None:
-    drawings = [
-        Drawing(held, f"{tool.name}, held by {grip}")
-        for tool in (config.novel.plain, config.novel.headed)
-        for grip, held in hold(tool).items()
-    ]
-    figures.save_figure(draw_objects(drawings, columns=2), folder, "figure7")
-    title = f"Choosing a grip for reaching, {count_observers(repeats)}, 95 % intervals"
-    figure = draw_proportions(config.novel, numbers, title)
-    figures.save_figure(figure, folder, "figure8")
-    paths = {f"held by {grip}": rollout.path for grip, rollout in executed.items()}
-    reference = next(iter(executed.values())).reference
-    figures.save_figure(figures.draw_paths(reference, paths), folder, "path")
-
-
-def _write_trajectories(
-    path: Path, config: ReachConfig, arrays: Mapping[str, NDArray[Any]], executed: Mapping[str, Rollout]
-) -> None:
-    ends = {
-        "p_WF": Labelled(
-            ("trial", "time", "axis"),
-            np.stack([done.path for done in executed.values()]),
-            "m",
-            "where the free end went",
-        ),
-        "p_WF_reference": Labelled(("time", "axis"), next(iter(executed.values())).reference, "m", "the path"),
-    }
-    records = [done.record for done in executed.values()]
-    held = next(iter(hold(config.novel.plain).values()))
-    joint_names = get_runner(config.experience.settings).get_diagram(held).arm.joint_names
-    write_trajectories(
-        path,
-        {**label_choices(arrays), **ends, **label_motions(records, "executed under the true densities")},
-        {"trial": list(executed), "joint": joint_names, "axis": ["x", "y", "z"]},
-    )
+    experience, novel = load_subjects(models, seed, settings)
+    return ReachExperiment(experience, novel, Reach(load_path(models / "paths" / "reach.yaml")), models)

@@ -1,14 +1,16 @@
 """The experiments there are, and running some of them into one folder."""
 
+import importlib
+import logging
 from collections.abc import Sequence
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-from affordance.exceptions import SeeingError
-from affordance.experiments import com, reach, weight
-from affordance.experiments.hammer import experiment as hammer
-from affordance.experiments.shared.checks import switch_faults_on
-from affordance.experiments.vision import experiment as vision
+from affordance.exceptions import SeeingError, UnavailableError
+from affordance.experiments.definition import Experiment
+from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
 from affordance.plant.arm import ARM, load_arm
@@ -16,10 +18,32 @@ from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import write_report
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import end_processes, prepare_folder
+from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
 
-EXPERIMENTS = {module.NAME: module for module in (weight, com, reach, hammer, vision)}
+_LOG = logging.getLogger(__name__)
+
+# Modules below affordance.experiments, each with a function ``load``, by their names on the command line.
+EXPERIMENTS = {
+    "weight": "weight",
+    "com": "com",
+    "reach": "reach",
+    "hammer": "hammer.experiment",
+    "vision": "vision.experiment",
+}
+
+
+def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> Experiment:
+    """Loads an experiment from a folder of models; imported here, so that one need not pay for the others.
+
+    Raises:
+        BadValueError: A file is wrong, or the objects do not make the experiment.
+        ModelFileError: The arm cannot be loaded or is not fit.
+    """
+    module: Any = importlib.import_module(f"affordance.experiments.{EXPERIMENTS[name]}")
+    experiment: Experiment = module.load(models, seed, settings)
+    return experiment
 
 
 def run_suite(
@@ -42,7 +66,7 @@ def run_suite(
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
         repeats: Simulated observers, at least 1.
-        jobs: Processes, at least 1; of no account with a cluster.
+        jobs: Processes, at least 1; ignored with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         feature_source: Where the features of objects come from.
@@ -50,22 +74,30 @@ def run_suite(
     Returns: Path of the report.
 
     Raises:
-        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not fit;
-            nothing was written.
+        BadValueError: A file of the models is wrong or asks for what cannot be carried out, the folder cannot be
+            written to, or the cluster is not fit; nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
+        UnavailableError: The only experiment that is asked for does not work on this machine.
     """
-    configs = {name: EXPERIMENTS[name].load_config(models, seed, feature_source) for name in names}
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
     if faults:
-        switched_on = load_faults(models / "faults.yaml", faults, load_arm(models / ARM.name).joint_names)
-        configs = {name: switch_faults_on(config, switched_on) for name, config in configs.items()}
+        joint_names = load_arm(settings.arm).joint_names
+        settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
+    experiments = [load_experiment(name, models, seed, settings) for name in names]
     try:
         with use_cluster(cluster, models) if cluster is not None else nullcontext():
+            plans = [experiment.plan(jobs) for experiment in experiments]
             prepare_folder(out)
-            folders = {name: prepare_folder(out / name) for name in names}
+            folders = [prepare_folder(out / experiment.name) for experiment in experiments]
             remove_leftovers(out)
-            for name, folder in folders.items():
-                EXPERIMENTS[name].run(configs[name], folder, repeats=repeats, jobs=jobs)
+            for experiment, plan, folder in zip(experiments, plans, folders, strict=True):
+                try:
+                    run_experiment(experiment, plan, folder, repeats=repeats, jobs=jobs)
+                except UnavailableError as error:
+                    if len(experiments) == 1:
+                        raise
+                    _LOG.warning("%s is left out: %s", experiment.name, error)
                 end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error

@@ -1,6 +1,6 @@
-"""Both ways of seeing side by side: features as they are, and features from pictures.
+"""Both sources of features side by side: true features, and features from pictures.
 
-Every run of an experiment keeps its numbers by the way of seeing; where a folder holds both, and they differ in
+Every run of an experiment keeps its numbers by the source of features; where a folder holds both, and they differ in
 nothing else, the report compares them.
 """
 
@@ -15,18 +15,19 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.files.atomic import quarantine, write_json
-from affordance.reporting import figures
 from affordance.reporting.camera_figures import draw_comparison
-from affordance.reporting.report import Claim, Picture, Section, remove_section, write_section
-from affordance.reporting.wording import show_beside
+from affordance.reporting.figures import save_figure
+from affordance.reporting.report import remove_section, write_section
+from affordance.reporting.section import render_section
 from affordance.runs.repeats import compute_key
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 
 _LOG = logging.getLogger(__name__)
 
-NAME = "modes"
-# Where the numbers of a mode say what they share with those of the other.
+NAME = "vision_comparison"
+_SECTION = Path(__file__).parent / "sections" / f"{NAME}.yaml"
+# Where the numbers from one source of features say what they share with those from the other.
 _SHARED = "shared"
 
 
@@ -44,6 +45,11 @@ class Curve(NamedTuple):
     key: str
     label: str
     scale: float = 1.0
+
+    @property
+    def is_judged(self) -> bool:
+        """Whether the report compares it with a bound."""
+        return self.key in ("density_median", "p_correct")
 
 
 CURVES = (
@@ -70,7 +76,9 @@ class SavedRun(NamedTuple):
 def save_vision_metrics(
     folder: Path, numbers: Mapping[str, Any], settings: Settings, *, seed: int, repeats: int
 ) -> None:
-    """Keeps the numbers of an experiment beside its metrics, by the way of seeing."""
+    """Keeps the numbers of an experiment that is compared beside its metrics, by the source of features."""
+    if folder.name not in {curve.experiment for curve in CURVES}:
+        return
     models = compute_key("", settings.arm.parent)
     shared = {"faults": settings.faults, "seed": seed, "repeats": repeats, "models": models}
     write_json(folder / f"numbers_{settings.feature_source.value}.json", {**numbers, _SHARED: shared})
@@ -84,42 +92,20 @@ def compare_feature_sources(out: Path) -> None:
     if not found:
         remove_section(out / NAME)
         return
-    folder = out / NAME
     panels = {
-        curve.label: {mode: curve.scale * values for mode, values in both.items()} for curve, both in found.items()
+        curve.label: {way: curve.scale * values for way, values in both.items()} for curve, both in found.items()
     }
-    figures.save_figure(draw_comparison(panels), folder, "modes")
-    words = "; ".join(
-        f"{label}: "
-        + ", ".join(f"{mode} " + " ".join(f"{value:.4g}" for value in values) for mode, values in both.items())
-        for label, both in panels.items()
-    )
-    section = Section(
-        order=7,
-        title="What really seeing costs",
-        summary=(
-            "The same experiments twice: with the features of the objects as they are, and with features from a "
-            "noisy colour and depth picture of each object, taken anew before every trial, and from nothing else. "
-            f"Trial by trial: {words}."
-        ),
-        pictures=[Picture("modes.png", "Learning with features as they are, and with features from pictures.")],
-        claims=[_judge(curve, both) for curve, both in found.items() if curve.key in ("density_median", "p_correct")],
-        differences=[],
-    )
-    write_section(folder, section)
+    save_figure(draw_comparison(panels), out / NAME, "comparison")
+    differences = {curve.label: _find_difference(curve, both) for curve, both in found.items() if curve.is_judged}
+    numbers = {"largest_difference": list(differences.values()), "panels": panels}
+    write_section(out / NAME, render_section(_SECTION, numbers, {"labels": list(differences)}))
 
 
-def _judge(curve: Curve, both: Mapping[str, Array]) -> Claim:
+def _find_difference(curve: Curve, both: Mapping[str, Array]) -> float:
+    """Largest difference between both sources, of the last true value or, for proportions, of one."""
     told, seen = both[FeatureSource.FEATURES.value], both[FeatureSource.PIXELS.value]
     unit = 1.0 if curve.key == "p_correct" else float(told[-1])
-    apart = np.abs(seen - told) / unit
-    return Claim(
-        "ours",
-        f"{curve.experiment}: what is learned from pictures is within a tenth of what is learned from true features.",
-        bool(apart.max() <= 0.1),
-        f"{curve.label}: largest difference {show_beside(100 * float(apart.max()), 10.0)} %, "
-        f"at the end {100 * apart[-1]:.1f} %",
-    )
+    return float(np.abs(seen - told).max() / unit)
 
 
 def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, Array]]:

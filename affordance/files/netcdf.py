@@ -1,52 +1,58 @@
-"""Trajectories in netCDF 3, an open format of labelled arrays that most languages read."""
+"""Trajectories in NetCDF 3, an open format of labelled arrays that most languages read."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from scipy.io import netcdf_file
+import numpy as np
+import xarray
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.files.atomic import write_atomic
 
 
-class Labelled(NamedTuple):
+class LabelledArray(NamedTuple):
     """An array with its meaning.
 
     Attributes:
         dimensions: Name of each axis.
-        values: The numbers.
+        values: The numbers; booleans and integers are stored as floating-point numbers.
         units: SI.
         meaning: In words.
     """
 
     dimensions: tuple[str, ...]
-    values: Array
+    values: Array | NDArray[np.bool_] | NDArray[np.intp]
     units: str
     meaning: str
 
 
-def write_trajectories(path: Path, variables: Mapping[str, Labelled], labels: Mapping[str, list[str]]) -> None:
-    """Writes variables to a netCDF file, whole.
+class Trajectories(NamedTuple):
+    """What a file of trajectories holds.
 
-    Args:
-        path: The file.
-        variables: Arrays by name; those that share a dimension agree in its length.
-        labels: For some dimensions, the name of each entry; kept as text attributes of the file,
-            in UTF-8.
+    Attributes:
+        variables: Arrays by name; those that share a dimension agree in its length. One whose only dimension has its
+            own name is the coordinate of that dimension.
+        names: For dimensions without such a coordinate, the name of each entry, in any script.
     """
 
-    def write(temporary: Path) -> None:
-        with netcdf_file(temporary, "w") as file:
-            for dimension, names in labels.items():
-                setattr(file, f"{dimension}_names", ", ".join(names).encode())  # SciPy writes text as ASCII only
-            for name, variable in variables.items():
-                for dimension, length in zip(variable.dimensions, variable.values.shape, strict=True):
-                    if dimension not in file.dimensions:
-                        file.createDimension(dimension, length)
-                stored = file.createVariable(name, "d", variable.dimensions)
-                stored[:] = variable.values
-                stored.units = variable.units
-                stored.long_name = variable.meaning
+    variables: Mapping[str, LabelledArray]
+    names: Mapping[str, Sequence[str]]
 
-    write_atomic(path, write)
+
+def write_trajectories(path: Path, trajectories: Trajectories) -> None:
+    """Writes trajectories to a NetCDF file, atomically."""
+    arrays = {
+        name: (
+            each.dimensions,
+            np.asarray(each.values, dtype=float),
+            {"units": each.units, "long_name": each.meaning},
+        )
+        for name, each in trajectories.variables.items()
+    }
+    coordinates = {name: array for name, array in arrays.items() if array[0] == (name,)}
+    variables = {name: array for name, array in arrays.items() if name not in coordinates}
+    names = {name: list(entries) for name, entries in trajectories.names.items()}
+    dataset = xarray.Dataset(variables, coords={**coordinates, **names})
+    write_atomic(path, lambda temporary: dataset.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT"))

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.exceptions import describe_choice
 from affordance.files.yaml_reader import Record, read_record
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
@@ -85,7 +86,7 @@ def _read_pose(record: Record) -> Array:
 def _read_material(record: Record, key: str, materials: dict[str, Material]) -> Material:
     name = record.text(key)
     if name not in materials:
-        raise record.error(key, f"is {name!r}, must be one of the known materials: {', '.join(materials)}")
+        raise record.error(key, describe_choice(name, materials))
     return materials[name]
 
 

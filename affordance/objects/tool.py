@@ -98,6 +98,10 @@ class Tool:
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
         return Tool(self.name, components, (), grip.name)
 
+    def list_gripped(self) -> "dict[str, Tool]":
+        """The tool in each of its grips, by their names."""
+        return {grip.name: self.gripped_by(grip) for grip in self.grips}
+
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
         """Returns a tool of the same look whose parts have other densities, by the colour they show, [kg/m^3]."""
         return replace(

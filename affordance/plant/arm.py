@@ -103,22 +103,27 @@ def add_arm(
     directives: Path = ARM,
     tool: Tool | None = None,
     nail: NailPlacement | None = None,
+    *,
     has_clamp: bool = False,
 ) -> Arm:
-    """Adds plant and scene graph to a builder: the arm, the tool's shape in its hand, and nail and clamp if given.
+    """Adds an arm, and what it holds and strikes, to a builder.
 
     Args:
-        builder: Receives the systems ``plant`` and ``scene_graph``.
+        builder: Receives the system ``plant`` and, where there are shapes, ``scene_graph``.
         directives: Drake model directives of the arm.
-        tool: Gives geometry and, as default, inertia; None for an empty hand.
+        tool: Gives shapes and, as default, inertia; None for a payload without shape, and an arm without.
         nail: The nail and where it stands; None for none.
         has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool, nail, has_clamp)
+    if tool is None and nail is None:
+        plant = MultibodyPlant(0.0)
+        builder.AddNamedSystem("plant", plant)
+    else:
+        plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    return _finish_plant(plant, directives, tool, nail, has_clamp=has_clamp)
 
 
 def load_arm(directives: Path = ARM) -> Arm:
@@ -127,7 +132,7 @@ def load_arm(directives: Path = ARM) -> Arm:
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
-    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None, has_clamp=False)
+    return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
@@ -172,7 +177,8 @@ def _finish_plant(
     directives: Path,
     tool: Tool | None,
     nail: NailPlacement | None,
-    has_clamp: bool,
+    *,
+    has_clamp: bool = False,
 ) -> Arm:
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)

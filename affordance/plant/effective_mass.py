@@ -1,9 +1,8 @@
-"""The mass that a blow meets at the striking point: 1 / (n^T J M^-1 J^T n) (design 4)."""
+"""The mass that a blow meets at the striking point: 1 / (n^T J M^-1 J^T n)."""
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.control.swing import Target
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressors
@@ -17,19 +16,20 @@ class EffectiveMass:
     acceleration of one joint, less what it says of rest.
     """
 
-    def __init__(self, model: ArmModel, target: Target, q: Array) -> None:
+    def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
         """Computes mass matrices of arm and payload.
 
         Args:
             model: The arm; its state and payload are set.
-            target: What is struck, and with which point.
+            p_TS: The striking point S, fixed to the tool, shape (3,), [m].
+            direction_W: Of the blow, a unit vector, shape (3,).
             q: The posture, shape (num_joints,), [rad].
         """
         n = len(q)
         model.set_payload(np.zeros(NUM_PARAMETERS))
         model.set_state(np.concatenate([q, np.zeros(n)]))
         self._M_arm = model.compute_mass_matrix()
-        self._along = target.direction_W @ model.compute_point_jacobian(target.p_TS)
+        self._along = direction_W @ model.compute_point_jacobian(p_TS)
         vdot = np.vstack([np.zeros(n), np.eye(n)])
         Y = compute_payload_regressors(build_chain(model.arm), np.tile(q, (n + 1, 1)), np.zeros((n + 1, n)), vdot)
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)

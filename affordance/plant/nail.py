@@ -30,6 +30,8 @@ _FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 # and a blow takes up to three times as long (6000 steps instead of 500 have been seen), for a peak that is the same
 # to 0.3 %, [m/s].
 STICTION_TOLERANCE = 1e-2
+# A nail is touched from this contact force on, [N].
+_TOUCH = 1.0
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
@@ -93,6 +95,29 @@ class Nail:
         gained = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2)
         speed: Array = np.sqrt(gained / (self.stiffness * effective_mass))
         return speed
+
+
+class NailRecord(NamedTuple):
+    """What happened to a nail, at every one of N steps of the integrator.
+
+    Attributes:
+        times: (N,), [s].
+        travel: How far it was driven since it was set, (N,), [m].
+        rate: (N,), [m/s].
+        resistance: Of the wood against being driven in, (N,), [N].
+        contact: Force of the tool on its head along the direction it is driven to, (N,), [N].
+    """
+
+    times: Array
+    travel: Array
+    rate: Array
+    resistance: Array
+    contact: Array
+
+    @property
+    def time_of_touch(self) -> float:
+        """When the tool first touched it, [s]; the first of the times if it never did."""
+        return float(self.times[np.argmax(self.contact > _TOUCH)])
 
 
 class NailPlacement(NamedTuple):

@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief, Likelihood
-from affordance.belief.object_belief import Geometry, ObjectBelief
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
+from affordance.objects.geometry import Geometry
 from affordance.proprioception.torque_noise import NoiseModel
 
 _MAX_ITERATIONS = 100

@@ -14,7 +14,7 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.yaml_reader import Record, read_record
 from affordance.plant.arm import Arm
 
@@ -84,8 +84,7 @@ class Faults:
         if not self.stuck_joint:
             return None
         if self.stuck_joint not in joint_names:
-            known = ", ".join(joint_names)
-            raise BadValueError("faults", "stuck_joint", f"is {self.stuck_joint!r}, must be one of {known}")
+            raise BadValueError("faults", "stuck_joint", describe_choice(self.stuck_joint, joint_names))
         return list(joint_names).index(self.stuck_joint)
 
     def change_arm(self, arm: Arm, plant_context: Context) -> None:
@@ -118,7 +117,7 @@ def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) ->
     together: dict[str, Any] = {}
     for name in dict.fromkeys(names):
         if name not in known:
-            raise BadValueError("--fault", "", f"is {name!r}, must be one of {', '.join(known)}")
+            raise BadValueError("--fault", "", describe_choice(name, known))
         for field in fields(Faults):
             value = getattr(known[name], field.name)
             if value == field.default:
@@ -151,7 +150,7 @@ def _read_faults(record: Record, joint_names: Sequence[str]) -> Faults:
     if record.has("stuck_joint"):
         joint = record.text("stuck_joint")
         if joint not in joint_names:
-            raise record.error("stuck_joint", f"is {joint!r}, must be one of {', '.join(joint_names)}")
+            raise record.error("stuck_joint", describe_choice(joint, joint_names))
         faults = replace(faults, stuck_joint=joint)
     record.finish()
     return faults

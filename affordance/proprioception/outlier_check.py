@@ -9,7 +9,7 @@ import enum
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.object_belief import Geometry
+from affordance.objects.geometry import Geometry
 from affordance.objects.tool import DENSITY_MAX
 from affordance.proprioception.torque_noise import NoiseModel
 

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief, Likelihood
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.likelihood import Likelihood
 from affordance.exceptions import AffordanceError
 from affordance.proprioception.torque_noise import WeberNoise
 

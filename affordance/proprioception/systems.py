@@ -1,9 +1,9 @@
 """The proprioceptive system of the paper's figure 2: the recursive Bayesian estimator."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from pydrake.systems.framework import BasicVector, Context, DiscreteValues
+from pydrake.systems.framework import BasicVector, Context, DiscreteValues, State
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import ObjectBelief
@@ -32,22 +32,35 @@ class SampleCounts(NamedTuple):
 
 
 class DensityEstimator(SampledSystem):
-    """Averages what is felt sample by sample, and applies Bayes' rule to it when asked.
+    """The recursive Bayesian estimator of an object's densities.
 
-    Its discrete state is the percept: the mean features felt so far, and how many samples they are the mean of; and
-    counts of samples that were refused and taken.
+    Its discrete state is the sufficient statistic of the presentation so far: mean features of the samples and their
+    number; beside it counts of accepted and rejected samples. The posterior is an output, computed from statistic and
+    prior when it is asked for. When the presentation ends, in the event in which the memory takes the posterior over,
+    evidence and p-value are kept and the statistic starts anew, so that nothing is counted twice.
 
     Input ports:
-        prior: Belief before anything was felt, ObjectBelief.
-        measurement: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+        prior: Belief before the first sample, ObjectBelief.
+        measurement: Measured torques, joint angles, velocities and accelerations, (4 num_joints,).
 
     Output ports:
-        posterior: Belief after what was felt, ObjectBelief.
-        log_evidence: Log probability of what was felt, (1,).
-        p_value: Probability of evidence as low as this, under what was believed, (1,).
+        posterior: Belief given the samples so far, ObjectBelief.
+        log_evidence: Log probability density of the samples before they were measured, (1,).
+        p_value: Probability of samples as surprising as these under the prior, (1,).
     """
 
-    def __init__(self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float) -> None:
+    def __init__(
+        self, arm: Arm, *, noise: NoiseModel, deviation_sd: float, sample_period: float, duration: float
+    ) -> None:
+        """Declares states, ports and events.
+
+        Args:
+            arm: The internal model's arm.
+            noise: Of the measured torques.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+            sample_period: Time between two samples, [s].
+            duration: Of a presentation, [s].
+        """
         super().__init__()
         self._model = ArmModel(arm)
         self._num_joints = arm.num_joints
@@ -58,7 +71,9 @@ class DensityEstimator(SampledSystem):
         statistics = self.DeclareDiscreteState(noise.num_features(arm.num_joints) + 1)
         self._statistics = int(statistics)
         self._counts = int(self.DeclareDiscreteState(len(SampleStatus)))
+        self._evidence = int(self.DeclareDiscreteState(np.array([0.0, 1.0])))
         self.DeclarePeriodicDiscreteUpdateEvent(sample_period, sample_period, self._update_statistics)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._end_presentation)
         self._inference = self.declare_cached(
             "inference", self._compute_inference, {self.discrete_state_ticket(statistics), self.input_ticket("prior")}
         )
@@ -69,13 +84,18 @@ class DensityEstimator(SampledSystem):
         self.DeclareVectorOutputPort("p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket})
 
     def get_counts(self, context: Context) -> SampleCounts:
-        """Returns what became of the samples so far."""
+        """Returns how many samples were accepted, and how many rejected and why."""
         return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
 
+    def get_evidence(self, context: Context) -> tuple[float, float]:
+        """Returns log evidence and p-value of the presentation that ended last."""
+        log_evidence, p_value = context.get_discrete_state(self._evidence).value()
+        return float(log_evidence), float(p_value)
+
     def forget(self, context: Context) -> None:
-        """Starts anew: what was felt so far does not count."""
+        """Starts the presentation anew: samples so far do not count."""
         for group in (self._statistics, self._counts):
-            context.SetDiscreteState(group, np.zeros(len(context.get_discrete_state(group).value())))
+            context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
 
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
@@ -92,6 +112,12 @@ class DensityEstimator(SampledSystem):
         if status is SampleStatus.ACCEPTED:
             statistics = self._get_statistics(context).add(self._noise.compute_features(tau, tau_arm, Y))
             discrete_state.set_value(self._statistics, np.append(statistics.features, statistics.num_samples))
+
+    def _end_presentation(self, context: Context, state: State) -> None:
+        inference = self._inference.get(context)
+        discrete: Any = state.get_mutable_discrete_state()
+        discrete.set_value(self._evidence, np.array([inference.log_evidence, inference.p_value]))
+        discrete.set_value(self._statistics, np.zeros(context.get_discrete_state(self._statistics).size()))
 
     def _get_statistics(self, context: Context) -> TorqueStatistics:
         state = context.get_discrete_state(self._statistics).value()

@@ -11,8 +11,8 @@ from typing import Protocol
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import Likelihood
-from affordance.belief.object_belief import Geometry
+from affordance.belief.likelihood import Likelihood
+from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 
 

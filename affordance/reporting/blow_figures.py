@@ -13,9 +13,9 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.plant.nail import NailRecord
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
-from affordance.reporting.wording import fold, label
-from affordance.simulation.blow_trial import NailRecord
+from affordance.reporting.formatting import fold, label
 
 _MILLI = 1e3
 # Of the grips: the first two are those of the map.
@@ -33,7 +33,7 @@ _ROOM = 0.75
 _NOT_FEASIBLE = "#C8C8C8"
 
 
-def draw_photographs(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
+def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
     """Draws figure 9: photographs, one row a grip.
 
     Args:

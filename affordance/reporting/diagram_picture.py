@@ -8,14 +8,14 @@ import html
 from collections import defaultdict
 from pathlib import Path
 
-import pygraphviz
 from pydrake.systems.framework import Diagram
 
+from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
 
 # The parts of the paper's figure 2; systems of other names belong to the world.
 _GROUPS = {
-    "Visual system": ("#dbe9f6", {"vision", "material_memory", "visual_prior"}),
+    "Visual system": ("#dbe9f6", {"feature_sensor", "material_memory", "visual_prior"}),
     "Proprioceptive system": ("#e3f1e0", {"proprioception", "density_estimator"}),
     "Control system": ("#fbe8d3", {"task", "mpc_controller"}),
     "World": ("#eeeeee", set[str]()),
@@ -67,9 +67,17 @@ def describe_diagram(diagram: Diagram) -> str:
 
 
 def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
-    """Writes NAME.dot and NAME.svg, each whole."""
+    """Writes NAME.dot and NAME.svg, each atomically.
+
+    Raises:
+        UnavailableError: Graphviz cannot be imported; NAME.dot was written.
+    """
     text = describe_diagram(diagram)
     write_text(folder / f"{name}.dot", text)
+    try:
+        import pygraphviz
+    except ImportError as error:
+        raise UnavailableError("pictures of Diagrams are", str(error)) from error
     write_atomic(folder / f"{name}.svg", lambda path: pygraphviz.AGraph(string=text).draw(str(path), prog="dot"))
 
 

@@ -11,8 +11,8 @@ from matplotlib.text import Text
 
 from affordance.arrays import Array
 from affordance.files.atomic import write_atomic
+from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import Estimate
-from affordance.reporting.wording import count_observers, label
 
 # In the order of the paper's figure 4: blue, green, red, cyan; the decoy magenta.
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")

@@ -11,7 +11,7 @@ from matplotlib.patches import Circle, Ellipse
 from affordance.arrays import Array
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import count_columns
-from affordance.reporting.wording import fold, label
+from affordance.reporting.formatting import fold, label
 
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]

@@ -10,8 +10,8 @@ from matplotlib.lines import Line2D
 
 from affordance.arrays import Array
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import Estimate, estimate_mean
-from affordance.reporting.wording import count_observers
 
 _PEOPLE, _NEUTRAL = "#000000", "#777777"
 # Of so many observers each is drawn.

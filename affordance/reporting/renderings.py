@@ -14,7 +14,6 @@ from pydrake.geometry import (
     ClippingRange,
     ColorRenderCamera,
     LightParameter,
-    MakeRenderEngineVtk,
     RenderCameraCore,
     RenderEngineVtkParams,
     Role,
@@ -25,11 +24,12 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from affordance.arrays import Array
+from affordance.drake_renderer import make_renderer
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm
 from affordance.plant.nail import NailPlacement
 
-Picture = NDArray[np.uint8]
+Image = NDArray[np.uint8]
 
 _RENDERER = "camera"
 _FIELD_OF_VIEW = np.radians(20.0)  # of the height: a long lens, that near and far things compare
@@ -65,7 +65,7 @@ class Pose(NamedTuple):
     travel: float = 0.0
 
 
-def take_pictures(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Picture]:
+def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
     """Takes pictures of the whole arm and what it deals with, all by one camera that sees everything of every pose.
 
     Args:
@@ -82,7 +82,7 @@ def take_pictures(directives: Path, poses: Sequence[Pose], *, width: int, height
     return [scene.render(RigidTransform(R_WC, p_WC), width, height) for scene in scenes]
 
 
-def take_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Picture]:
+def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
     """Takes pictures of nails and of what strikes them, at one scale; arguments and result are as of the whole.
 
     Raises:
@@ -110,7 +110,7 @@ class _Scene:
         scene_graph = builder.GetSubsystemByName("scene_graph")
         assert isinstance(scene_graph, SceneGraph)  # add_arm added it
         params = RenderEngineVtkParams(default_clear_color=np.ones(3), lights=_LIGHTS)  # white behind everything
-        scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(params))
+        scene_graph.AddRenderer(_RENDERER, make_renderer(params))
         diagram = builder.Build()
         self._context = diagram.CreateDefaultContext()  # kept, for the query refers to it
         plant_context = arm.plant.GetMyMutableContextFromRoot(self._context)
@@ -132,7 +132,7 @@ class _Scene:
             corners.append((X_WG @ box.pose()).multiply((signs * box.half_width()).T).T)
         return np.concatenate(corners)
 
-    def render(self, X_WC: RigidTransform, width: int, height: int) -> Picture:
+    def render(self, X_WC: RigidTransform, width: int, height: int) -> Image:
         """Takes the picture, (height, width, 3)."""
         n = _OVERSAMPLING
         camera = ColorRenderCamera(
@@ -145,7 +145,7 @@ class _Scene:
         )
         image = self._query.RenderColorImage(camera, self._world, X_WC)
         colours = image.data[:, :, :3].reshape(height, n, width, n, 3).mean(axis=(1, 3))
-        picture: Picture = np.rint(colours).astype(np.uint8)
+        picture: Image = np.rint(colours).astype(np.uint8)
         return picture
 
 

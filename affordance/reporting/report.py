@@ -1,86 +1,37 @@
 """The page that puts our figures beside the paper's claims, each claim met or not, with the number.
 
-Every experiment writes its section; the page is made of the sections a folder holds, in the paper's order.
+Every experiment keeps its section beside its figures; the page is made of the sections a folder holds.
 """
 
 import base64
-import html
 import json
 import logging
+import re
 from collections.abc import Sequence
+from importlib.resources import files
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any
+
+import jinja2
 
 from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.reporting.claims import ClaimResult, CriterionResult
+from affordance.reporting.section import ReportFigure, Section, Table
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
-_STYLE = """
-body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #1a1a1a }
-h1 { font-size: 1.7rem } h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1.5rem }
-figure { margin: 1.5rem 0 } figure img { max-width: 100%; max-height: 32rem }
-figcaption { color: #444; font-size: 0.92rem }
-table { border-collapse: collapse; width: 100% }
-td, th { text-align: left; vertical-align: top; padding: 0.45rem 0.8rem; border-bottom: 1px solid #ddd }
-td.verdict { white-space: nowrap; font-weight: 600 }
-.met { color: #00664c } .not { color: #a33c00 } blockquote { margin: 0; color: #333 }
-"""
-
-
-class Claim(NamedTuple):
-    """Something the paper says, or we ask of ourselves, and what was found.
-
-    Attributes:
-        source: Where it is said.
-        text: What is said.
-        met: Whether our numbers agree.
-        found: The numbers, in words.
-    """
-
-    source: str
-    text: str
-    met: bool
-    found: str
-
-
-class Picture(NamedTuple):
-    """A figure of the report.
-
-    Attributes:
-        file: Its name in the experiment's folder.
-        caption: What it shows.
-    """
-
-    file: str
-    caption: str
-
-
-class Section(NamedTuple):
-    """What an experiment reports.
-
-    Attributes:
-        order: Place among the sections.
-        title: Heading.
-        summary: What was done, in a few sentences.
-        pictures: Figures in order.
-        claims: What the paper says and what was found.
-        differences: Where we differ from the paper, and why; empty if nowhere.
-    """
-
-    order: int
-    title: str
-    summary: str
-    pictures: Sequence[Picture]
-    claims: Sequence[Claim]
-    differences: Sequence[str]
+# What there is more of an experiment, where its folder holds it.
+_LINKS = {
+    "replay.html": "the arm in motion",
+    "metrics.json": "all numbers",
+    "trajectories.nc": "trajectories (NetCDF)",
+    "diagram.svg": "the Diagram that was run",
+}
 
 
 def write_section(folder: Path, section: Section) -> None:
     """Keeps an experiment's section beside its figures."""
-    content = section._asdict()
-    content["pictures"] = [picture._asdict() for picture in section.pictures]
-    content["claims"] = [claim._asdict() for claim in section.claims]
-    write_json(folder / _SECTION, content)
+    write_json(folder / _SECTION, section._asdict())
 
 
 def remove_section(folder: Path) -> None:
@@ -91,82 +42,102 @@ def remove_section(folder: Path) -> None:
 def write_report(folder: Path) -> Path:
     """Writes FOLDER/report.html from the sections in its subfolders.
 
-    A section that is not one is named and set aside; one whose figures cannot be read is named and left out.
+    A section that is not one is named and quarantined; one whose figures cannot be read is named and left out.
 
     Returns: The page's path.
     """
-    rendered = []
+    sections = []
     for path in folder.glob(f"*/{_SECTION}"):
         try:
-            section = _read_section(path)
-            rendered.append((section.order, _render_section(section, path.parent)))
+            sections.append(_prepare(_read_section(path), path.parent))
         except OSError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
         except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
             quarantine(path, f"is left out of the report: it is not a section ({error})")
-    body = "\n".join(text for _, text in sorted(rendered))
-    page = (
-        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Visual inertial affordances</title>'
-        f"<style>{_STYLE}</style></head>\n<body>\n<h1>Visual inertial affordances: the paper and what we find</h1>\n"
-        "<p>One noise model, one prior, one arm and one controller serve every simulation; their constants "
-        "come from sources and were fixed before any outcome was looked at, but for the place of the grip "
-        "(docs/decisions/0002-arm.md), the goal of a hold (0010), the rate of sampling (0008), where the nail stands "
-        "(0014), what the eye takes for straight (0015) and a margin to limits of angle (0009); none of these was "
-        "changed to meet a claim of the paper, but without the margin limits of angle are not kept under every fault."
-        f"</p>\n{body}\n</body>\n</html>\n"
+    sections.sort(key=lambda section: (section["order"], section["anchor"]))
+    claims = [claim for section in sections for claim in section["claims"]]
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
+    template = environment.from_string(
+        (files("affordance.reporting") / "templates/report.html.j2").read_text("utf-8")
+    )
+    page = template.render(
+        sections=sections,
+        num_claims=len(claims),
+        num_met=sum(claim.met for claim in claims),
+        run_line=describe_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))]),
     )
     path = folder / "report.html"
     write_text(path, page)
     return path
 
 
+def describe_runs(folders: Sequence[Path]) -> str:
+    """Says what was run, when, and by which version, from the metrics in folders; empty if there are none."""
+    runs: dict[str, list[str]] = {}
+    for folder in folders:
+        try:
+            numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+            versions = numbers["versions"]
+            line = (
+                f"{numbers['repeats']} observers or objects, seed {numbers['seed']}, by version "
+                f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
+            )
+        except (OSError, ValueError, TypeError, LookupError):
+            continue
+        runs.setdefault(line, []).append(folder.name)
+    return "; ".join(f"{', '.join(names)}: {line}" for line, names in runs.items())
+
+
 def _read_section(path: Path) -> Section:
     content = json.loads(path.read_text(encoding="utf-8"))
-    content["pictures"] = [Picture(**picture) for picture in content["pictures"]]
-    content["claims"] = [Claim(**claim) for claim in content["claims"]]
+    content["figures"] = [ReportFigure(**figure) for figure in content["figures"]]
+    content["claims"] = [_read_claim(claim) for claim in content["claims"]]
+    content["tables"] = [_read_table(table) for table in content["tables"]]
     section = Section(**content)
-    if not isinstance(section.order, int):
-        raise TypeError(f"its order is {section.order!r}")
-    for picture in section.pictures:
-        if Path(picture.file).name != picture.file:
-            raise ValueError(f"its picture {picture.file!r} lies elsewhere")
+    _expect(int, section.order)
+    _expect(str, section.title, section.summary, *section.remarks, *(figure.caption for figure in section.figures))
+    for figure in section.figures:
+        if Path(figure.file).name != figure.file:
+            raise ValueError(f"its figure {figure.file!r} lies elsewhere")
     return section
 
 
-def _render_section(section: Section, home: Path) -> str:
-    pictures = "\n".join(_render_picture(picture, home) for picture in section.pictures)
-    rows = "\n".join(
-        f"<tr><td>{html.escape(claim.source)}</td><td><blockquote>{html.escape(claim.text)}</blockquote></td>"
-        f'<td class="verdict {"met" if claim.met else "not"}">{"met" if claim.met else "not met"}</td>'
-        f"<td>{html.escape(claim.found)}</td></tr>"
-        for claim in section.claims
-    )
-    differences = "".join(f"<li>{html.escape(text)}</li>" for text in section.differences)
-    return (
-        f"<h2>{html.escape(section.title)}</h2>\n<p>{html.escape(section.summary)}</p>\n{pictures}\n"
-        f"<table><tr><th>said in</th><th>claim</th><th>here</th><th>found</th></tr>\n{rows}</table>\n"
-        + (f"<h3>Where we differ from the paper</h3>\n<ul>{differences}</ul>\n" if differences else "")
-        + _render_links(home)
-    )
+def _read_claim(content: dict[str, Any]) -> ClaimResult:
+    content["criteria"] = tuple(CriterionResult(**each) for each in content["criteria"])
+    claim = ClaimResult(**content)
+    if not claim.criteria:
+        raise ValueError(f"its claim {claim.key!r} has no criterion")
+    _expect(bool, claim.met, *(each.met for each in claim.criteria))
+    _expect(str, claim.key, claim.source, claim.text, *(text for each in claim.criteria for text in each[:3]))
+    return claim
 
 
-def _render_links(home: Path) -> str:
-    """Where there is more of an experiment."""
-    more = {
-        "replay.html": "the arm in motion",
-        "metrics.json": "all numbers",
-        "diagram.svg": "the diagram that was run",
-    }
-    links = [f'<a href="{home.name}/{file}">{text}</a>' for file, text in more.items() if (home / file).exists()]
-    return f"<p>More: {', '.join(links)}.</p>" if links else ""
+def _read_table(content: dict[str, Any]) -> Table:
+    table = Table(**content)
+    _expect(str, table.caption, *table.header, *(cell for row in table.rows for cell in row))
+    return table
 
 
-def _render_picture(picture: Picture, home: Path) -> str:
-    """A figure, carried inside the page."""
-    content = base64.b64encode((home / picture.file).read_bytes()).decode("ascii")
-    kind = "svg+xml" if picture.file.endswith(".svg") else "png"
-    caption = html.escape(picture.caption)
-    return (
-        f'<figure><img src="data:image/{kind};base64,{content}" alt="{caption}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-    )
+def _expect(kind: type, *values: object) -> None:
+    """Raises a TypeError where a value is of another kind than the page is made of."""
+    for value in values:
+        if not isinstance(value, kind):
+            raise TypeError(f"it holds {str(value)[:60]!r} in place of a {kind.__name__}")
+
+
+def _prepare(section: Section, home: Path) -> dict[str, Any]:
+    """What the template is given of a section: figures carried inside the page, links to what lies beside it."""
+    prepared: dict[str, Any] = section._asdict()
+    prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
+    prepared["figures"] = [
+        {"source": _embed(home / figure.file), "caption": figure.caption} for figure in section.figures
+    ]
+    prepared["links"] = [
+        {"file": f"{home.name}/{file}", "text": text} for file, text in _LINKS.items() if (home / file).exists()
+    ]
+    return prepared
+
+
+def _embed(path: Path) -> str:
+    kind = "svg+xml" if path.suffix == ".svg" else "png"
+    return f"data:image/{kind};base64,{base64.b64encode(path.read_bytes()).decode('ascii')}"

@@ -1,4 +1,4 @@
-"""The folder of results: files that appear whole or not at all, and repeats that survive a kill."""
+"""Running repeats and other tasks in processes; repeats that are done survive a kill."""
 
 import hashlib
 import importlib.metadata
@@ -9,7 +9,7 @@ import platform
 import struct
 import zipfile
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from tqdm import tqdm
 
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import quarantine, to_plain, write_atomic
+from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
 _STAMP = "belongs_to"
@@ -39,6 +40,8 @@ _DAMAGE = (
     zipfile.BadZipFile,
 )
 _PACKAGE = Path(__file__).parents[1]
+# Folders of the package that decide no number of a repeat: they say and draw what was found.
+_DECIDE_NOTHING = {"commands", "reporting"}
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
@@ -64,11 +67,13 @@ def prepare_folder(path: Path) -> Path:
 def list_versions() -> dict[str, str]:
     """Versions of the interpreter and of the libraries that numbers depend on."""
     versions = {name: importlib.metadata.version(name) for name in _LIBRARIES}
-    return {"python": platform.python_version(), **versions}
+    return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
 def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
-    """Computes what a repeat depends on besides its number: configuration, models and this program.
+    """Computes what a repeat depends on besides its number: configuration, models, libraries and this program.
+
+    Of the program all counts but the folders that only report. A change of these keeps the repeats.
 
     Args:
         config: A dataclass.
@@ -79,8 +84,14 @@ def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    models = [path for path in model_folder.rglob("*") if path.is_file()]  # meshes too
-    sources = [(program, list(program.rglob("*.py"))) for program in (_PACKAGE, *programs)]
+    models = [path for path in model_folder.rglob("*") if path.is_file() and path.suffix != ".md"]  # meshes too
+    sources = [
+        (
+            program,
+            [path for path in program.rglob("*.py") if path.relative_to(program).parts[0] not in _DECIDE_NOTHING],
+        )
+        for program in (_PACKAGE, *programs)
+    ]
     for folder, paths in (*sources, (model_folder, models)):
         for path in sorted(paths):
             digest.update(str(path.relative_to(folder)).encode())
@@ -95,6 +106,7 @@ def run_repeats(
     repeats: int,
     jobs: int,
     description: str,
+    unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
     """Runs the repeats that a folder does not hold yet, in parallel processes, and returns all of them.
 
@@ -105,6 +117,7 @@ def run_repeats(
         repeats: How many, at least 1.
         jobs: How many processes, at least 1.
         description: Stands before the progress bar.
+        unit: What a repeat is, for the progress bar.
 
     Returns: The arrays, stacked over repeats along the first axis.
     """
@@ -112,13 +125,28 @@ def run_repeats(
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
     finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
-    with tqdm(total=repeats, initial=len(kept), desc=description, unit="repeat", smoothing=0.1) as progress:
+    with tqdm(total=repeats, initial=len(kept), desc=description, unit=unit, smoothing=0.1) as progress:
         for repeat, arrays in finished:
             # Here, not where it was run: another machine need not share this folder.
             _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
     return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
+
+
+def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
+    """Runs tasks in parallel processes, with a progress bar.
+
+    Args:
+        tasks: Picklable functions with picklable results.
+        jobs: How many processes, at least 1.
+        description: Stands before the progress bar.
+
+    Returns: The results, in the order of the tasks.
+    """
+    parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
+    results = parallel(joblib.delayed(task)() for task in tasks)
+    return list(tqdm(results, total=len(tasks), desc=description, unit="task"))
 
 
 def end_processes() -> None:

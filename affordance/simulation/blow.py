@@ -1,22 +1,36 @@
-"""The brute-force check of a planned blow: the arm strikes a nail in Drake, with a tool whose densities it knows."""
+"""A blow, simulated with contact: the arm strikes a nail in Drake, and comes back to rest.
+
+It is the brute-force check of a blow that was planned by inner simulation.
+"""
 
 import dataclasses
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
+from pydrake.systems.framework import Context, EventStatus
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.hammer import BlowCost
+from affordance.belief.memory import Memory
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer, plan_strike
+from affordance.choice.motion_cost import measure_cost
 from affordance.control.strike import Strike
+from affordance.exceptions import StallError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.nail import Nail
+from affordance.plant.nail import Nail, NailPlacement, NailRecord
 from affordance.settings import Settings
-from affordance.simulation.blow_trial import NailRecord
-from affordance.simulation.rollout import measure_costs
-from affordance.simulation.trial import TrialRecord, get_runner
+from affordance.simulation.diagram import END_MARGIN, TrialDiagram
+from affordance.simulation.trial import TrialRecord, TrialRunner, finish, get_runner
+
+# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
+# minute or two, the integrator has stalled.
+_MAX_STEPS = 200_000
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,6 +68,7 @@ class Blow:
 
 def simulate_blow(
     tool: Tool,
+    hammer: Hammer,
     planned: BlowCost,
     densities: Mapping[Colour, float],
     settings: Settings,
@@ -65,7 +80,8 @@ def simulate_blow(
 
     Args:
         tool: The tool as it is gripped.
-        planned: The blows that were planned for it.
+        hammer: What is asked for.
+        planned: The blows that were planned for the tool.
         densities: True density of what shows a colour, [kg/m^3].
         settings: Those of all simulations; only the log is kept at every tick.
         force: Peak resistance, [N]; the one that is asked for if None.
@@ -76,15 +92,96 @@ def simulate_blow(
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
-    strike = planned.plan(ArmModel(load_arm(settings.arm)), tool.parameters, settings, force, nail)
+    model = ArmModel(load_arm(settings.arm))
+    strike = plan_strike(planned, hammer, model, tool.parameters, settings, force=force, nail=nail)
     runner = get_runner(every_tick)
-    record, nail_record = runner.run_blow(tool, strike, MaterialMemory.from_densities(densities), seed=(0,))
+    memory = MaterialMemory.from_densities(densities)
+    record, nail_record = run_blow(runner, tool, strike, memory, seed=(0,))
     end = round(strike.time_of_strike / settings.control_period)
-    work, effort = measure_costs(record, settings.control_period, end)
-    trial = runner.get_diagram(tool, strike.placement)
+    work, effort = measure_cost(record.tau[: end + 1], record.v[: end + 1], settings.control_period)
+    trial = runner.get_diagram(strike.compute_duration(settings.mpc.horizon), tool, strike.placement)
     heights = -trial.chain.compute_positions(record.q[: end + 1], planned.target.p_TS) @ strike.placement.direction_W
-    raising, _ = measure_costs(record, settings.control_period, int(np.argmax(heights)))
+    top = int(np.argmax(heights))
+    raising, _ = measure_cost(record.tau[: top + 1], record.v[: top + 1], settings.control_period)
     trial.model.set_payload(tool.parameters)
     trial.model.set_state(np.concatenate([record.q[end], record.v[end]]))
     kinetic_energy = 0.5 * float(record.v[end] @ trial.model.compute_mass_matrix() @ record.v[end])
     return Blow(strike, record, nail_record, work, raising, effort, kinetic_energy)
+
+
+def run_blow(
+    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
+) -> tuple[TrialRecord, NailRecord]:
+    """Runs the trial of a blow, from rest to rest; arguments are those of ``TrialRunner.run``.
+
+    Raises:
+        StallError: The integrator takes too many steps.
+    """
+    settings = runner.settings
+    duration = strike.compute_duration(settings.mpc.horizon)
+    trial = runner.get_diagram(duration, tool, strike.placement)
+    simulator = runner.prepare(trial, tool, strike, memory, seed)
+    monitor = BlowMonitor(trial.arm.plant, tool.name)
+    simulator.set_monitor(monitor)
+    touch, leave = strike.contact
+    _advance(simulator, settings.simulator, touch)
+    _advance(simulator, settings.contact_simulator, leave)
+    # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
+    monitor.stops_at_touch = True
+    if not _advance(simulator, settings.simulator, duration + END_MARGIN):
+        monitor.stops_at_touch = False
+        _advance(simulator, settings.second_touch_simulator, duration + END_MARGIN)
+    record = finish(trial, simulator, tool)
+    return record, read_nail_record(trial, simulator.get_context(), strike.placement)
+
+
+class BlowMonitor:
+    """A monitor of a blow: refuses one that stalls, and while it is asked to, stops where anything touches."""
+
+    def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
+        """Takes the plant that is simulated, and what to call the tool."""
+        self.stops_at_touch = False
+        self._plant = plant
+        self._tool_name = tool_name
+        self._num_steps = 0
+
+    def __call__(self, context: Context) -> EventStatus:
+        """Counts a step of the integrator.
+
+        Raises:
+            StallError: It is one too many.
+        """
+        self._num_steps += 1
+        if self._num_steps > _MAX_STEPS:
+            raise StallError(self._tool_name, context.get_time(), _MAX_STEPS, self._list_touches(context))
+        if self.stops_at_touch and self._get_contacts(context).num_point_pair_contacts():
+            return EventStatus.ReachedTermination(self._plant, "touch")
+        return EventStatus.DidNothing()
+
+    def _get_contacts(self, context: Context) -> Any:
+        return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
+
+    def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
+        """Names the bodies that touch, in pairs."""
+        contacts, get_body = self._get_contacts(context), self._plant.get_body
+        pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
+        return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
+
+
+def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
+    """Reads out what happened to a nail, in the Context of a Diagram that was built with it."""
+    logs = trial.nail_logs
+    assert logs is not None  # the Diagram was built with a nail
+    travel, rate = np.array(logs.state.FindLog(context).data())
+    resistance = np.array(logs.resistance.FindLog(context).data())[0]
+    acceleration = np.array(logs.acceleration.FindLog(context).data())[0]
+    weight = placement.nail.mass * float(trial.chain.gravity_W @ placement.direction_W)
+    contact = placement.nail.mass * acceleration + resistance - weight
+    return NailRecord(np.array(logs.state.FindLog(context).sample_times()), travel, rate, resistance, contact)
+
+
+def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
+    """Changes the integrator and goes on until a time; returns whether no monitor ended it before."""
+    config.start_time = simulator.get_context().get_time()  # or the clock would be set back
+    ApplySimulatorConfig(config, simulator)
+    return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -9,14 +9,14 @@ from affordance.belief.memory import Memory
 from affordance.control.clamp import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool
-from affordance.simulation.trial import TrialRecord, TrialRunner, read_record
+from affordance.simulation.trial import TrialRecord, TrialRunner, finish
 
 # How long the hand pushes; the force settles within a third of it, [s].
 CLAMPED = 1.0
 # The force is the mean over this time before release (Cesanek et al. 2021), at so many times, [s].
 _AVERAGED = 0.01
 _NUM_READINGS = 10
-# Drake rounds the times of periodic events, some of them to beyond the end of a trial, [s].
+# Times of logged rows are rounded, [s].
 _ROUNDING = 1e-9
 
 
@@ -51,7 +51,7 @@ def run_clamp_and_release(
 
     Returns: What happened from the beginning, and at the clamp.
     """
-    trial = runner.get_diagram(tool, has_clamp=True)
+    trial = runner.get_diagram(CLAMPED + duration, has_clamp=True)
     arm = trial.arm
     assert arm.clamp is not None  # the Diagram was built with one
     task = ClampAndRelease(arm.home, CLAMPED)
@@ -71,8 +71,6 @@ def run_clamp_and_release(
     config = runner.settings.simulator
     config.start_time = context.get_time()  # or the clock would be set back
     ApplySimulatorConfig(config, simulator)
-    simulator.AdvanceTo(CLAMPED + duration + _ROUNDING)
-    simulator.AdvancePendingEvents()
-    record = read_record(trial, context, tool)
+    record = finish(trial, simulator, tool)
     height = record.height_grip[record.times >= CLAMPED - _ROUNDING]
     return record, ClampRecord(float(np.mean(readings)), CLAMPED, max(height - height[0], key=abs))

@@ -1,17 +1,19 @@
-"""The Diagram of a trial: the paper's figure 2, and the only place that connects ports.
+"""The Diagram of a presentation: the paper's figure 2, and the only place that connects ports.
 
-vision --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
-^    `-----prior--> density_estimator <--sensation-----'
-material_memory --materials--'                  |
-^-------------------posterior------------'            task --goal--> mpc_controller
+feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
+                             ^    `-----prior--> density_estimator <--measurement-----'
+material_memory --materials--'                     |
+^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-Where there is a nail, it is part of the plant, and what the wood does to it is a system of its own.
+Contact needs shapes, so there is a scene graph only where a tool is given. Where there is a nail, it is part of the
+plant, and the resistance of the wood is a system of its own.
 """
 
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
@@ -25,7 +27,14 @@ from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings
-from affordance.vision.systems import MaterialMemorySystem, Vision, VisualPrior
+from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
+
+# A presentation less probable than this, given what was believed before it, is a 5-sigma outlier (one-sided), the
+# threshold for a discovery in physics.
+OUTLIER_P_VALUE = 2.87e-7
+# Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
+# (0.1 + 29 x 0.1 > 3), and the last sample is taken before the memory learns, [s].
+END_MARGIN = 1e-9
 
 
 class NailLogs(NamedTuple):
@@ -40,16 +49,17 @@ class NailLogs(NamedTuple):
 class TrialDiagram:
     """A built Diagram, with the handles needed to set it up and read it out.
 
-    One serves any number of trials with tools of the same shape: what a trial changes lives in its Context. Without a
-    nail ``nail_logs`` is None.
+    One serves any number of presentations: what a presentation changes lives in its Context. Without a nail
+    ``nail_logs`` is None.
     """
 
     diagram: Diagram
     settings: Settings
+    duration: float
     arm: Arm
     model: ArmModel
     chain: SerialChain
-    vision: Vision
+    feature_sensor: FeatureSensor
     memory: MaterialMemorySystem
     estimator: DensityEstimator
     controller: MpcController
@@ -62,22 +72,28 @@ class TrialDiagram:
 
 
 def build_trial_diagram(
-    tool: Tool, settings: Settings, nail: NailPlacement | None = None, *, has_clamp: bool = False
+    settings: Settings,
+    duration: float,
+    *,
+    tool: Tool | None = None,
+    nail: NailPlacement | None = None,
+    has_clamp: bool = False,
 ) -> TrialDiagram:
-    """Builds the Diagram for tools of one shape.
+    """Builds the Diagram of presentations of one duration.
 
     Args:
-        tool: Gives the shape; its densities are set per trial.
         settings: What is the same in all simulations.
+        duration: Of a presentation, at the end of which the memory learns, [s].
+        tool: Gives the shapes for contact; None for none, as when an object is only held.
         nail: The nail and where it stands; None for none.
         has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
-        BadValueError: A fault is that of a joint the arm has not.
+        BadValueError: A fault is that of a joint the arm does not have.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool, nail, has_clamp)
+    arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
     model = load_arm(settings.arm)
     n = arm.num_joints
     plant = arm.plant
@@ -86,8 +102,10 @@ def build_trial_diagram(
         builder.AddNamedSystem(name, system)
         return system
 
-    vision = add("vision", Vision())
-    memory = add("material_memory", MaterialMemorySystem())
+    end = duration + END_MARGIN
+    sensor = add("feature_sensor", FeatureSensor())
+    least_p_value = 0.0 if settings.learns_from_outliers else OUTLIER_P_VALUE
+    memory = add("material_memory", MaterialMemorySystem(duration=end, least_p_value=least_p_value))
     visual_prior = add("visual_prior", VisualPrior(settings.prior))
     task = add("task", TaskSystem())
     controller = add(
@@ -111,83 +129,87 @@ def build_trial_diagram(
             noise=settings.noise,
             deviation_sd=settings.prior.deviation_sd,
             sample_period=settings.sample_period,
+            duration=end,
         ),
     )
 
     def connect(source: System, output: str, destination: System, input: str) -> None:
         builder.Connect(source.GetOutputPort(output), destination.GetInputPort(input))
 
-    def select_of_arm(name: str, output: str, parts: int) -> OutputPort:
-        """The port of the plant, without what the nail adds to the end of each of its equal parts."""
-        port: OutputPort = plant.GetOutputPort(output)
-        if nail is None:
-            return port
-        selection = add(
-            name,
-            MatrixGain(np.array(np.kron(np.eye(parts), np.eye(n, plant.num_velocities())), dtype=np.float64)),
-        )
-        builder.Connect(port, selection.get_input_port())
-        return selection.get_output_port()
-
-    connect(vision, "features", visual_prior, "features")
+    connect(sensor, "features", visual_prior, "features")
     connect(memory, "materials", visual_prior, "materials")
     connect(visual_prior, "prior", estimator, "prior")
     connect(estimator, "posterior", memory, "posterior")
+    connect(estimator, "p_value", memory, "p_value")
     if settings.uses_posterior:
         connect(estimator, "posterior", controller, "belief")
     else:
         connect(visual_prior, "prior", controller, "belief")
     connect(task, "goal", controller, "goal")
-    state = select_of_arm("arm_state", "state", 2)
+    state = _select_arm(builder, "arm_state", plant, "state", num_joints=n, parts=2)
     builder.Connect(state, controller.GetInputPort("state"))
     connect(controller, "tau", plant, "actuation")
     builder.Connect(state, proprioception.GetInputPort("state"))
     connect(plant, "net_actuation", proprioception, "tau")
-    vdot = select_of_arm("arm_acceleration", "generalized_acceleration", 1)
+    vdot = _select_arm(builder, "arm_acceleration", plant, "generalized_acceleration", num_joints=n, parts=1)
     builder.Connect(vdot, proprioception.GetInputPort("vdot"))
     connect(proprioception, "measurement", estimator, "measurement")
 
-    nail_logs = None
-    if nail is not None and arm.nail is not None:
-        resistance = add(
-            "nail_resistance",
-            NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start()),
-        )
-        connect(plant, "nail_state", resistance, "state")
-        connect(resistance, "force", plant, "applied_generalized_force")
-        sources = {
-            "nail_state": plant.GetOutputPort("nail_state"),
-            "nail_acceleration": plant.GetOutputPort("nail_generalized_acceleration"),
-            "nail_resistance": resistance.GetOutputPort("resistance"),
-        }
-        nail_logs = NailLogs(*(_log(builder, port, f"{name}_log") for name, port in sources.items()))
-    state_log = LogVectorOutput(state, builder, settings.log_period)
-    state_log.set_name("state_log")
-    tau_log = LogVectorOutput(plant.GetOutputPort("net_actuation"), builder, settings.log_period)
-    tau_log.set_name("tau_log")
+    nail_logs = None if nail is None else _add_nail_resistance(builder, arm, nail)
+    state_log = _log(builder, state, "state_log", settings.log_period)
+    tau_log = _log(builder, plant.GetOutputPort("net_actuation"), "tau_log", settings.log_period)
     diagram = builder.Build()
     diagram.set_name("visual_inertial_affordances")
     return TrialDiagram(
-        diagram,
-        settings,
-        arm,
-        ArmModel(model),
-        build_chain(model),
-        vision,
-        memory,
-        estimator,
-        controller,
-        proprioception,
-        task,
-        Hold(arm.home),
-        state_log,
-        tau_log,
-        nail_logs,
+        diagram=diagram,
+        settings=settings,
+        duration=duration,
+        arm=arm,
+        model=ArmModel(model),
+        chain=build_chain(model),
+        feature_sensor=sensor,
+        memory=memory,
+        estimator=estimator,
+        controller=controller,
+        proprioception=proprioception,
+        task=task,
+        hold=Hold(arm.home),
+        state_log=state_log,
+        tau_log=tau_log,
+        nail_logs=nail_logs,
     )
 
 
-def _log(builder: DiagramBuilder, port: OutputPort, name: str) -> VectorLogSink:
-    """Logs a port at every step of the integrator."""
-    log = LogVectorOutput(port, builder)
+def _select_arm(
+    builder: DiagramBuilder, name: str, plant: MultibodyPlant, output: str, *, num_joints: int, parts: int
+) -> OutputPort:
+    """A port of the plant, without what a nail adds to the end of each of its equal parts."""
+    port: OutputPort = plant.GetOutputPort(output)
+    if plant.num_velocities() == num_joints:
+        return port
+    rows = np.array(np.kron(np.eye(parts), np.eye(num_joints, plant.num_velocities())), dtype=np.float64)
+    selection = builder.AddNamedSystem(name, MatrixGain(rows))
+    builder.Connect(port, selection.get_input_port())
+    return selection.get_output_port()
+
+
+def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement) -> NailLogs:
+    """Adds the resistance of the wood, and logs of what happens to the nail."""
+    plant = arm.plant
+    assert arm.nail is not None  # add_arm was given one
+    resistance = NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start())
+    builder.AddNamedSystem("nail_resistance", resistance)
+    builder.Connect(plant.GetOutputPort("nail_state"), resistance.GetInputPort("state"))
+    builder.Connect(resistance.GetOutputPort("force"), plant.GetInputPort("applied_generalized_force"))
+    return NailLogs(
+        _log(builder, plant.GetOutputPort("nail_state"), "nail_state_log"),
+        _log(builder, plant.GetOutputPort("nail_generalized_acceleration"), "nail_acceleration_log"),
+        _log(builder, resistance.GetOutputPort("resistance"), "nail_resistance_log"),
+    )
+
+
+def _log(builder: DiagramBuilder, port: OutputPort, name: str, period: float | None = None) -> VectorLogSink:
+    """Logs a port with a period, [s], or at every step of the integrator."""
+    log = LogVectorOutput(port, builder) if period is None else LogVectorOutput(port, builder, period)
     log.set_name(name)
     return log

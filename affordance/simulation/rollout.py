@@ -8,6 +8,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -50,26 +51,10 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)
     runner = get_runner(every_tick)
-    trial = runner.get_diagram(tool)
+    trial = runner.get_diagram(task.duration, tool)
     following = task.begin(trial.model, tool.p_TTfree)
     memory = MaterialMemory.from_densities(densities)
     record = runner.run(tool, following, memory, duration=task.duration, seed=(0,))
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
-    work, effort = measure_costs(record, settings.control_period)
+    work, effort = measure_cost(record.tau, record.v, settings.control_period)
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)
-
-
-def measure_costs(record: TrialRecord, control_period: float, end: int | None = None) -> tuple[float, float]:
-    """Work, [J], and integral of |tau|^2 dt, of a motion of which every tick was logged.
-
-    Torque is constant in a tick, and rates are all but linear in it.
-
-    Args:
-        record: The motion.
-        control_period: Time between two rows, [s].
-        end: How many ticks count; all if None.
-    """
-    end = len(record.tau) - 1 if end is None else end
-    tau, rates = record.tau[1 : end + 1], np.abs(record.v[: end + 1])
-    mean_rates = 0.5 * (rates[1:] + rates[:-1])
-    return float(control_period * np.sum(np.abs(tau) * mean_rates)), float(control_period * np.sum(tau**2))

@@ -1,35 +1,30 @@
-"""One trial: one object, one task, one run of the Diagram."""
+"""One trial: one object, one task, one presentation in the Diagram."""
 
 import functools
 import logging
-from typing import Any, NamedTuple
+from collections import OrderedDict
+from typing import NamedTuple
 
 import numpy as np
-from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 from affordance.belief.memory import Memory
-from affordance.control.strike import Strike
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
+from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.nail import NailPlacement
 from affordance.proprioception.systems import SampleCounts
 from affordance.settings import Settings
-from affordance.simulation.blow_trial import BlowMonitor, NailRecord, read_nail_record
-from affordance.simulation.diagram import TrialDiagram, build_trial_diagram
+from affordance.simulation.diagram import END_MARGIN, OUTLIER_P_VALUE, TrialDiagram, build_trial_diagram
 from affordance.vision.observe import observe
 
 _LOG = logging.getLogger(__name__)
 
-# A trial less probable than this, given what was believed before it, is grossly surprising: five standard deviations,
-# as physics asks of a discovery (one-sided).
-SURPRISE = 2.87e-7
-
-
-# Drake rounds the times of periodic events, some of them to beyond the end of a trial: 0.1 + 29 x 0.1 > 3, [s].
-_ROUNDING = 1e-9
+# Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB to keep.
+_MAX_DIAGRAMS = 8
 
 
 class TrialRecord(NamedTuple):
@@ -38,16 +33,16 @@ class TrialRecord(NamedTuple):
     Attributes:
         times: (N,), [s].
         q: Joint angles, (N, num_joints), [rad].
-        v: Joint rates, (N, num_joints), [rad/s].
-        tau: Torques over the tick that ends at each time (zero at t = 0), (N, num_joints), [N m].
+        v: Joint velocities, (N, num_joints), [rad/s].
+        tau: Torques over the control period that ends at each time (zero at t = 0), (N, num_joints), [N m].
         height_centre: Height of the tool's geometric centre above where it was at t = 0, (N,), [m].
         height_grip: The same of the grip To, (N,), [m].
         height_com: The same of the true centre of mass, (N,), [m].
         memory: What is believed of all materials after the trial.
-        log_evidence: Log probability of what was felt, before it was felt.
-        counts: How many ticks of the controller were limited, and failed.
-        p_value: Probability of evidence as low as this, under what was believed before the trial.
-        samples: How many samples of what was felt were refused, and why, and how many taken.
+        log_evidence: Log probability density of the measurements before they were made.
+        counts: In how many control periods a limit was active, and in how many the solver failed.
+        p_value: Probability of measurements as surprising as these, under what was believed before the trial.
+        samples: How many samples of the torques were accepted, and how many rejected and why.
     """
 
     times: Array
@@ -64,30 +59,43 @@ class TrialRecord(NamedTuple):
     samples: SampleCounts = SampleCounts(0, 0, 0, 0)
 
     @property
-    def surprising(self) -> bool:
-        """Whether the trial is grossly surprising: a decoy, a broken sensor, or a wrong model."""
-        return self.p_value < SURPRISE
+    def is_outlier(self) -> bool:
+        """Whether the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
+        return self.p_value < OUTLIER_P_VALUE
 
 
 class TrialRunner:
-    """Runs trials, building one Diagram per appearance of a tool and reusing it with fresh Contexts."""
+    """Runs trials. Diagrams are built at first use; those used last are kept, and reused with fresh Contexts."""
 
     def __init__(self, settings: Settings) -> None:
         """Takes what all trials share."""
         self.settings = settings
-        self._diagrams: dict[tuple[object, ...], TrialDiagram] = {}
+        self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
-    def get_diagram(self, tool: Tool, nail: NailPlacement | None = None, *, has_clamp: bool = False) -> TrialDiagram:
-        """Returns the Diagram for tools that look like this one, and for nail and clamp; built at first use."""
+    def get_diagram(
+        self,
+        duration: float,
+        tool: Tool | None = None,
+        nail: NailPlacement | None = None,
+        *,
+        has_clamp: bool = False,
+    ) -> TrialDiagram:
+        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if asked."""
+        shapes = () if tool is None else tool.appearance
         placement = () if nail is None else (nail.nail, nail.p_WNo.tobytes(), nail.direction_W.tobytes())
-        key = (*tool.appearance, *placement, has_clamp)
+        key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
-            self._diagrams[key] = build_trial_diagram(tool, self.settings, nail, has_clamp=has_clamp)
+            self._diagrams[key] = build_trial_diagram(
+                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp
+            )
+            if len(self._diagrams) > _MAX_DIAGRAMS:
+                self._diagrams.popitem(last=False)
+        self._diagrams.move_to_end(key)
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
-        """Holds an object in the arm's home posture; arguments and result are those of ``run``."""
-        return self.run(tool, self.get_diagram(tool).hold, memory, duration=duration, seed=seed)
+        """Holds an object in the arm's home posture, where it touches nothing; see ``run``."""
+        return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
         """Runs one trial, from rest in the arm's home posture and with the object attached.
@@ -101,57 +109,57 @@ class TrialRunner:
 
         Returns: What happened.
         """
-        trial = self.get_diagram(tool)
-        simulator = self.prepare(trial, tool, task, memory, seed)
-        simulator.AdvanceTo(duration + _ROUNDING)
-        simulator.AdvancePendingEvents()
-        return read_record(trial, simulator.get_mutable_context(), tool)
-
-    def run_blow(
-        self, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
-    ) -> tuple[TrialRecord, NailRecord]:
-        """Strikes a nail and comes to rest again; arguments are those of ``run``.
-
-        Raises:
-            StallError: The integrator takes too many steps.
-        """
-        trial = self.get_diagram(tool, strike.placement)
-        simulator = self.prepare(trial, tool, strike, memory, seed)
-        watch = BlowMonitor(trial.arm.plant, tool.name)
-        simulator.set_monitor(watch)
-        touch, leave = strike.contact
-        duration = strike.compute_duration(self.settings.mpc.horizon)
-        _advance(simulator, self.settings.simulator, touch)
-        _advance(simulator, self.settings.contact_simulator, leave)
-        # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
-        watch.stops_at_touch = True
-        end = duration + _ROUNDING
-        if not _advance(simulator, self.settings.simulator, end):
-            watch.stops_at_touch = False
-            _advance(simulator, self.settings.second_touch_simulator, end)
-        simulator.AdvancePendingEvents()
-        context = simulator.get_mutable_context()
-        return read_record(trial, context, tool), read_nail_record(trial, context, strike.placement)
+        trial = self.get_diagram(duration, tool)
+        return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
     def prepare(
         self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: tuple[int, ...]
     ) -> Simulator:
-        """Sets a trial up, ready to be advanced; arguments are those of ``run``, with the Diagram of the tool."""
+        """Sets a trial up in a new Context, ready to be advanced; arguments are those of ``run``."""
         context = trial.diagram.CreateDefaultContext()
-        plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
-        trial.arm.set_payload(plant_context, tool.parameters)
-        self.settings.faults.change_arm(trial.arm, plant_context)
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
-        features = observe(tool, self.settings, np.random.default_rng([*seed, 0]))
-        trial.vision.set_features(trial.vision.GetMyMutableContextFromRoot(context), features)
-        trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
-        trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
-        trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
+        return present(trial, context, tool, task, seed)
 
-        simulator = Simulator(trial.diagram, context)
-        ApplySimulatorConfig(self.settings.simulator, simulator)
-        simulator.Initialize()
-        return simulator
+
+class Observer:
+    """One observer who is given objects to hold, one after the other.
+
+    All presentations run in one Context. Each begins with everything as it was at first but the state of the
+    ``material_memory``, which the event at the end of the presentation before has changed.
+    """
+
+    def __init__(
+        self, runner: TrialRunner, memory: Memory, *, duration: float, remembered: tuple[Colour, ...] = ()
+    ) -> None:
+        """Sets the memory before the first presentation.
+
+        Args:
+            runner: Has the Diagram.
+            memory: What is believed of materials.
+            duration: Of each presentation, [s].
+            remembered: Colours that are remembered beyond a presentation; all if empty.
+        """
+        self._trial = runner.get_diagram(duration)
+        self._context = self._trial.diagram.CreateDefaultContext()
+        self._memory_context = self._trial.memory.GetMyMutableContextFromRoot(self._context)
+        self._trial.memory.set_memory(self._memory_context, memory)
+        self._trial.memory.remember_only(self._memory_context, remembered)
+
+    @property
+    def memory(self) -> Memory:
+        """What is believed of materials now."""
+        return self._trial.memory.get_memory(self._memory_context)
+
+    def hold(self, tool: Tool, seed: tuple[int, ...]) -> TrialRecord:
+        """Holds an object in the arm's home posture; the seed determines every random draw."""
+        trial = self._trial
+        for system in trial.diagram.GetSystems():
+            if system is not trial.memory:
+                system.SetDefaultContext(system.GetMyMutableContextFromRoot(self._context))
+        for log in (trial.state_log, trial.tau_log):
+            log.FindMutableLog(self._context).Clear()
+        self._context.SetTime(0.0)
+        return finish(trial, present(trial, self._context, tool, trial.hold, seed), tool)
 
 
 @functools.lru_cache(maxsize=4)
@@ -160,28 +168,40 @@ def get_runner(settings: Settings) -> TrialRunner:
     return TrialRunner(settings)
 
 
-def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and goes on until a time; returns whether no monitor ended it before."""
-    config.start_time = simulator.get_context().get_time()  # or the clock would be set back
-    ApplySimulatorConfig(config, simulator)
-    return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)
+def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: tuple[int, ...]) -> Simulator:
+    """Gives an object to the arm, in a Context at its beginning whose memory is set; ready to be advanced."""
+    settings = trial.settings
+    plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
+    trial.arm.set_payload(plant_context, tool.parameters)
+    settings.faults.change_arm(trial.arm, plant_context)
+    features = observe(tool, settings.feature_source, settings.vision_error, np.random.default_rng([*seed, 0]))
+    trial.feature_sensor.set_features(trial.feature_sensor.GetMyMutableContextFromRoot(context), features)
+    trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
+    trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
+    trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
+    simulator = Simulator(trial.diagram, context)
+    ApplySimulatorConfig(settings.simulator, simulator)
+    simulator.Initialize()
+    return simulator
 
 
-def read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
-    """Ends a trial and reads out what happened."""
+def finish(trial: TrialDiagram, simulator: Simulator, tool: Tool) -> TrialRecord:
+    """Advances a trial to its end, at which the memory learns, and reads it out."""
+    simulator.AdvanceTo(trial.duration + END_MARGIN)
+    simulator.AdvancePendingEvents()
+    return _read_record(trial, simulator.get_context(), tool)
+
+
+def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecord:
     estimator_context = trial.estimator.GetMyContextFromRoot(context)
-    log_evidence: Any = trial.estimator.GetOutputPort("log_evidence").Eval(estimator_context)
-    p_value: Any = trial.estimator.GetOutputPort("p_value").Eval(estimator_context)
-    memory_context = trial.memory.GetMyMutableContextFromRoot(context)
-    if p_value[0] >= SURPRISE or trial.settings.learns_from_surprises:
-        trial.memory.learn(memory_context)
+    log_evidence, p_value = trial.estimator.get_evidence(estimator_context)
     samples = trial.estimator.get_counts(estimator_context)
     if samples.rejected:
-        _LOG.info("%d of %d samples were refused: %s", samples.rejected, sum(samples), samples)
-    if p_value[0] < SURPRISE:
-        _LOG.info("the trial with %s is grossly surprising, p = %.1e", tool.name, p_value[0])
+        _LOG.info("%d of %d samples were rejected: %s", samples.rejected, sum(samples), samples)
+    if p_value < OUTLIER_P_VALUE:
+        _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, p_value)
     log = trial.state_log.FindLog(context)
-    x = log.data().T
+    x = np.array(log.data().T)  # the log is used again for the next presentation
     q, v = np.split(x, 2, axis=1)
     return TrialRecord(
         times=np.array(log.sample_times()),
@@ -191,10 +211,10 @@ def read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialRecor
         height_centre=_measure_height(trial, q, tool.p_TTcentre),
         height_grip=_measure_height(trial, q, np.zeros(3)),
         height_com=_measure_height(trial, q, tool.p_TTcm),
-        memory=trial.memory.get_memory(memory_context),
-        log_evidence=float(log_evidence[0]),
+        memory=trial.memory.get_memory(trial.memory.GetMyContextFromRoot(context)),
+        log_evidence=log_evidence,
         counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
-        p_value=float(p_value[0]),
+        p_value=p_value,
         samples=samples,
     )
 

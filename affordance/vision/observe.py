@@ -1,32 +1,34 @@
-"""The eye: what is measured of an object presented, by the sight the settings name.
+"""Features of an object, from the source that the settings name.
 
-Either true features with a stated error (vision.py), or features from a picture of the object on its stand
-(seeing/), and from nothing else. Both come out of the same port.
+Either the true features with a stated error, or features from a colour and depth picture of the object on its stand
+and from nothing else. Both come out of the same port.
 """
 
 import numpy as np
 
 from affordance.exceptions import SeeingError
 from affordance.objects.tool import Tool
-from affordance.settings import Settings
-from affordance.vision.features import ComponentFeatures, FeatureSource, measure_features
+from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 
 
-def observe(tool: Tool, settings: Settings, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-    """Measures an object as the settings say.
+def observe(
+    tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
+) -> tuple[ComponentFeatures, ...]:
+    """Measures the features of an object.
 
     Args:
         tool: The object.
-        settings: Whether features are measured or seen in pictures, and with which error they are measured.
+        source: Whether its features are measured with an error, or detected in a picture.
+        error: Of features that are measured.
         rng: Draws the errors of the measurement, or the noise of the picture.
 
     Raises:
         SeeingError: The picture does not show what is needed.
     """
-    if settings.feature_source is FeatureSource.FEATURES:
-        return measure_features(tool, settings.vision_error, rng)
+    if source is FeatureSource.FEATURES:
+        return measure_features(tool, error, rng)
     try:
         return get_camera_sensor().observe(tool, rng)
-    except SeeingError as error:
-        raise type(error)(f"{tool.name}: {error.reason}", error.colour, error.depth) from error
+    except SeeingError as failure:
+        raise type(failure)(f"{tool.name}: {failure.reason}", failure.colour, failure.depth) from failure

@@ -1,61 +1,26 @@
-"""The memory of materials, as a system."""
+"""The visual system of the paper's figure 2: the features of an object, the memory of materials, and the prior."""
 
 from typing import Any
 
 from pydrake.common.value import AbstractValue
-from pydrake.systems.framework import Context
+from pydrake.systems.framework import Context, State
 
+from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory import Memory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.objects.colour import Colour
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object
 
 
-class MaterialMemorySystem(SampledSystem):
-    """Keeps what is believed of all materials from trial to trial.
-
-    Its state changes once a trial: ``learn``, called at the end, takes over the posterior (the teaching signal).
-
-    Input ports:
-        posterior: Belief after what was felt, ObjectBelief.
+class FeatureSensor(SampledSystem):
+    """Outputs the features measured of the object that is presented; they are a parameter of the Context.
 
     Output ports:
-        materials: Memory.
-    """
-
-    def __init__(self) -> None:
-        super().__init__()
-        self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
-        index = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
-        self._memory = int(index)
-        self.DeclareStateOutputPort("materials", index)
-
-    def set_memory(self, context: Context, memory: Memory) -> None:
-        """Sets what is believed when a trial begins."""
-        context.SetAbstractState(self._memory, memory)
-
-    def get_memory(self, context: Context) -> Memory:
-        """Returns what is believed now."""
-        value: Any = context.get_abstract_state(self._memory)
-        memory: Memory = value.get_value()
-        return memory
-
-    def learn(self, context: Context) -> None:
-        """Ends a trial: the posterior becomes what is believed.
-
-        Whatever is to be read off the trial's beliefs must be read before, for the prior changes with the memory.
-        """
-        self.set_memory(context, self._posterior.Eval(context).memory)
-
-
-class Vision(SampledSystem):
-    """Shows what the eye measured of the object presented; the measurement is a parameter of the Context.
-
-    Output ports:
-        features: What the eye says of each component, tuple of ComponentFeatures.
+        features: Of each component, tuple of ComponentFeatures.
     """
 
     def __init__(self) -> None:
@@ -64,15 +29,15 @@ class Vision(SampledSystem):
         self.declare_object_output("features", self._features.get, {self._features.ticket})
 
     def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:
-        """Sets what the eye measured."""
+        """Sets the features."""
         self._features.set(context, features)
 
 
 class VisualPrior(SampledSystem):
-    """Predicts the object's inertia from its looks and the memory of materials.
+    """Predicts an object's inertial parameters from its features and the memory of materials.
 
     Input ports:
-        features: What the eye says of each component, tuple of ComponentFeatures.
+        features: Of each component, tuple of ComponentFeatures.
         materials: Memory.
 
     Output ports:
@@ -89,3 +54,59 @@ class VisualPrior(SampledSystem):
 
     def _calc_prior(self, context: Context) -> ObjectBelief:
         return predict_object(self._features.Eval(context), self._materials.Eval(context), self._prior)
+
+
+class MaterialMemorySystem(SampledSystem):
+    """Remembers what is believed of materials, and learns when a presentation ends (the teaching signal).
+
+    The state changes by one event a presentation: at its end the posterior becomes what is believed, unless the
+    presentation was so surprising that nothing is to be learned from it. Which colours are remembered beyond a
+    presentation is a parameter of the Context.
+
+    Input ports:
+        posterior: Belief after what was measured, ObjectBelief.
+        p_value: Probability of measurements as surprising as these, (1,).
+
+    Output ports:
+        materials: Memory.
+    """
+
+    def __init__(self, *, duration: float, least_p_value: float) -> None:
+        """Declares the event.
+
+        Args:
+            duration: Of a presentation, [s].
+            least_p_value: Presentations less probable than this teach nothing.
+        """
+        super().__init__()
+        self._least_p_value = least_p_value
+        self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
+        self._p_value: Source[Array] = self.declare_vector_input("p_value", 1)
+        index = self.DeclareAbstractState(AbstractValue.Make(MaterialMemory()))
+        self._memory = int(index)
+        self._remembered: ObjectParameter[tuple[Colour, ...]] = self.declare_object_parameter(())
+        self.DeclareStateOutputPort("materials", index)
+        self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._learn)
+
+    def set_memory(self, context: Context, memory: Memory) -> None:
+        """Sets what is believed before a presentation."""
+        context.SetAbstractState(self._memory, memory)
+
+    def get_memory(self, context: Context) -> Memory:
+        """Returns what is believed now."""
+        value: Any = context.get_abstract_state(self._memory)
+        memory: Memory = value.get_value()
+        return memory
+
+    def remember_only(self, context: Context, colours: tuple[Colour, ...]) -> None:
+        """Sets the colours that are remembered beyond a presentation; all if empty."""
+        self._remembered.set(context, colours)
+
+    def _learn(self, context: Context, state: State) -> None:
+        memory = self.get_memory(context)
+        if self._p_value.Eval(context)[0] >= self._least_p_value:
+            memory = self._posterior.Eval(context).memory
+        if remembered := self._remembered.get(context):
+            memory = memory.restrict_to(remembered)
+        mutable: Any = state.get_mutable_abstract_state(self._memory)
+        mutable.set_value(memory)

@@ -121,7 +121,7 @@ def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple
         faulty = switch_faults_on(config.experience, load_faults(path, [name], joint_names))
         run(name, faulty)
         if costs[name]["trials_surprising"] > 0.0:
-            careful = replace(faulty, settings=replace(faulty.settings, learns_from_surprises=False))
+            careful = replace(faulty, settings=replace(faulty.settings, learns_from_outliers=False))
             run(f"{name}, surprises not learned", careful)
     return [_describe(name, cost) for name, cost in costs.items()], costs
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import Choice
 from affordance.experiments.reach import load_config as load_reach_config
 from affordance.experiments.weight import load_config, run_repeat

@@ -1,14 +1,8 @@
 import numpy as np
 import pytest
 
-from affordance.belief.density_belief import (
-    DENSITY_FLOOR,
-    EMPTY_BELIEF,
-    DensityBelief,
-    Likelihood,
-    PointEstimate,
-    Prior,
-)
+from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, PointEstimate, Prior
+from affordance.belief.likelihood import Likelihood
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 

@@ -5,10 +5,11 @@ import pytest
 from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, judge
 from scipy.stats import chisquare
 
-from affordance.belief.density_belief import Likelihood, Prior
+from affordance.belief.density_belief import Prior
 from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learners import KAPPA, Learner, start_memory
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.appearance import PartAppearance
 

@@ -3,7 +3,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
-from affordance.belief.density_belief import DensityBelief, Likelihood, Prior
+from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
@@ -13,6 +13,7 @@ from affordance.belief.kinds_gate import (
     predict_densities,
     weigh,
 )
+from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.static_percept import StaticPercept

@@ -296,8 +296,8 @@ def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
     assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
 
 
-def test_earlier_plan_goes_on_step_by_step_within_torque_limits(mpc, arm, model, weight_config):
-    model.set_payload(weight_config.tools[3].parameters)
+def test_earlier_plan_goes_on_step_by_step_within_torque_limits(mpc, arm, model, weight):
+    model.set_payload(weight.tools[3].parameters)
     model.set_state(np.concatenate([arm.home, np.zeros(7)]))
     plan = np.outer(np.arange(SETTINGS.num_steps), np.ones(7))
     step = SETTINGS.horizon / SETTINGS.num_steps

@@ -127,7 +127,7 @@ def test_strike_beyond_the_limits_is_refused(model, target):
 def test_effective_mass_is_that_of_an_impulse(model, held, target):
     """A unit impulse at the striking point changes its velocity along the blow by 1 / m (Drake's own dynamics)."""
     swing = plan_swing(model, target, speed=2.0, duration=0.8)
-    mass = EffectiveMass(model, target, swing.q_end)
+    mass = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
     heavy, light = mass.compute(np.array([held.parameters, np.zeros(10)]))
     assert light < heavy
     model.set_payload(held.parameters)

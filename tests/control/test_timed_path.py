@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import BadValueError
@@ -81,3 +82,18 @@ def test_path_without_points_is_refused(tmp_path):
     (tmp_path / "path.yaml").write_text("duration: 1\ntolerance: 0.1\npoints: []\n")
     with pytest.raises(BadValueError, match=r"points: is \[\], must be a list with at least one entry"):
         load_path(tmp_path / "path.yaml")
+
+
+@pytest.mark.parametrize("num_points", [2, 3])
+def test_path_turns_no_corner(num_points):
+    """At each of its inner points, where the length along the chords says it is, it goes on as it came."""
+    path = load_path(MODELS / "paths" / "reach.yaml")
+    path = TimedPath(path.points[:num_points], path.duration, path.tolerance)
+    curve = path.build_trajectory()
+    steps = np.linalg.norm(np.diff(path.points, axis=0, prepend=0.0), axis=1)
+    for point, share in zip(path.points[:-1], np.cumsum(steps)[:-1] / steps.sum(), strict=True):
+        time = path.duration * brentq(lambda u, share=share: 10 * u**3 - 15 * u**4 + 6 * u**5 - share, 0.0, 1.0)
+        np.testing.assert_allclose(curve.value(time)[:, 0], point, atol=1e-9)
+        came, goes = (curve.EvalDerivative(time + step)[:, 0] for step in (-1e-6, 1e-6))
+        assert np.linalg.norm(came) > 0.1
+        np.testing.assert_allclose(goes, came, atol=1e-4)

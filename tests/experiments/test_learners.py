@@ -8,22 +8,21 @@ import pytest
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learners import Learner
 from affordance.commands import study_learners
-from affordance.experiments import weight
-from affordance.experiments.com import load_config as load_com
+from affordance.experiments.com import load as load_com
 from affordance.experiments.learners import decoy_again, honest_objects, results
 
 
 @pytest.fixture(scope="module")
-def observed(weight_config):
+def observed(weight):
     """One observer with one density for each colour, and one with kinds."""
     return {
-        learner: decoy_again.run_observer(decoy_again.DecoyConfig(weight_config, learner), 1)
+        learner: decoy_again.run_observer(decoy_again.DecoyConfig(weight, learner), 1)
         for learner in (Learner.DENSITY, Learner.KINDS_MAP)
     }
 
 
-def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight_config, observed):
-    records, memories = weight.run_observer(weight_config, 1)
+def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight, observed):
+    records, memories = weight.run_trials(1)
     ours, again = observed[Learner.DENSITY]
     for one, other in zip(records, again, strict=False):
         np.testing.assert_array_equal(one.q, other.q)
@@ -73,13 +72,13 @@ def test_what_is_remembered_can_be_read(observed):
     assert 0.9 < decoy.probability <= 1.0
 
 
-def test_honest_objects_teach_what_they_teach_with_one_density(weight_config):
+def test_honest_objects_teach_what_they_teach_with_one_density(weight):
     """Simulations II to IV, one observer: densities, and how often the right grip is chosen."""
-    com = load_com(weight_config.settings.arm.parent, 0)
+    com = load_com(weight.settings.arm.parent, 0)
     com = replace(com, experience=replace(com.experience, duration=0.5, num_trials=4))
     found = {}
     for learner in (Learner.DENSITY, Learner.KINDS_MAP):
-        config = honest_objects.HonestConfig(com, weight_config.settings.arm.parent, learner)
+        config = honest_objects.HonestConfig(com, weight.settings.arm.parent, learner)
         found[learner] = honest_objects.run_repeat(config, 0)
     one, other = found.values()
     np.testing.assert_allclose(other["density_median"], one["density_median"], rtol=0.1)
@@ -90,7 +89,7 @@ def test_honest_objects_teach_what_they_teach_with_one_density(weight_config):
     assert set(found[Learner.DENSITY]["num_kinds"]) == {0}
 
 
-def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight_config):
+def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     def pretend(com, models, folder, *, repeats, jobs):
         """Honest objects, with two observers of one learner who were right half of the time."""
         arrays = {
@@ -106,7 +105,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight_config
         return {learner.value: honest_objects.compute_metrics(arrays) for learner in Learner}
 
     monkeypatch.setattr(honest_objects, "run", pretend)
-    monkeypatch.setattr(results, "load_weight", lambda models, seed: replace(weight_config, duration=0.5))
+    monkeypatch.setattr(results, "load_weight", lambda models, seed: replace(weight, duration=0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
     study_learners.add_arguments(parser)

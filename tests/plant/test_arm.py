@@ -32,9 +32,9 @@ def test_segments_are_solid_ellipsoids_of_ice(arm, segment, semi_axes):
     )
 
 
-def test_segments_are_seen_and_touched_as_the_ellipsoids_they_weigh(weight_config):
+def test_segments_are_seen_and_touched_as_the_ellipsoids_they_weigh(weight):
     builder = DiagramBuilder()
-    arm = add_arm(builder, tool=weight_config.tools[0])
+    arm = add_arm(builder, tool=weight.tools[0])
     inspector = builder.GetMutableSubsystemByName("scene_graph").model_inspector()
     for segment, semi_axes in SEGMENTS.items():
         body = arm.plant.GetBodyByName(segment)
@@ -96,15 +96,15 @@ def test_home_is_within_limits_and_limits_are_finite(arm):
         arm.home[0] = 1.0
 
 
-def test_torque_limits_bear_the_heaviest_object_of_the_experiment(arm, model, weight_config):
-    model.set_payload(max(weight_config.tools, key=lambda tool: tool.mass).parameters)
+def test_torque_limits_bear_the_heaviest_object_of_the_experiment(arm, model, weight):
+    model.set_payload(max(weight.tools, key=lambda tool: tool.mass).parameters)
     model.set_state(np.concatenate([arm.home, np.zeros(7)]))
     assert (np.abs(model.compute_inverse_dynamics(np.zeros(7))) < 0.7 * arm.limits.tau_max).all()
 
 
-def test_payload_lives_in_the_model_that_was_given_it(arm, weight_config):
+def test_payload_lives_in_the_model_that_was_given_it(arm, weight):
     light, heavy = ArmModel(arm), ArmModel(arm)
-    heavy.set_payload(weight_config.tools[3].parameters)
+    heavy.set_payload(weight.tools[3].parameters)
     torques = []
     for model in (light, heavy, light):
         model.set_state(np.concatenate([arm.home, np.zeros(7)]))
@@ -113,8 +113,8 @@ def test_payload_lives_in_the_model_that_was_given_it(arm, weight_config):
     assert abs(torques[1] - torques[0]).max() > 1.0
 
 
-def test_payload_in_drake_is_the_tool_welded_to_the_hand(weight_config):
-    tool = weight_config.tools[2]
+def test_payload_in_drake_is_the_tool_welded_to_the_hand(weight):
+    tool = weight.tools[2]
     arm = add_arm(DiagramBuilder(), tool=tool)
     context = arm.plant.CreateDefaultContext()
     welded = arm.plant.CalcMassMatrix(context)

@@ -33,11 +33,11 @@ def test_inverse_dynamics_agree_with_the_robotics_toolbox(model, rng):
         np.testing.assert_allclose(model.compute_inverse_dynamics(vdot), tau, rtol=0, atol=1e-12)
 
 
-def swing_freely(weight_config, **changes):
+def swing_freely(weight, **changes):
     """Lets arm and tool fall for 0.4 s from home, unactuated; returns the relative drift of their energy."""
-    settings = dataclasses.replace(weight_config.settings, **changes)
+    settings = dataclasses.replace(weight.settings, **changes)
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, weight_config.tools[3])
+    arm = add_arm(builder, settings.arm, weight.tools[3])
     diagram = builder.Build()
     simulator = Simulator(diagram)
     context = arm.plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
@@ -51,12 +51,12 @@ def swing_freely(weight_config, **changes):
     return abs(drift) / kinetic
 
 
-def test_energy_of_the_passive_arm_is_conserved_at_the_chosen_accuracy(weight_config):
-    assert swing_freely(weight_config) < 1e-5
+def test_energy_of_the_passive_arm_is_conserved_at_the_chosen_accuracy(weight):
+    assert swing_freely(weight) < 1e-5
 
 
-def test_energy_is_conserved_better_as_accuracy_tightens(weight_config):
-    drifts = [swing_freely(weight_config, accuracy=accuracy) for accuracy in (1e-2, 1e-4, 1e-6)]
+def test_energy_is_conserved_better_as_accuracy_tightens(weight):
+    drifts = [swing_freely(weight, accuracy=accuracy) for accuracy in (1e-2, 1e-4, 1e-6)]
     assert drifts[1] < drifts[0] / 20
     assert drifts[2] < drifts[1] / 20
 

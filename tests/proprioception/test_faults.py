@@ -10,7 +10,8 @@ from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import NO_FAULTS, Faults, load_faults
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.trial import SURPRISE, TrialRunner
+from affordance.simulation.diagram import OUTLIER_P_VALUE
+from affordance.simulation.trial import Observer, TrialRunner
 
 FILE = MODELS / "faults.yaml"
 NAMES = ("nan_samples", "dropped_samples", "spikes", "stuck_sensor", "bias", "delay", "heavy_arm")
@@ -21,9 +22,9 @@ def distort(faults, count=4000, stuck=None):
     return np.array([faults.distort(FELT, SD, stuck, (number,)) for number in range(count)])
 
 
-def run(weight_config, faults, tool=2, seed=(1,), duration=1.0, **changes):
-    settings = dataclasses.replace(weight_config.settings, faults=faults, **changes)
-    return TrialRunner(settings).run_hold(weight_config.tools[tool], MaterialMemory(), duration=duration, seed=seed)
+def run(weight, faults, tool=2, seed=(1,), duration=1.0, **changes):
+    settings = dataclasses.replace(weight.settings, faults=faults, **changes)
+    return TrialRunner(settings).run_hold(weight.tools[tool], MaterialMemory(), duration=duration, seed=seed)
 
 
 def assert_frequency(count, total, probability):
@@ -72,14 +73,13 @@ def test_sample_that_did_not_arrive_stays_missing_whatever_else_is_wrong():
     assert reported is not felt
 
 
-def test_late_samples_of_a_stuck_sensor_are_missing_before_the_first_arrives(weight_config):
-    samples = run(weight_config, Faults(stuck_joint="elbow_flexion", delay_samples=2)).samples
+def test_late_samples_of_a_stuck_sensor_are_missing_before_the_first_arrives(weight):
+    samples = run(weight, Faults(stuck_joint="elbow_flexion", delay_samples=2)).samples
     assert (samples.missing, samples.not_finite) == (2, 0)
 
 
-def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight_config):
-    trial = runner.get_diagram(weight_config.tools[0])
-    arm = trial.arm
+def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight):
+    arm = runner.get_diagram(weight.duration, weight.tools[0]).arm
     contexts = [arm.plant.CreateDefaultContext() for _ in range(2)]
     Faults(arm_mass_factor=1.05).change_arm(arm, contexts[1])
     for index in arm.plant.GetBodyIndices(arm.hand.body().model_instance()):
@@ -89,14 +89,14 @@ def test_heavier_arm_is_heavier_in_every_body_and_the_tool_is_not(runner, weight
     assert arm.tool.get_mass(contexts[0]) == arm.tool.get_mass(contexts[1])
 
 
-def test_late_torque_is_that_of_the_sample_before(weight_config):
+def test_late_torque_is_that_of_the_sample_before(weight):
     """An arm that drops, felt without error: its torques at one sample are reported at the next."""
-    settings = dataclasses.replace(weight_config.settings, noise=WhiteNoise(1e-9))
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1e-9))
     seen = {}
     for delay in (0, 2):
         runner = TrialRunner(dataclasses.replace(settings, faults=Faults(delay_samples=delay)))
-        runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
-        estimator = runner.get_diagram(weight_config.tools[0]).estimator
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+        estimator = runner.get_diagram(1.0).estimator
         seen[delay] = []
         original = estimator._noise
 
@@ -109,7 +109,7 @@ def test_late_torque_is_that_of_the_sample_before(weight_config):
                 return np.full(len(tau), 100.0)  # so that late torques are not refused as impossible
 
         estimator._noise = Listening(1e-9)
-        record = runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+        record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
         estimator._noise = original
         assert record.samples.missing == delay
     assert np.ptp(seen[0], axis=0).max() > 0.5
@@ -118,11 +118,11 @@ def test_late_torque_is_that_of_the_sample_before(weight_config):
 
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("uses_posterior", [False, True])
-def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight_config, runner, name, uses_posterior):
-    limits = runner.get_diagram(weight_config.tools[0]).arm.limits
-    faults = load_faults(FILE, [name], runner.get_diagram(weight_config.tools[0]).arm.joint_names)
+def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight, arm, name, uses_posterior):
+    limits = arm.limits
+    faults = load_faults(FILE, [name], arm.joint_names)
     for tool in (2, 4):
-        record = run(weight_config, faults, tool, uses_posterior=uses_posterior)
+        record = run(weight, faults, tool, uses_posterior=uses_posterior)
         assert np.isfinite(record.q).all()
         assert (record.q >= limits.q_lower).all()
         assert (record.q <= limits.q_upper).all()
@@ -141,59 +141,55 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight_config, runner
 @pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
 def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
     """A tool that weighs more than is believed, near the elbow's limit, without any fault (decision 0009)."""
-    config = com.load_config().experience
+    config = com.load().experience
     runner = TrialRunner(dataclasses.replace(config.settings, angle_margin=margin))
     record = runner.run_hold(config.tools[0], MaterialMemory(), duration=1.0, seed=(0, 0, 0))
-    assert (record.q >= runner.get_diagram(config.tools[0]).arm.limits.q_lower).all() == keeps
+    assert (record.q >= runner.get_diagram(1.0).arm.limits.q_lower).all() == keeps
 
 
-def test_refused_samples_are_counted_by_reason(weight_config):
-    assert run(weight_config, NO_FAULTS).samples == (0, 0, 0, 10)
-    assert run(weight_config, Faults(drop_probability=1.0)).samples == (10, 0, 0, 0)
-    assert run(weight_config, Faults(nan_probability=1.0)).samples == (0, 10, 0, 0)
-    spiky = run(weight_config, Faults(spike_probability=1.0, spike_height=1e4)).samples
+def test_refused_samples_are_counted_by_reason(weight):
+    assert run(weight, NO_FAULTS).samples == (0, 0, 0, 10)
+    assert run(weight, Faults(drop_probability=1.0)).samples == (10, 0, 0, 0)
+    assert run(weight, Faults(nan_probability=1.0)).samples == (0, 10, 0, 0)
+    spiky = run(weight, Faults(spike_probability=1.0, spike_height=1e4)).samples
     assert spiky.impossible >= 9
     assert spiky.rejected + spiky.accepted == 10
 
 
-def test_trial_of_which_nothing_was_felt_teaches_nothing_and_is_no_surprise(weight_config):
-    record = run(weight_config, Faults(drop_probability=1.0))
-    prior = weight_config.settings.prior
+def test_trial_of_which_nothing_was_measured_teaches_nothing_and_is_no_outlier(weight):
+    record = run(weight, Faults(drop_probability=1.0))
+    prior = weight.settings.prior
     np.testing.assert_allclose(record.memory.belief.untruncated_mean, prior.mode)
     np.testing.assert_allclose(record.memory.belief.covariance, prior.sd**2)
-    assert (record.log_evidence, record.p_value, record.surprising) == (0.0, 1.0, False)
+    assert (record.log_evidence, record.p_value, record.is_outlier) == (0.0, 1.0, False)
 
 
-def test_refused_samples_leave_the_others_what_they_say(weight_config):
+def test_refused_samples_leave_the_others_what_they_say(weight):
     """A trial's errors last: a third of its samples says what all of them say, but for the fall's transient."""
     whole, part = (
-        run(weight_config, Faults(drop_probability=drop), duration=3.0).memory.belief.untruncated_mean[0]
+        run(weight, Faults(drop_probability=drop), duration=3.0).memory.belief.untruncated_mean[0]
         for drop in (0.0, 0.3)
     )
     assert part == pytest.approx(whole, rel=2e-3)
     assert part != whole
 
 
-def test_decoy_and_bias_are_grossly_surprising_and_an_honest_trial_is_not(weight_config):
-    runner = TrialRunner(weight_config.settings)
-    memory = MaterialMemory()
-    records = []
-    for trial, tool in enumerate(weight_config.tools):
-        records.append(runner.run_hold(tool, memory, duration=1.0, seed=(trial,)))
-        memory = records[-1].memory
-    assert [record.surprising for record in records] == [False] * 4 + [True]
-    assert run(weight_config, Faults(bias_sd=3.0)).p_value < SURPRISE
-    assert run(weight_config, NO_FAULTS).p_value > 0.001
+def test_decoy_and_bias_are_outliers_and_an_honest_trial_is_not(weight):
+    observer = Observer(TrialRunner(weight.settings), MaterialMemory(), duration=1.0)
+    records = [observer.hold(tool, (trial,)) for trial, tool in enumerate(weight.tools)]
+    assert [record.is_outlier for record in records] == [False] * 4 + [True]
+    assert run(weight, Faults(bias_sd=3.0)).p_value < OUTLIER_P_VALUE
+    assert run(weight, NO_FAULTS).p_value > 0.001
 
 
-def test_surprise_teaches_or_does_not_as_the_settings_say(weight_config):
+def test_outlier_teaches_or_does_not_as_the_settings_say(weight):
     faults = Faults(bias_sd=5.0)
-    teaching, refused = (run(weight_config, faults, learns_from_surprises=learns) for learns in (True, False))
-    assert teaching.surprising
-    assert refused.surprising
+    teaching, refused = (run(weight, faults, learns_from_outliers=learns) for learns in (True, False))
+    assert teaching.is_outlier
+    assert refused.is_outlier
     assert refused.memory.colours == ()
     assert teaching.memory.belief.size == 1
-    honest, careful = (run(weight_config, NO_FAULTS, learns_from_surprises=learns) for learns in (True, False))
+    honest, careful = (run(weight, NO_FAULTS, learns_from_outliers=learns) for learns in (True, False))
     np.testing.assert_array_equal(honest.memory.belief.information_vector, careful.memory.belief.information_vector)
 
 

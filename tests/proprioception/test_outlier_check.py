@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from affordance.belief.object_belief import Geometry
+from affordance.objects.geometry import Geometry
 from affordance.objects.tool import DENSITY_MAX
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
 from affordance.proprioception.static_hold import StaticHold
@@ -25,9 +25,9 @@ def test_reading_is_judged_by_what_is_finite(tau, status):
 
 
 @pytest.fixture(scope="module")
-def held(arm, weight_config):
+def held(arm, weight):
     hold = StaticHold(arm)
-    tool = weight_config.tools[2]
+    tool = weight.tools[2]
     Phi = (tool.parameters / tool.components[0].material.density)[:, None]
     return hold, Geometry(Phi, np.zeros((0, 10, 1)))
 

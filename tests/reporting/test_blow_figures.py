@@ -5,16 +5,16 @@ from matplotlib.colors import to_rgb
 from matplotlib.image import imread
 from matplotlib.text import Text
 
-from affordance.reporting.blow_figures import draw_blow, draw_map, draw_photographs
+from affordance.plant.nail import NailRecord
+from affordance.reporting.blow_figures import draw_blow, draw_map, draw_renderings
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure
-from affordance.simulation.blow_trial import NailRecord
 
 
 def test_photographs_stand_in_rows_by_grip_under_their_titles(rng):
     rows = {
         grip: [rng.integers(0, 255, (20, width, 3), dtype=np.uint8) for width in (40, 40, 20)] for grip in ("a", "b")
     }
-    figure = draw_photographs(rows, titles=["start", "strike", "nail"])
+    figure = draw_renderings(rows, titles=["start", "strike", "nail"])
     axes = np.reshape(figure.axes, (2, 3))
     assert [each.get_title() for each in axes[0]] == ["start", "strike", "nail"]
     assert [each.get_ylabel() for each in axes[:, 0]] == ["a", "b"]
@@ -28,7 +28,7 @@ LONG_NAMES = [f"held by _{end}_end_of_an_extraordinarily_long_painted_handle" fo
 
 def test_long_names_leave_room_for_the_pictures(rng, tmp_path):
     rows = {name: [rng.integers(0, 255, (38, 100, 3), dtype=np.uint8)] * 3 for name in LONG_NAMES}
-    figure = draw_photographs(rows, titles=["start", "strike", "nail"])
+    figure = draw_renderings(rows, titles=["start", "strike", "nail"])
     assert_all_is_on_the_figure(figure, tmp_path)
     assert figure.axes[0].get_window_extent().width > 0.2 * figure.bbox.width
 

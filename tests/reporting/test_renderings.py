@@ -11,7 +11,7 @@ from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.reporting import renderings as photographs
-from affordance.reporting.renderings import Pose, take_close_ups, take_pictures
+from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 
 WIDTH, HEIGHT = 160, 80
 DOWN = np.array([0.0, 0.0, -1.0])
@@ -32,7 +32,7 @@ def poses():
 
 @pytest.fixture(scope="module")
 def whole(poses):
-    return take_pictures(ARM, poses, width=WIDTH, height=HEIGHT)
+    return render_poses(ARM, poses, width=WIDTH, height=HEIGHT)
 
 
 def find_hue(colour):
@@ -75,7 +75,7 @@ def test_one_camera_takes_all_poses(whole):
 
 
 def test_nail_is_seen_in_the_middle_of_a_close_up_and_shortens_as_it_goes_in(poses):
-    untouched, driven = take_close_ups(
+    untouched, driven = render_close_ups(
         ARM, [poses[1]._replace(travel=0.0), poses[1]._replace(travel=0.02)], width=HEIGHT, height=HEIGHT
     )
     # Looked at straight from the side, one pixel is this long; a little more for the camera looks from above.
@@ -95,10 +95,10 @@ def test_nail_is_seen_in_the_middle_of_a_close_up_and_shortens_as_it_goes_in(pos
 
 
 def test_arm_alone_can_be_taken(poses):
-    (picture,) = take_pictures(ARM, [poses[0]._replace(placement=None)], width=WIDTH, height=HEIGHT)
+    (picture,) = render_poses(ARM, [poses[0]._replace(placement=None)], width=WIDTH, height=HEIGHT)
     assert find_hue(BEECH)(picture).any()
 
 
 def test_no_close_up_without_a_nail(poses):
     with pytest.raises(ValueError, match="no close-up without a nail: stick"):
-        take_close_ups(ARM, [poses[0]._replace(placement=None)], width=WIDTH, height=HEIGHT)
+        render_close_ups(ARM, [poses[0]._replace(placement=None)], width=WIDTH, height=HEIGHT)

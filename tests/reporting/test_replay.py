@@ -15,15 +15,15 @@ from affordance.reporting.replay import Scene, write_replay
 
 
 @pytest.fixture
-def scenes(weight_config, arm):
+def scenes(weight, arm):
     times = np.linspace(0, 0.2, 21)
     q = arm.home + np.zeros((21, 7))
-    return [Scene(tool, times, q, f"{tool.name} <shown>") for tool in weight_config.tools[:2]]
+    return [Scene(tool, times, q, f"{tool.name} <shown>") for tool in weight.tools[:2]]
 
 
-def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight_config, scenes):
+def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
     path = tmp_path / "replay.html"
-    write_replay(path, weight_config.settings.arm, scenes, title="A & B")
+    write_replay(path, weight.settings.arm, scenes, title="A & B")
     page = path.read_text()
     assert "<title>A &amp; B</title>" in page
     assert "0.0 to 0.2 s: rod_10cm &lt;shown&gt;" in page
@@ -33,18 +33,18 @@ def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight_config, sce
     assert 1e6 < len(page) < 5e6
 
 
-def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight_config, scenes):
+def test_nothing_is_left_for_another_thread_to_free(tmp_path, weight, scenes):
     """Meshcat would end the process, and with it this test."""
-    write_replay(tmp_path / "replay.html", weight_config.settings.arm, scenes, title="")
+    write_replay(tmp_path / "replay.html", weight.settings.arm, scenes, title="")
     collector = threading.Thread(target=gc.collect)
     collector.start()
     collector.join()
 
 
-def test_no_page_without_a_port(tmp_path, weight_config, scenes, monkeypatch):
+def test_no_page_without_a_port(tmp_path, weight, scenes, monkeypatch):
     monkeypatch.setenv("DRAKE_ALLOW_NETWORK", "package_map")
     with pytest.raises(AffordanceError, match=r"replay.html: cannot be drawn: .*DRAKE_ALLOW_NETWORK"):
-        write_replay(tmp_path / "replay.html", weight_config.settings.arm, scenes, title="")
+        write_replay(tmp_path / "replay.html", weight.settings.arm, scenes, title="")
     assert not list(tmp_path.iterdir())
 
 
@@ -122,9 +122,9 @@ def blows(scenes):
     ]
 
 
-def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_path, weight_config, blows):
+def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_path, weight, blows):
     path = tmp_path / "replay.html"
-    write_replay(path, weight_config.settings.arm, blows, title="")
+    write_replay(path, weight.settings.arm, blows, title="")
     page = path.read_text()
     # 20 of 200 ms are shown in 1 s; then there is a pause.
     assert "0.0 to 1.2 s: rod_10cm &lt;shown&gt; (50 × slower around the strike, 0.1 to 1.1 s)" in page
@@ -135,10 +135,10 @@ def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_pa
     assert 1e6 < len(page) < 5e6
 
 
-def test_nail_goes_in_between_rows_of_the_log(tmp_path, weight_config, blows):
+def test_nail_goes_in_between_rows_of_the_log(tmp_path, weight, blows):
     """Half a second of the replay is that from one row to the next."""
     path = tmp_path / "replay.html"
-    write_replay(path, weight_config.settings.arm, blows, title="")
+    write_replay(path, weight.settings.arm, blows, title="")
     times, places = read_recording(path)["/drake/arm/nail_0/nail_0", ".position"]
     height = np.interp(times, [0.0, 0.1, 0.6, 9.0], [0.0, 0.0, -0.012, -0.012])
     shown = np.array(places)[times < 1.6] - [0.7, 0.0, 1.3]
@@ -146,10 +146,10 @@ def test_nail_goes_in_between_rows_of_the_log(tmp_path, weight_config, blows):
     np.testing.assert_allclose(shown[:, :2], 0.0, atol=1e-9)
 
 
-def test_nail_and_block_are_seen_in_their_own_scene_only(tmp_path, weight_config, blows, scenes):
+def test_nail_and_block_are_seen_in_their_own_scene_only(tmp_path, weight, blows, scenes):
     path = tmp_path / "replay.html"
     third = scenes[0]
-    write_replay(path, weight_config.settings.arm, [*blows, third], title="")
+    write_replay(path, weight.settings.arm, [*blows, third], title="")
     recording = read_recording(path)
     for k in range(2):
         for part in (f"nail_{k}", f"nail_{k}_block", f"tool_{k}"):
@@ -159,10 +159,10 @@ def test_nail_and_block_are_seen_in_their_own_scene_only(tmp_path, weight_config
     assert not any("nail_2" in name for name, _ in recording)
 
 
-def test_camera_looks_closer_in_slow_motion_only(tmp_path, weight_config, blows, scenes):
+def test_camera_looks_closer_in_slow_motion_only(tmp_path, weight, blows, scenes):
     path = tmp_path / "replay.html"
     still = scenes[0]._replace(times=10 * scenes[0].times)
-    write_replay(path, weight_config.settings.arm, [still, blows[0], still], title="")
+    write_replay(path, weight.settings.arm, [still, blows[0], still], title="")
     times, zoom = read_recording(path)["/Cameras/default/rotated/<object>", ".zoom"]
     zoom = np.array(zoom)
     np.testing.assert_array_equal(zoom[times < 2.49], 1.0)
@@ -171,14 +171,14 @@ def test_camera_looks_closer_in_slow_motion_only(tmp_path, weight_config, blows,
     np.testing.assert_array_equal(zoom[times > 4.2], 1.0)
 
 
-def test_page_without_slow_scenes_has_neither_nail_nor_zoom(tmp_path, weight_config, scenes):
+def test_page_without_slow_scenes_has_neither_nail_nor_zoom(tmp_path, weight, scenes):
     path = tmp_path / "replay.html"
-    write_replay(path, weight_config.settings.arm, scenes, title="")
+    write_replay(path, weight.settings.arm, scenes, title="")
     names = {name for name, _ in read_recording(path)}
     assert not any("nail" in name or "Camera" in name for name in names)
 
 
 @pytest.mark.parametrize("slow", [(0.1, 0.3, 20.0), (0.12, 0.1, 20.0), (0.1, 0.12, 0.5), (-0.1, 0.1, 2.0)])
-def test_slow_motion_that_cannot_be_is_refused(tmp_path, weight_config, scenes, slow):
+def test_slow_motion_that_cannot_be_is_refused(tmp_path, weight, scenes, slow):
     with pytest.raises(ValueError, match=r"slow is .*, must be from 0 to 0.2 s, and at least 1 times slower"):
-        write_replay(tmp_path / "replay.html", weight_config.settings.arm, [scenes[0]._replace(slow=slow)], title="")
+        write_replay(tmp_path / "replay.html", weight.settings.arm, [scenes[0]._replace(slow=slow)], title="")

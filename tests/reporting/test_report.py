@@ -1,16 +1,29 @@
+"""The page that is made of the sections of a folder."""
+
+import html.parser
+import json
+import re
+
 import pytest
 
-from affordance.reporting.report import Claim, Picture, Section, write_report, write_section
+from affordance.reporting.claims import ClaimResult, CriterionResult
+from affordance.reporting.report import remove_section, write_report, write_section
+from affordance.reporting.section import ReportFigure, Section, Table
 
 
 def make_section(order, title, met=True):
+    criteria = (
+        CriterionResult("drop, last over first", "0.012", "at most 0.25", met),
+        CriterionResult("growth of the mass", "0.20, 0.20 kg", "above 0 kg", True),
+    )
     return Section(
         order=order,
         title=title,
         summary="Objects <held> & felt.",
-        pictures=[Picture("figure.png", "Figure 3 & more")],
-        claims=[Claim("IV-A", "The drop is reduced.", met, "18 to 0.2 cm")],
-        differences=["No constants are given."],
+        figures=[ReportFigure("figure.png", "Figure 3 & more")],
+        claims=[ClaimResult("drop", "IV-A", "The drop is reduced.", met, criteria)],
+        tables=[Table("Trial by trial.", ["object", "drop (cm)"], [["rod <1>", "18"], ["rod 2", "0.2"]])],
+        remarks=["No constants are given."],
     )
 
 
@@ -22,28 +35,171 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_report_holds_all_sections_in_the_papers_order(folder):
+class Page(html.parser.HTMLParser):
+    """What a page names and points to, and whether its tags are closed."""
+
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self, text):
+        super().__init__()
+        self.ids, self.links, self.open, self.rows = [], [], [], 0
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        attributes = dict(attrs)
+        self.ids += [attributes["id"]] if "id" in attributes else []
+        self.links += [attributes["href"]] if "href" in attributes else []
+        self.rows += tag == "tr"
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+
+def write_both(folder):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
+    return write_report(folder).read_text(encoding="utf-8")
+
+
+def test_report_holds_all_sections_in_the_papers_order(folder):
     (folder / "weight" / "replay.html").write_text("a replay")
-    page = write_report(folder).read_text()
-    assert page.index("Simulation I<") < page.index("Simulation II<")
-    assert page.count(">met<") == 1
-    assert page.count(">not met<") == 1
-    assert "18 to 0.2 cm" in page
+    page = write_both(folder)
+    assert page.index("<h2>Simulation I<") < page.index("<h2>Simulation II<")
+    assert "drop, last over first: <b>0.012</b> (at most 0.25)" in page
     assert "Objects &lt;held&gt; &amp; felt." in page
+    assert "<td>rod &lt;1&gt;</td><td>18</td>" in page
+    assert "<caption>Trial by trial.</caption>" in page
+    assert "<li>No constants are given.</li>" in page
     assert "data:image/png;base64,iVBORw==" in page
-    assert "weight/replay.html" in page
+    assert 'href="weight/replay.html"' in page
     assert "com/replay.html" not in page  # there is none
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00"])
-def test_section_that_cannot_be_read_is_named_and_left_out(folder, caplog, text):
+def test_report_begins_with_a_summary_of_all_claims(folder):
+    page = write_both(folder)
+    assert "1 of 2 claims are met." in page
+    summary = re.search(r'<table class="summary">(.*?)</table>', page, re.DOTALL).group(1)
+    assert summary.count("The drop is reduced.") == 2
+    assert re.findall(r">(met|not met)<", summary) == ["met", "not met"]
+    assert summary.count("0.012") == 2  # the headline of each
+    assert page.index('<table class="summary">') < page.index("<section")
+
+
+def test_contents_and_summary_point_to_every_section(folder):
+    page = Page(write_both(folder))
+    assert page.open == []
+    assert page.ids == ["weight", "com"]
+    assert [link for link in page.links if link.startswith("#")] == ["#weight", "#com"] * 2
+    assert "<nav>" in (folder / "report.html").read_text(encoding="utf-8")
+
+
+def test_criterion_that_is_not_met_is_marked(folder):
+    page = write_both(folder)
+    assert page.count("✗") == 1
+    assert re.search(r"0\.012</b> \(at most 0\.25\) <span[^>]*>✗", page)
+
+
+def test_anchor_is_of_the_folders_name(tmp_path):
+    write_section(tmp_path / "My results (2)", make_section(1, "Simulation I")._replace(figures=[]))
+    assert Page(write_report(tmp_path).read_text(encoding="utf-8")).ids == ["my-results-2-"]
+
+
+def test_run_is_named_with_observers_seed_versions_and_time(folder):
+    metrics = {"repeats": 20, "seed": 3, "finished": "2026-11-22 00:25"}
+    for name, version in (("weight", "1.58.0"), ("com", "1.58.0")):
+        versions = {"affordance": "0.2.0", "drake": version}
+        (folder / name / "metrics.json").write_text(json.dumps({**metrics, "versions": versions}))
+    page = write_both(folder)
+    line = "20 observers or objects, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22 00:25"
+    assert f"com, weight: {line}<" in page
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"repeats": 3}', '{"versions": []}'])
+def test_numbers_that_do_not_say_what_was_run_leave_the_report_without(folder, text):
+    (folder / "weight" / "metrics.json").write_text(text)
+    assert "observers or objects" not in write_both(folder)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00", "[" * 100_000])
+def test_section_that_is_none_is_named_and_quarantined(folder, caplog, text):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     (folder / "com" / "section.json").write_text(text)
-    assert "Simulation I<" in write_report(folder).read_text()
-    assert "com/section.json is left out" in caplog.text
+    page = write_report(folder).read_text(encoding="utf-8")
+    assert "<h2>Simulation I<" in page
+    assert "com/section.json is left out of the report: it is not a section" in caplog.text
+    assert (folder / "com" / "section.broken").read_text() == text
+    assert not (folder / "com" / "section.json").exists()
+
+
+WRONG = [None, 3, "x", [], [None], {"a": 1}]
+
+
+def list_places(value, path=()):
+    """Every place in a section at which something else could stand."""
+    yield path
+    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    for key, entry in entries:
+        yield from list_places(entry, (*path, key))
+
+
+def put(value, path, other):
+    """A copy of a section with something else at a place; without what is there if the other is ``put``."""
+    if not path:
+        return other
+    copy = dict(value) if isinstance(value, dict) else list(value)
+    if other is put and len(path) == 1:
+        del copy[path[0]]
+    else:
+        copy[path[0]] = put(copy[path[0]], path[1:], other)
+    return copy
+
+
+def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog):
+    """Every value of every kind at every place of a section, and every key left out."""
+    caplog.set_level("ERROR")
+    write_section(folder / "weight", make_section(1, "Simulation I"))
+    path = folder / "com" / "section.json"
+    write_section(path.parent, make_section(2, "Simulation II"))
+    (folder / "com" / "x").write_bytes(b"a figure of this name")
+    good = json.loads(path.read_text())
+    places = list(list_places(good))
+    assert len(places) > 30
+    for place in places:
+        for other in (*WRONG, put) if place else WRONG:
+            path.write_text(json.dumps(put(good, place, other)))
+            page = write_report(folder).read_text(encoding="utf-8")
+            assert "<h2>Simulation I<" in page, (place, other)
+            assert path.exists() == ('<section id="com">' in page), (place, other)
+
+
+@pytest.mark.parametrize("file", ["../secret.png", "/etc/passwd", "deep/figure.png"])
+def test_figure_that_lies_elsewhere_is_not_carried_into_the_page(folder, caplog, file):
+    write_section(folder / "com", make_section(2, "Simulation II")._replace(figures=[ReportFigure(file, "Mine")]))
+    assert "Simulation II" not in write_report(folder).read_text(encoding="utf-8")
+    assert "lies elsewhere" in caplog.text
+
+
+def test_section_whose_figure_is_missing_is_named_left_out_and_kept(folder, caplog):
+    write_both(folder)
+    (folder / "com" / "figure.png").unlink()
+    page = write_report(folder).read_text(encoding="utf-8")
+    assert "<h2>Simulation I<" in page
+    assert "Simulation II" not in page
+    assert "com/section.json is left out of the report: it cannot be read" in caplog.text
+    assert (folder / "com" / "section.json").exists()
+
+
+def test_section_that_no_longer_holds_is_taken_out(folder):
+    assert "Simulation II" in write_both(folder)
+    remove_section(folder / "com")
+    remove_section(folder / "com")
+    assert "Simulation II" not in write_report(folder).read_text(encoding="utf-8")
 
 
 def test_report_of_nothing_is_still_a_page(tmp_path):
-    assert "</html>" in write_report(tmp_path).read_text()
+    page = write_report(tmp_path).read_text(encoding="utf-8")
+    assert Page(page).open == []
+    assert "0 of 0 claims" in page

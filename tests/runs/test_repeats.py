@@ -1,19 +1,19 @@
 import dataclasses
-import json
+import functools
 import logging
 import os
 import shutil
-from enum import Enum
+import time
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
+import psutil
 import pytest
 
+import affordance
 from affordance.exceptions import BadValueError
-from affordance.files.atomic import remove_leftovers, to_plain, write_atomic, write_json, write_text
 from affordance.files.model_folder import MODELS
-from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats
+from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
 
 
 def square(repeat):
@@ -42,16 +42,47 @@ def test_more_repeats_add_to_those_kept(tmp_path):
     np.testing.assert_array_equal(run(tmp_path, refuse, repeats=3)["square"], [[0], [1], [4]])
 
 
-def test_repeats_run_in_other_processes(tmp_path):
-    pids = run(tmp_path, repeats=4, jobs=2)["pid"]
+@pytest.fixture
+def in_two_processes():
+    """The number of jobs; ends their processes."""
+    yield 2
+    end_processes()
+
+
+def test_repeats_run_in_other_processes(tmp_path, in_two_processes):
+    pids = run(tmp_path, repeats=4, jobs=in_two_processes)["pid"]
     assert os.getpid() not in pids
 
 
-def test_processes_that_were_ended_serve_no_others(tmp_path):
-    first = run(tmp_path / "first", repeats=6, jobs=2)["pid"]
+def test_processes_that_were_ended_serve_no_others_and_are_gone(tmp_path, in_two_processes):
+    first = run(tmp_path / "first", repeats=6, jobs=in_two_processes)["pid"]
     end_processes()
-    second = run(tmp_path / "second", repeats=6, jobs=2)["pid"]
+    assert not any(psutil.pid_exists(int(pid)) for pid in np.unique(first))
+    second = run(tmp_path / "second", repeats=6, jobs=in_two_processes)["pid"]
     assert not np.intersect1d(first, second).size
+
+
+def sleep_and_name(number):
+    """The later it is asked for, the sooner it is done."""
+    time.sleep(0.05 * (5 - number))
+    return number, os.getpid()
+
+
+def test_tasks_come_back_in_their_order_from_other_processes(in_two_processes):
+    done = run_tasks([functools.partial(sleep_and_name, k) for k in range(6)], jobs=in_two_processes, description="t")
+    assert [number for number, _ in done] == [0, 1, 2, 3, 4, 5]
+    assert os.getpid() not in {pid for _, pid in done}
+    assert run_tasks([], jobs=2, description="none") == []
+    assert run_tasks([lambda: 3], jobs=1, description="one") == [3]
+
+
+def fail(repeat):
+    raise BadValueError("file", "key", f"is {repeat}")
+
+
+def test_error_of_a_task_is_that_of_the_caller(in_two_processes):
+    with pytest.raises(BadValueError, match=r"^file: key: is 0$"):
+        run_tasks([functools.partial(fail, 0)] * 2, jobs=in_two_processes, description="test")
 
 
 def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):
@@ -66,73 +97,85 @@ def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):
     assert (tmp_path / "repeat_00001.broken").exists()
 
 
-def test_file_appears_whole_or_not_at_all(tmp_path):
-    path = tmp_path / "deep" / "numbers.txt"
-
-    def fail_halfway(temporary):
-        temporary.write_text("half")
-        raise RuntimeError("killed")
-
-    with pytest.raises(RuntimeError, match="killed"):
-        write_atomic(path, fail_halfway)
-    assert list(path.parent.iterdir()) == []
-    write_text(path, "whole")
-    with pytest.raises(RuntimeError, match="killed"):
-        write_atomic(path, fail_halfway)
-    assert path.read_text() == "whole"
-
-
-def test_leftovers_of_a_killed_run_are_removed(tmp_path):
-    def leave(temporary):
-        temporary.write_text("half")
-        os.link(temporary, temporary.with_name(temporary.name + "x"))  # survives the clean-up of write_whole
-        raise RuntimeError
-
-    with pytest.raises(RuntimeError):
-        write_atomic(tmp_path / "a" / "numbers.txt", leave)
-    write_text(tmp_path / "a" / "whole.txt", "whole")
-    remove_leftovers(tmp_path)
-    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["whole.txt"]
-
-
-class Colour(Enum):
-    RED = "red"
-
-
-class Pair(NamedTuple):
-    a: float
-    b: tuple
-
-
-def test_configurations_become_plain_json(tmp_path):
-    content = {"pair": Pair(1.5, (np.float64(0.1), np.array([1, 2]))), "colour": Colour.RED, "path": Path("a/b.yaml")}
-    assert to_plain(content) == {"pair": {"a": 1.5, "b": [0.1, [1, 2]]}, "colour": "red", "path": "b.yaml"}
-    write_json(tmp_path / "x.json", content)
-    assert json.loads((tmp_path / "x.json").read_text())["pair"]["b"] == [0.1, [1, 2]]
-    with pytest.raises(ValueError, match="not JSON compliant"):
-        write_json(tmp_path / "y.json", {"bad": np.nan})
-    assert not (tmp_path / "y.json").exists()
-
-
-def test_key_changes_with_configuration_and_models(weight_config, tmp_path):
-    key = compute_key(weight_config, MODELS)
-    assert compute_key(weight_config, MODELS) == key
-    assert compute_key(dataclasses.replace(weight_config, seed=1), MODELS) != key
-    finer = dataclasses.replace(weight_config.settings, control_period=0.004)
-    assert compute_key(dataclasses.replace(weight_config, settings=finer), MODELS) != key
+def test_key_changes_with_configuration_and_models(weight, tmp_path):
+    key = compute_key(weight, MODELS)
+    assert compute_key(weight, MODELS) == key
+    assert compute_key(dataclasses.replace(weight, seed=1), MODELS) != key
+    finer = dataclasses.replace(weight.settings, control_period=0.004)
+    assert compute_key(weight.with_settings(finer), MODELS) != key
     copy = tmp_path / "models"
     shutil.copytree(MODELS, copy)
-    assert compute_key(weight_config, copy) == key
+    assert compute_key(weight, copy) == key
+    (copy / "README.md").write_text("not a model")
+    assert compute_key(weight, copy) == key
     (copy / "arm.sdf").write_text((copy / "arm.sdf").read_text().replace("0.3274", "0.3275"))
-    assert compute_key(weight_config, copy) != key
+    assert compute_key(weight, copy) != key
 
 
-def test_key_depends_on_further_sources(weight_config, tmp_path):
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """A copy of this very program, whose key is computed."""
+    folder = tmp_path / "affordance"
+    shutil.copytree(PACKAGE, folder, ignore=shutil.ignore_patterns("__pycache__"))
+    monkeypatch.setattr("affordance.runs.repeats._PACKAGE", folder)
+    return folder
+
+
+PACKAGE = Path(affordance.__file__).parent
+SOURCES = sorted(str(path.relative_to(PACKAGE)) for path in PACKAGE.rglob("*.py"))
+ONLY_REPORT = [name for name in SOURCES if name.split("/")[0] in ("commands", "reporting")]
+
+
+def test_key_stays_where_only_what_reports_changes(program):
+    """A caption must not throw away the repeats of a night."""
+    assert len(ONLY_REPORT) > 10
+    key = compute_key("", MODELS)
+    for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/weight.yaml"):
+        path = program / name
+        path.write_text(f"{path.read_text()}# another caption")
+    (program / "reporting" / "more.py").write_text("MORE = True")
+    assert compute_key("", MODELS) == key
+
+
+def test_key_changes_with_every_other_source(program):
+    keys = [compute_key("", MODELS)]
+    for name in SOURCES:
+        if name not in ONLY_REPORT:
+            path = program / name
+            path.write_text(f"{path.read_text()}# another number")
+            keys.append(compute_key("", MODELS))
+    assert len(keys) > 80
+    assert len(set(keys)) == len(keys)
+    (program / "belief" / "more.py").write_text("MORE = True")
+    assert compute_key("", MODELS) not in keys
+    moved = program / "belief" / "moved.py"
+    (program / "belief" / "more.py").rename(moved)
+    assert compute_key("", MODELS) not in keys
+
+
+def test_key_changes_with_every_model(tmp_path):
+    copy = tmp_path / "models"
+    shutil.copytree(MODELS, copy)
+    keys = [compute_key("", copy)]
+    for path in sorted(path for path in copy.rglob("*") if path.is_file() and path.suffix != ".md"):
+        path.write_bytes(path.read_bytes() + b" ")
+        keys.append(compute_key("", copy))
+    assert len(keys) > 8
+    assert len(set(keys)) == len(keys)
+
+
+def test_key_changes_with_the_versions_of_libraries(monkeypatch):
+    key = compute_key("", MODELS)
+    monkeypatch.setattr("affordance.runs.repeats.list_versions", lambda: {"numpy": "0"})
+    assert compute_key("", MODELS) != key
+
+
+def test_key_depends_on_further_sources(weight, tmp_path):
     (tmp_path / "study.py").write_text("DURATION = 3.0")
-    key = compute_key(weight_config, MODELS, tmp_path)
-    assert key != compute_key(weight_config, MODELS)
+    key = compute_key(weight, MODELS, tmp_path)
+    assert key != compute_key(weight, MODELS)
     (tmp_path / "study.py").write_text("DURATION = 2.0")
-    assert compute_key(weight_config, MODELS, tmp_path) != key
+    assert compute_key(weight, MODELS, tmp_path) != key
 
 
 def test_folder_for_results_is_made(tmp_path):

@@ -33,14 +33,14 @@ def test_force_in_closed_form_agrees_with_the_simulation(runner, lifted, believe
     assert clamp.force == pytest.approx(compute_clamp_force(pi, GRAVITY), rel=1e-3)
 
 
-def test_force_is_the_believed_weight_for_an_object_held_by_its_end_too(runner, weight_config):
+def test_force_is_the_believed_weight_for_an_object_held_by_its_end_too(runner, weight):
     """Its moment turns the hand in the clamp; that it is pushed upward by its weight remains."""
-    rod = weight_config.tools[3]
+    rod = weight.tools[3]
     _, clamp = run_clamp_and_release(runner, rod, believe(rod, 4000.0), duration=0.1, seed=(0,))
     assert clamp.force == pytest.approx(GRAVITY * rod.mass * 4000.0 / 8500.0, rel=1e-3)
 
 
-def test_force_does_not_depend_on_the_true_weight(runner, lifted, weight_config):
+def test_force_does_not_depend_on_the_true_weight(runner, lifted, weight):
     light = lifted.with_densities({lifted.components[0].looks_like.colour: 400.0})
     memory = believe(lifted, 1500.0)
     heavy_clamp, light_clamp = (
@@ -76,12 +76,12 @@ def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
     assert record.memory.kinds.objects[0].memberships[0].num_lifts == 1
 
 
-def test_an_open_clamp_changes_no_hold(lifted, weight_config):
+def test_an_open_clamp_changes_no_hold(lifted, weight):
     """To the last bit: with and without one."""
     records = []
     for has_clamp in (False, True):
-        runner = TrialRunner(weight_config.settings)
-        trial = runner.get_diagram(lifted, has_clamp=has_clamp)
+        runner = TrialRunner(weight.settings)
+        trial = runner.get_diagram(0.2, has_clamp=has_clamp)
         simulator = runner.prepare(trial, lifted, trial.hold, believe(lifted, 1500.0), (0,))
         simulator.AdvanceTo(0.2)
         state = trial.arm.plant.GetMyContextFromRoot(simulator.get_context())

@@ -14,8 +14,8 @@ SVG = "{http://www.w3.org/2000/svg}"
 
 
 @pytest.fixture
-def trial(runner, weight_config):
-    return runner.get_diagram(weight_config.tools[0])
+def trial(runner, weight):
+    return runner.get_diagram(weight.duration)
 
 
 def list_connections(diagram):
@@ -28,10 +28,11 @@ def list_connections(diagram):
 def test_diagram_is_wired_as_the_design_says(trial):
     assert list_connections(trial.diagram) >= {
         ("material_memory", "materials", "visual_prior", "materials"),
-        ("vision", "features", "visual_prior", "features"),
+        ("feature_sensor", "features", "visual_prior", "features"),
         ("visual_prior", "prior", "density_estimator", "prior"),
         ("visual_prior", "prior", "mpc_controller", "belief"),
         ("density_estimator", "posterior", "material_memory", "posterior"),
+        ("density_estimator", "p_value", "material_memory", "p_value"),
         ("task", "goal", "mpc_controller", "goal"),
         ("plant", "state", "mpc_controller", "state"),
         ("mpc_controller", "tau", "plant", "actuation"),
@@ -52,9 +53,9 @@ def test_plant_is_continuous(trial):
     assert trial.arm.plant.time_step() == 0.0
 
 
-def test_belief_of_the_controller_is_another_connection(weight_config):
-    settings = dataclasses.replace(weight_config.settings, uses_posterior=True)
-    connections = list_connections(build_trial_diagram(weight_config.tools[0], settings).diagram)
+def test_belief_of_the_controller_is_another_connection(weight):
+    settings = dataclasses.replace(weight.settings, uses_posterior=True)
+    connections = list_connections(build_trial_diagram(settings, weight.duration).diagram)
     assert ("density_estimator", "posterior", "mpc_controller", "belief") in connections
     assert ("visual_prior", "prior", "mpc_controller", "belief") not in connections
 
@@ -77,6 +78,19 @@ def test_committed_picture_is_up_to_date(trial, tmp_path):
     save_diagram(trial.diagram, tmp_path, "weight")
     assert (DIAGRAMS / "weight.dot").read_text() == describe_diagram(trial.diagram)
     assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
+
+
+def test_systems_stand_in_the_parts_of_the_papers_figure_2(trial):
+    """Everything of vision, proprioception and control by its own module; what is left is the world."""
+    graph = pygraphviz.AGraph(string=describe_diagram(trial.diagram))
+    found = {part.graph_attr["label"]: set(part.nodes()) for part in graph.subgraphs()}
+    by_folder = {"vision": "Visual", "proprioception": "Proprioceptive", "control": "Control"}
+    expected = {f"<B>{name} system</B>": set() for name in by_folder.values()} | {"<B>World</B>": set()}
+    for system in trial.diagram.GetSystems():
+        _, folder, *_ = f"{type(system).__module__}.".split(".")
+        name = f"{by_folder[folder]} system" if folder in by_folder else "World"
+        expected[f"<B>{name}</B>"].add(system.get_name())
+    assert {label: nodes for label, nodes in found.items() if label} == expected
 
 
 def test_description_names_every_system_and_connection(trial):

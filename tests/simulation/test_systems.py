@@ -5,8 +5,9 @@ import logging
 import numpy as np
 import pinocchio
 import pytest
-from helpers.seen_objects import ONE_MATERIAL, RED, detect_parts
+from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
 from pydrake.common.value import AbstractValue
+from pydrake.systems.analysis import Simulator
 from scipy.stats import kstest, truncnorm
 
 from affordance.belief.density_belief import PointEstimate
@@ -20,7 +21,7 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.vision.systems import MaterialMemorySystem, Vision, VisualPrior
+from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 from benchmarks.peer_arms import build_pinocchio, read_grip
 
 PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
@@ -36,8 +37,8 @@ def evaluate(system, context, port):
     return system.GetOutputPort(port).Eval(context)
 
 
-def test_vision_shows_what_it_was_given_and_forgets_nothing_of_it():
-    system = Vision()
+def test_feature_sensor_outputs_what_it_was_given_and_forgets_nothing_of_it():
+    system = FeatureSensor()
     context = system.CreateDefaultContext()
     system.set_features(context, ONE_MATERIAL)
     assert evaluate(system, context, "features") == ONE_MATERIAL
@@ -64,16 +65,46 @@ def test_visual_prior_is_the_pure_function_on_its_ports():
     np.testing.assert_array_equal(belief.geometry.Phi, expected.geometry.Phi)
 
 
-def test_memory_learns_only_when_told(arm):
-    system = MaterialMemorySystem()
+def advance(system, context, time):
+    """Carries out every event of a system alone up to a time, those at that time included."""
+    simulator = Simulator(system, context)
+    simulator.AdvanceTo(time)
+    simulator.AdvancePendingEvents()
+
+
+@pytest.fixture
+def memory_system():
+    """A memory whose presentations last a second, at whose ports stands what one of them taught."""
+    system = MaterialMemorySystem(duration=1.0, least_p_value=1e-3)
     context = system.CreateDefaultContext()
-    posterior = detect_parts(ONE_MATERIAL, PRIOR)
-    fix(system, context, posterior=posterior)
+    fix(system, context, posterior=detect_parts(TWO_MATERIALS, PRIOR), p_value=np.array([1e-3]))
+    return system, context
+
+
+def test_memory_learns_when_the_presentation_ends_and_not_before(memory_system):
+    system, context = memory_system
+    advance(system, context, 0.999)
     assert evaluate(system, context, "materials").colours == ()
-    system.learn(context)
-    assert evaluate(system, context, "materials").colours == (RED,)
-    assert system.get_memory(context).belief.size == 1
+    advance(system, context, 1.0)
+    assert evaluate(system, context, "materials").colours == (RED, BLUE)
+    assert system.get_memory(context).belief.size == 2
     assert system.CreateDefaultContext().get_abstract_state(0).get_value().colours == ()
+
+
+def test_memory_learns_nothing_from_what_is_too_improbable(memory_system):
+    system, context = memory_system
+    fix(system, context, p_value=np.array([0.99e-3]))
+    advance(system, context, 1.0)
+    assert system.get_memory(context).colours == ()
+
+
+def test_memory_keeps_the_colours_that_are_to_be_remembered(memory_system):
+    system, context = memory_system
+    system.remember_only(context, (BLUE,))
+    advance(system, context, 1.0)
+    memory = system.get_memory(context)
+    assert memory.colours == (BLUE,)
+    assert memory.belief.untruncated_mean[0] == pytest.approx(PRIOR.mode)
 
 
 def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
@@ -127,7 +158,7 @@ def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_aske
 
 @pytest.fixture
 def estimator(arm):
-    system = DensityEstimator(arm, noise=NOISE, deviation_sd=PRIOR.deviation_sd, sample_period=0.05)
+    system = DensityEstimator(arm, noise=NOISE, deviation_sd=PRIOR.deviation_sd, sample_period=0.05, duration=1.0)
     context = system.CreateDefaultContext()
     hold, belief = StaticHold(arm), detect_parts(ONE_MATERIAL, PRIOR)
     tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
@@ -151,6 +182,23 @@ def test_estimator_believes_the_prior_before_it_feels_and_the_truth_afterwards(e
     # Felt without error, and the broad prior weighs next to nothing.
     assert posterior.densities.untruncated_mean[0] == pytest.approx(7850.0, rel=0.03)
     assert evaluate(system, context, "log_evidence")[0] != 0.0
+
+
+def test_estimator_keeps_the_evidence_and_starts_anew_when_the_presentation_ends(estimator):
+    system, context, belief = estimator
+    advance(system, context, 0.99)
+    before = evaluate(system, context, "log_evidence")[0]
+    p_value = evaluate(system, context, "p_value")[0]
+    assert system.get_evidence(context) == (0.0, 1.0)
+    assert system.get_counts(context).accepted == 19
+    fix(system, context, measurement=np.full(28, np.nan))  # the sample at the very end is not accepted
+    advance(system, context, 1.0)
+    assert system.get_evidence(context) == (before, p_value)
+    assert (before, p_value) != (0.0, 1.0)
+    posterior = evaluate(system, context, "posterior")
+    np.testing.assert_array_equal(posterior.densities.untruncated_mean, belief.densities.untruncated_mean)
+    assert evaluate(system, context, "log_evidence")[0] == 0.0
+    assert evaluate(system, context, "p_value")[0] == 1.0
 
 
 def test_equal_samples_say_no_more_than_one_with_one_percept_a_trial(estimator):

@@ -14,6 +14,7 @@ from affordance.belief.density_belief import DensityBelief, PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Material, Tool
+from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.simulation.diagram import build_trial_diagram
@@ -25,35 +26,34 @@ def certain_of(config, density):
     return MaterialMemory((config.colour,), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * density])))
 
 
-def test_arm_that_knows_the_density_does_not_move(runner, weight_config):
-    for tool in weight_config.tools[:-1]:
-        record = runner.run_hold(tool, certain_of(weight_config, 8500.0), duration=3.0, seed=(0,))
+def test_arm_that_knows_the_density_does_not_move(runner, weight):
+    for tool in weight.tools[:-1]:
+        record = runner.run_hold(tool, certain_of(weight, 8500.0), duration=3.0, seed=(0,))
         points = np.stack([record.height_centre, record.height_grip, record.height_com])
         assert np.abs(points).max() < 1e-6
         assert np.abs(record.q - record.q[0]).max() < 1e-6
 
 
-def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight_config):
-    tool = weight_config.tools[2]
+def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight):
+    tool = weight.tools[2]
     light, heavy = (
-        runner.run_hold(tool, certain_of(weight_config, density), duration=1.0, seed=(0,))
-        for density in (6000, 11000)
+        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
     )
     assert light.height_centre[-1] < -0.005
     assert heavy.height_centre[-1] > 0.005
 
 
 @pytest.mark.parametrize("ratio", [2.0, 4.0, 8.0, 16.0])
-def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight_config, ratio):
+def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, ratio):
     """The longest object, its inertia divided by the ratio, comes to rest and stays within its limits."""
-    honest = weight_config.tools[3]
+    honest = weight.tools[3]
     (part,) = honest.components
     lighter = dataclasses.replace(part.material, density=part.material.density / ratio)
     tool = dataclasses.replace(
         honest, components=(dataclasses.replace(part, material=lighter, looks_like=part.material),)
     )
-    record = runner.run_hold(tool, certain_of(weight_config, 8500.0), duration=3.0, seed=(0,))
-    arm = runner.get_diagram(tool).arm
+    record = runner.run_hold(tool, certain_of(weight, 8500.0), duration=3.0, seed=(0,))
+    arm = runner.get_diagram(3.0).arm
     assert np.abs(record.v[-50:]).max() < 0.02
     assert np.abs(record.q[-1] - record.q[-50]).max() < 1e-3
     assert (record.q >= arm.limits.q_lower).all()
@@ -62,8 +62,8 @@ def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight_confi
     assert record.counts.failed == 0
 
 
-def test_logged_motion_is_consistent(runner, weight_config):
-    record = runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+def test_logged_motion_is_consistent(runner, weight):
+    record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     np.testing.assert_allclose(record.times, np.arange(101) * 0.01, atol=1e-12)
     assert record.height_centre[0] == record.height_grip[0] == record.height_com[0] == 0.0
     # Rates are the derivatives of angles, by central differences of second order.
@@ -71,28 +71,26 @@ def test_logged_motion_is_consistent(runner, weight_config):
     np.testing.assert_allclose(slopes, record.v[1:-1], atol=0.02 * np.abs(record.v).max())
 
 
-def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight_config, arm):
+def test_logged_torques_do_the_work_that_the_energy_of_arm_and_tool_gains(weight, arm):
     """With a row a tick, each row's torque was constant over the tick before it: its work is tau . (q_k - q_k-1)."""
-    settings = dataclasses.replace(
-        weight_config.settings, log_period=weight_config.settings.control_period, accuracy=1e-8
-    )
-    tool = weight_config.tools[0]
+    settings = dataclasses.replace(weight.settings, log_period=weight.settings.control_period, accuracy=1e-8)
+    tool = weight.tools[0]
     record = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=0.5, seed=(0,))
     context = arm.plant.CreateDefaultContext()
     arm.set_payload(context, tool.parameters)
-    cost_model = []
+    energies = []
     for x in np.hstack([record.q, record.v]):
         arm.plant.SetPositionsAndVelocities(context, x)
-        cost_model.append(arm.plant.CalcKineticEnergy(context) + arm.plant.CalcPotentialEnergy(context))
+        energies.append(arm.plant.CalcKineticEnergy(context) + arm.plant.CalcPotentialEnergy(context))
     work = (record.tau[1:] * np.diff(record.q, axis=0)).sum(axis=1)
     assert not record.tau[0].any()
-    np.testing.assert_allclose(np.diff(cost_model), work, rtol=0, atol=1e-6 * np.abs(work).max())
+    np.testing.assert_allclose(np.diff(energies), work, rtol=0, atol=1e-6 * np.abs(work).max())
 
 
 @pytest.mark.parametrize("duration", [0.05, 0.1, 0.5, 0.7, 3.0])
-def test_log_has_a_row_a_period_from_the_start_to_the_end(runner, weight_config, duration):
-    record = runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=duration, seed=(0,))
-    period = weight_config.settings.log_period
+def test_log_has_a_row_a_period_from_the_start_to_the_end(runner, weight, duration):
+    record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=duration, seed=(0,))
+    period = weight.settings.log_period
     np.testing.assert_allclose(record.times, period * np.arange(round(duration / period) + 1), rtol=0, atol=1e-12)
 
 
@@ -124,29 +122,29 @@ def test_heights_are_those_of_geometric_centre_grip_and_true_centre_of_mass(runn
         assert np.abs(expected[one] - expected[other]).max() > 0.005
 
 
-def test_trial_teaches_what_was_held(runner, weight_config):
+def test_trial_teaches_what_was_held(runner, weight):
     memory = MaterialMemory()
-    record = runner.run_hold(weight_config.tools[3], memory, duration=1.0, seed=(3,))
+    record = runner.run_hold(weight.tools[3], memory, duration=1.0, seed=(3,))
     assert memory.colours == ()
-    assert record.memory.colours == (weight_config.colour,)
+    assert record.memory.colours == (weight.colour,)
     sd = np.sqrt(record.memory.belief.covariance[0, 0])
     assert abs(record.memory.belief.untruncated_mean[0] - 8500.0) < 4 * sd
     assert sd < 2000.0
 
 
-def test_what_was_felt_without_error_gives_the_density_exactly(weight_config):
+def test_what_was_felt_without_error_gives_the_density_exactly(weight):
     """Torques, rates and accelerations of the moving arm explain themselves by the true density."""
-    settings = dataclasses.replace(weight_config.settings, noise=WhiteNoise(sd=1e-6))
-    record = TrialRunner(settings).run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd=1e-6))
+    record = TrialRunner(settings).run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     assert np.abs(record.height_centre).max() > 0.05
     # The object's own deviation from its material is all that remains uncertain.
     assert record.memory.belief.untruncated_mean[0] == pytest.approx(8500.0, rel=1e-3)
     assert np.sqrt(record.memory.belief.covariance[0, 0]) == pytest.approx(100.0, rel=1e-3)
 
 
-def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight_config):
+def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
     """What the joints feel of a known torque in the Diagram that is run, over 5000 seeds."""
-    trial = runner.get_diagram(weight_config.tools[0])
+    trial = runner.get_diagram(weight.duration)
     context = trial.diagram.CreateDefaultContext()
     tau = np.array([0.0, 20.0, -1.0, 5.0, 0.5, -2.0, 0.1])
     trial.controller.GetMyMutableContextFromRoot(context).SetDiscreteState(0, tau)
@@ -155,7 +153,7 @@ def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight_c
     for seed in range(5000):
         trial.proprioception.draw_errors(joints, (seed,))
         felt.append(trial.proprioception.GetOutputPort("measurement").Eval(joints)[:7].copy())
-    noise = weight_config.settings.noise
+    noise = weight.settings.noise
     expected = np.sqrt(noise.threshold**2 + (noise.weber_fraction * tau) ** 2)
     errors = (np.array(felt) - tau) / expected
     # Of means, standard deviations and correlations that are 0, 1 and 0: four and a half standard errors.
@@ -165,15 +163,15 @@ def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight_c
 
 
 @pytest.mark.parametrize("duration", [0.05, 0.1, 0.25, 1.0, 3.0])
-def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight_config, duration):
+def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight, duration):
     """White noise of a known size: what an arm that does not move learned says of how many samples."""
-    sd, tool, density = 1.0, weight_config.tools[0], weight_config.tools[0].components[0].material.density
-    settings = dataclasses.replace(weight_config.settings, noise=WhiteNoise(sd))
+    sd, tool, density = 1.0, weight.tools[0], weight.tools[0].components[0].material.density
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd))
     runner = TrialRunner(settings)
-    before = certain_of(weight_config, density)
+    before = certain_of(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
     learned = float((after.belief.precision - before.belief.precision)[0, 0])
-    per_density = StaticHold(runner.get_diagram(tool).arm).Y @ tool.parameters / density
+    per_density = StaticHold(load_arm()).Y @ tool.parameters / density
     deviation = settings.prior.deviation_sd**2
     num_samples = learned / (1.0 - deviation * learned) * sd**2 / (per_density @ per_density)
     assert num_samples == pytest.approx(np.floor(duration / settings.sample_period + 1e-9), abs=1e-6)
@@ -182,17 +180,16 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
 @pytest.mark.parametrize(
     "changes", [{"point_estimate": PointEstimate.SAMPLE}, {"vision_error": VisionError(size=0.2)}]
 )
-def test_seed_decides_what_the_controller_believes(weight_config, changes):
-    runner = TrialRunner(dataclasses.replace(weight_config.settings, **changes))
+def test_seed_decides_what_the_controller_believes(weight, changes):
+    runner = TrialRunner(dataclasses.replace(weight.settings, **changes))
     first, second, again = (
-        runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1]
-        for seed in (1, 2, 1)
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=(seed,)).tau[-1] for seed in (1, 2, 1)
     )
     assert np.abs(first - second).max() > 0.01
     np.testing.assert_array_equal(first, again)
 
 
-def test_eye_joints_and_controller_draw_numbers_of_their_own_in_every_trial(weight_config, monkeypatch):
+def test_eye_joints_and_controller_draw_numbers_of_their_own_in_every_trial(weight, monkeypatch):
     """No two of their generators start alike."""
     starts, build = [], np.random.default_rng
 
@@ -200,10 +197,10 @@ def test_eye_joints_and_controller_draw_numbers_of_their_own_in_every_trial(weig
         starts.append(tuple(np.random.SeedSequence(seed).generate_state(4)))
         return build(seed)
 
-    runner = TrialRunner(dataclasses.replace(weight_config.settings, point_estimate=PointEstimate.SAMPLE))
+    runner = TrialRunner(dataclasses.replace(weight.settings, point_estimate=PointEstimate.SAMPLE))
     monkeypatch.setattr(np.random, "default_rng", build_and_note)
     for seed in ((0, 1, 2), (0, 2, 1), (1, 0, 2)):
-        runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=0.01, seed=seed)
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.01, seed=seed)
     assert len(set(starts)) == len(starts) == 9
 
 
@@ -215,37 +212,37 @@ class Unerring(WeberNoise):
         return np.zeros(num_joints), np.zeros(num_joints)
 
 
-def test_log_evidence_is_that_of_the_belief_before_the_trial(weight_config):
+def test_log_evidence_is_that_of_the_belief_before_the_trial(weight):
     """An arm that expects just what it feels: a normal density at its centre, as wide as error and belief make it."""
-    noise, tool = Unerring(weber_fraction=0.07, threshold=0.1), weight_config.tools[3]
-    runner = TrialRunner(dataclasses.replace(weight_config.settings, noise=noise))
-    memory = MaterialMemory((weight_config.colour,), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
+    noise, tool = Unerring(weber_fraction=0.07, threshold=0.1), weight.tools[3]
+    runner = TrialRunner(dataclasses.replace(weight.settings, noise=noise))
+    memory = MaterialMemory((weight.colour,), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
     record = runner.run_hold(tool, memory, duration=0.5, seed=(0,))
-    hold = StaticHold(runner.get_diagram(tool).arm)
+    hold = StaticHold(load_arm())
     load = hold.Y @ tool.parameters
     tau, per_density = hold.tau_arm + load, load / 8500.0
-    variance = 1e6 + weight_config.settings.prior.deviation_sd**2
+    variance = 1e6 + weight.settings.prior.deviation_sd**2
     covariance = np.diag(0.1**2 + (0.07 * tau) ** 2) + variance * np.outer(per_density, per_density)
     expected = multivariate_normal.logpdf(np.zeros(7), np.zeros(7), covariance)
     assert record.log_evidence == pytest.approx(expected, abs=1e-6)
 
 
-def test_controller_that_uses_the_posterior_corrects_itself_within_the_trial(weight_config):
-    tool = weight_config.tools[3]
-    believing = TrialRunner(weight_config.settings).run_hold(tool, MaterialMemory(), duration=3.0, seed=(1,))
-    settings = dataclasses.replace(weight_config.settings, uses_posterior=True)
+def test_controller_that_uses_the_posterior_corrects_itself_within_the_trial(weight):
+    tool = weight.tools[3]
+    believing = TrialRunner(weight.settings).run_hold(tool, MaterialMemory(), duration=3.0, seed=(1,))
+    settings = dataclasses.replace(weight.settings, uses_posterior=True)
     learning = TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=3.0, seed=(1,))
     assert believing.height_centre[-1] < -0.05
     assert abs(learning.height_centre[-1]) < 0.2 * abs(believing.height_centre[-1])
 
 
-def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight_config):
-    tool, memory = weight_config.tools[1], MaterialMemory()
+def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
+    tool, memory = weight.tools[1], MaterialMemory()
     first = runner.run_hold(tool, memory, duration=0.5, seed=(5, 6))
-    runner.run_hold(weight_config.tools[0], memory, duration=0.2, seed=(1,))
-    runner.run_hold(tool, certain_of(weight_config, 9000.0), duration=0.2, seed=(1,))
+    runner.run_hold(weight.tools[0], memory, duration=0.2, seed=(1,))
+    runner.run_hold(tool, certain_of(weight, 9000.0), duration=0.2, seed=(1,))
     again = runner.run_hold(tool, memory, duration=0.5, seed=(5, 6))
-    fresh = TrialRunner(weight_config.settings).run_hold(tool, memory, duration=0.5, seed=(5, 6))
+    fresh = TrialRunner(weight.settings).run_hold(tool, memory, duration=0.5, seed=(5, 6))
     for other in (again, fresh):
         np.testing.assert_array_equal(first.q, other.q)
         np.testing.assert_array_equal(first.tau, other.tau)
@@ -254,18 +251,40 @@ def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight_confi
     assert (different.memory.belief.information_vector != first.memory.belief.information_vector).all()
 
 
-def test_tools_of_one_appearance_share_a_diagram(runner, weight_config):
-    *_, last, decoy = weight_config.tools
-    assert runner.get_diagram(last) is runner.get_diagram(decoy)
-    assert runner.get_diagram(last) is not runner.get_diagram(weight_config.tools[0])
+def test_tools_of_one_appearance_share_a_diagram(runner, weight):
+    *_, last, decoy = weight.tools
+    assert runner.get_diagram(1.0, last) is runner.get_diagram(1.0, decoy)
+    assert runner.get_diagram(1.0, last) is not runner.get_diagram(1.0, weight.tools[0])
+    assert runner.get_diagram(1.0, last) is not runner.get_diagram(2.0, last)
 
 
-def test_memory_stays_flat_over_a_thousand_trials(runner, weight_config):
+def test_one_diagram_serves_all_holds_of_a_duration(runner, weight):
+    built = {id(runner.get_diagram(0.05))}
+    for tool in weight.tools:
+        runner.run_hold(tool, MaterialMemory(), duration=0.05, seed=(0,))
+        built.add(id(runner.get_diagram(0.05)))
+    assert len(built) == 1
+    assert not runner.get_diagram(0.05).diagram.HasSubsystemNamed("scene_graph")
+    assert runner.get_diagram(0.05, weight.tools[0]).diagram.HasSubsystemNamed("scene_graph")
+
+
+def test_diagrams_used_last_are_kept(weight):
+    runner = TrialRunner(weight.settings)
+    first, second = runner.get_diagram(0.1), runner.get_diagram(0.2)
+    for number in range(3, 9):
+        runner.get_diagram(0.1 * number)
+    assert runner.get_diagram(0.1) is first
+    runner.get_diagram(0.9)
+    assert runner.get_diagram(0.1) is first
+    assert runner.get_diagram(0.2) is not second
+
+
+def test_memory_stays_flat_over_a_thousand_trials(runner, weight):
     process = psutil.Process()
     sizes = []
     for block in range(5):
         for number in range(200):
-            tool = weight_config.tools[number % len(weight_config.tools)]
+            tool = weight.tools[number % len(weight.tools)]
             runner.run_hold(tool, MaterialMemory(), duration=0.02, seed=(block, number))
         gc.collect()
         sizes.append(process.memory_info().rss)
@@ -273,29 +292,29 @@ def test_memory_stays_flat_over_a_thousand_trials(runner, weight_config):
     assert sizes[-1] - sizes[0] < 4e6
 
 
-def test_diagrams_are_freed(weight_config):
+def test_diagrams_are_freed(weight):
     freed = weakref.WeakSet()
-    for _ in range(5):
-        trial = build_trial_diagram(weight_config.tools[0], weight_config.settings)
+    for tool in (None, *weight.tools[:2]) * 2:
+        trial = build_trial_diagram(weight.settings, duration=1.0, tool=tool)
         freed.add(trial.diagram)
         del trial
     gc.collect()
     assert len(freed) == 0
 
 
-def test_accuracy_chosen_is_that_of_a_far_tighter_reference(weight_config):
+def test_accuracy_chosen_is_that_of_a_far_tighter_reference(weight):
     """A small version of benchmarks/convergence.py: below a hundredth of a millimetre in the first, largest drop."""
-    tool = weight_config.tools[0]
-    tight = dataclasses.replace(weight_config.settings, integration_scheme="runge_kutta5", accuracy=1e-10)
+    tool = weight.tools[0]
+    tight = dataclasses.replace(weight.settings, integration_scheme="runge_kutta5", accuracy=1e-10)
     heights = [
         TrialRunner(settings).run_hold(tool, MaterialMemory(), duration=1.0, seed=(0,)).height_centre
-        for settings in (weight_config.settings, tight)
+        for settings in (weight.settings, tight)
     ]
     assert np.abs(heights[1]).max() > 0.1
     assert np.abs(heights[0] - heights[1]).max() < 1e-5
 
 
-def test_steps_taken_stay_within_budget(runner, weight_config):
+def test_steps_taken_stay_within_budget(runner, weight):
     """One step of the integrator a tick, but for a few: no stall."""
     from pydrake.systems.analysis import Simulator
 
@@ -311,7 +330,7 @@ def test_steps_taken_stay_within_budget(runner, weight_config):
     original = affordance.simulation.trial.Simulator
     affordance.simulation.trial.Simulator = CountingSimulator
     try:
-        runner.run_hold(weight_config.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
+        runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     finally:
         affordance.simulation.trial.Simulator = original
     assert 200 <= taken[0] <= 400

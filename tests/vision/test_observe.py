@@ -1,4 +1,4 @@
-"""Both ways of seeing come out of one port."""
+"""Both sources of features come out of one port."""
 
 import dataclasses
 import json
@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.options import list_options
+from affordance.choice.observed_options import list_options
 from affordance.exceptions import NothingSeenError
 from affordance.experiments import suite, weight
-from affordance.experiments.weight import load_config
+from affordance.experiments.runner import run_experiment
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
+from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
@@ -29,9 +30,13 @@ STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", MATERIALS)
 EXPERT = MaterialMemory.from_densities({material.colour: material.density for material in MATERIALS.values()})
 
 
+def take_features(tool):
+    return observe(tool, FeatureSource.PIXELS, VisionError(), np.random.default_rng(0))
+
+
 def test_features_are_measured_as_before_where_they_are_not_seen():
     settings = dataclasses.replace(DEFAULT_SETTINGS, vision_error=VisionError(0.05, 0.002, 0.02))
-    ours = observe(STICK, settings, np.random.default_rng(3))
+    ours = observe(STICK, settings.feature_source, settings.vision_error, np.random.default_rng(3))
     theirs = measure_features(STICK, settings.vision_error, np.random.default_rng(3))
     for one, other in zip(ours, theirs, strict=True):
         np.testing.assert_array_equal(one.X_TE, other.X_TE)
@@ -42,7 +47,7 @@ def test_features_are_measured_as_before_where_they_are_not_seen():
 def test_features_from_pictures_are_those_of_the_grip_in_the_hand():
     by_wood, by_steel = (STICK.gripped_by(grip) for grip in STICK.grips)
     for tool in (by_wood, by_steel):
-        belief = predict_object(observe(tool, PIXELS, np.random.default_rng(0)), EXPERT, PIXELS.prior)
+        belief = predict_object(take_features(tool), EXPERT, PIXELS.prior)
         com = belief.parameter_mean[1:4] / belief.parameter_mean[0]
         np.testing.assert_allclose(com, tool.p_TTcm, atol=0.004)
 
@@ -75,9 +80,9 @@ def test_port_of_the_trial_shows_what_was_seen():
 def test_geometry_seen_is_no_noise_of_the_joints():
     """What was seen inexactly says less of densities than the same seen exactly, as much as Y cov Y^T says."""
     tool = STICK.gripped_by(STICK.grips[0])
-    seen = observe(tool, PIXELS, np.random.default_rng(0))
+    seen = take_features(tool)
     exact = [dataclasses.replace(part, deformations=np.zeros((0, 4, 4))) for part in seen]
-    hold = StaticHold(get_arm())
+    hold = StaticHold(load_arm())
     precisions = []
     for features in (seen, exact):
         belief = predict_object(features, EXPERT, PIXELS.prior)
@@ -87,10 +92,6 @@ def test_geometry_seen_is_no_noise_of_the_joints():
         precisions.append(PIXELS.noise.compute_likelihood(*args).precision)
     assert (np.linalg.eigvalsh(precisions[1] - precisions[0]) > -1e-18).all()
     assert np.trace(precisions[0]) < np.trace(precisions[1])
-
-
-def get_arm():
-    return TrialRunner(DEFAULT_SETTINGS).get_diagram(STICK.gripped_by(STICK.grips[0])).arm
 
 
 def test_options_can_be_seen():
@@ -107,7 +108,7 @@ def blind(self, picture):
 def test_picture_that_shows_nothing_names_the_object(monkeypatch):
     monkeypatch.setattr(CameraSensor, "detect_parts", blind)
     with pytest.raises(NothingSeenError, match="stick: nothing is nearer than the stand") as caught:
-        observe(STICK, PIXELS, np.random.default_rng(0))
+        take_features(STICK)
     assert caught.value.depth.shape == (480, 640)
 
 
@@ -140,17 +141,18 @@ def test_frames_of_any_size_and_depth_are_kept(tmp_path, shape):
 
 def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
     """One observer, twice: the second time nothing is run again. Pictures of all objects stand in the report."""
-    config = load_config(feature_source=FeatureSource.PIXELS)
-    weight.run(config, tmp_path, repeats=1, jobs=1)
-    numbers = json.loads((tmp_path / "metrics.json").read_text())
+    experiment = weight.load(settings=PIXELS)
+    run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
+    numbers = json.loads((tmp_path / "weight" / "metrics.json").read_text())
     assert numbers["config"]["settings"]["feature_source"] == "pixels"
     assert abs(numbers["density_median"][-1] / numbers["density_true"] - 1.0) < 0.1
     assert numbers["drop_m"][3] < 0.25 * numbers["drop_m"][0]
     assert numbers["decoy_rises"] == 1.0
-    assert "seen.png" in (tmp_path / "section.json").read_text()
-    assert (tmp_path / "seen.png").stat().st_size > 10_000
-    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "repeats").rglob("*.npz")}
-    weight.run(config, tmp_path, repeats=1, jobs=1)
-    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "repeats").rglob("*.npz")} == kept
-    again = json.loads((tmp_path / "metrics.json").read_text())
-    assert {**again, "wall_s": 0.0} == {**numbers, "wall_s": 0.0}
+    assert "seen.png" in (tmp_path / "weight" / "section.json").read_text()
+    assert (tmp_path / "weight" / "seen.png").stat().st_size > 10_000
+    kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "weight" / "repeats").rglob("*.npz")}
+    run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
+    assert {path: path.stat().st_mtime_ns for path in (tmp_path / "weight" / "repeats").rglob("*.npz")} == kept
+    again = json.loads((tmp_path / "weight" / "metrics.json").read_text())
+    times = {"wall_s": 0.0, "finished": ""}
+    assert {**again, **times} == {**numbers, **times}

@@ -78,11 +78,11 @@ def test_uncertain_geometry_spreads_inertia_as_drawing_it_does(features, rng):
     np.testing.assert_allclose(actual / np.outer(sds, sds), expected / np.outer(sds, sds), atol=0.12)
 
 
-def test_exact_features_leave_geometry_certain(weight_config, rng):
-    features = measure_features(weight_config.tools[0], VisionError(), rng)
+def test_exact_features_leave_geometry_certain(weight, rng):
+    features = measure_features(weight.tools[0], VisionError(), rng)
     geometry = predict_object(features, MaterialMemory(), PRIOR).geometry
     assert geometry.Phi_errors.shape == (0, 10, 1)
-    np.testing.assert_allclose(geometry.Phi[:, 0] * 8500.0, weight_config.tools[0].parameters, rtol=1e-12, atol=1e-18)
+    np.testing.assert_allclose(geometry.Phi[:, 0] * 8500.0, weight.tools[0].parameters, rtol=1e-12, atol=1e-18)
 
 
 def test_predictive_samples_have_the_predicted_mean_and_spread(features, rng):
@@ -101,14 +101,14 @@ def test_predictive_samples_have_the_predicted_mean_and_spread(features, rng):
     assert (samples[:, 0] > 0).all()
 
 
-def test_decoy_is_seen_as_what_it_looks_like(weight_config, rng):
-    (decoy,) = measure_features(weight_config.tools[-1], VisionError(), rng)
-    assert decoy.colour == weight_config.tools[-2].components[0].material.colour
+def test_decoy_is_seen_as_what_it_looks_like(weight, rng):
+    (decoy,) = measure_features(weight.tools[-1], VisionError(), rng)
+    assert decoy.colour == weight.tools[-2].components[0].material.colour
 
 
-def test_measured_features_scatter_by_their_stated_error(weight_config, rng):
+def test_measured_features_scatter_by_their_stated_error(weight, rng):
     error = VisionError(size=0.05, position=0.003, rotation=0.02)
-    drawn = [measure_features(weight_config.tools[3], error, rng)[0] for _ in range(3000)]
+    drawn = [measure_features(weight.tools[3], error, rng)[0] for _ in range(3000)]
     logs = np.log([part.shape.sizes for part in drawn])
     np.testing.assert_allclose(logs.std(axis=0), 0.05, rtol=0.06)
     np.testing.assert_allclose(np.std([part.X_TE[:3, 3] for part in drawn], axis=0), 0.003, rtol=0.06)

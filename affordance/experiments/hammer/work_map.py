@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from affordance.arrays import Array
-from affordance.choice.hammer import BlowCost
+from affordance.choice.blow_cost import BlowCost
 
 
 class HammeringMap(NamedTuple):

@@ -18,14 +18,14 @@ from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.memory import Memory
-from affordance.experiments.weight import WeightConfig
+from affordance.experiments.weight import Weight
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.people_figures import draw_decoy_again
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import TrialRecord, get_runner
+from affordance.simulation.trial import Observer, TrialRecord, get_runner
 
 NUM_DECOYS = 6
 
@@ -39,7 +39,7 @@ class DecoyConfig:
         learner: What observers learn by.
     """
 
-    weight: WeightConfig
+    weight: Weight
     learner: Learner
 
     @property
@@ -52,15 +52,14 @@ class DecoyConfig:
 def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
     """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
     weight, seed = config.weight, config.weight.seed
-    runner = get_runner(weight.settings)
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
         [weight.colour], weight.settings.prior
     )
+    observer = Observer(get_runner(weight.settings), memory, duration=weight.duration)
     memories, records = [memory], []
     for trial, tool in enumerate(config.tools):
-        record = runner.run_hold(tool, memories[-1], duration=weight.duration, seed=(seed, repeat, trial))
-        memories.append(record.memory)
-        records.append(record)
+        records.append(observer.hold(tool, (seed, repeat, trial)))
+        memories.append(observer.memory)
     return memories, records
 
 
@@ -85,7 +84,7 @@ def count_kinds(memory: Memory) -> int:
 
 
 def run(
-    weight: WeightConfig, folder: Path, *, repeats: int, jobs: int
+    weight: Weight, folder: Path, *, repeats: int, jobs: int
 ) -> tuple[dict[Learner, dict[str, NDArray[Any]]], dict[str, Any]]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
@@ -101,7 +100,7 @@ def run(
     return arrays, compute_metrics(weight, arrays)
 
 
-def draw_memory(weight: WeightConfig, repeat: int) -> Figure:
+def draw_memory(weight: Weight, repeat: int) -> Figure:
     """Draws what an observer who takes the most probable hypothesis remembers in the end."""
     memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
     memory = memories[-1]
@@ -110,7 +109,7 @@ def draw_memory(weight: WeightConfig, repeat: int) -> Figure:
     return draw_kinds(summarise_kinds(memory), title=title)
 
 
-def compute_metrics(weight: WeightConfig, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+def compute_metrics(weight: Weight, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
     """Computes what became of brass, of the decoy, and of kinds that nobody needs.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
@@ -138,7 +137,7 @@ def compute_metrics(weight: WeightConfig, arrays: Mapping[Learner, Mapping[str, 
     }
 
 
-def draw(weight: WeightConfig, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
+def draw(weight: Weight, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
     """Draws excursions and beliefs hold by hold; labels name the learners."""
     names = dict(zip(arrays, labels, strict=True))
     held = [tool.name for tool in DecoyConfig(weight, Learner.DENSITY).tools]

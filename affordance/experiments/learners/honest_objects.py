@@ -17,22 +17,23 @@ from affordance.belief.learners import Learner, start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory import Memory
 from affordance.choice.hammer import load_hammer
-from affordance.choice.options import list_options
-from affordance.choice.ranking import Choice, pick_cheapest
+from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
-from affordance.experiments.com import ComConfig, run_test_pass
+from affordance.experiments.com import CentreOfMass
 from affordance.experiments.learners.decoy_again import count_kinds
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import draw_order
-from affordance.experiments.shared.novel_objects import load_subjects
+from affordance.experiments.shared.novel_tools import load_subjects
 from affordance.objects.tool import list_densities
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
-from affordance.simulation.trial import get_runner
-from affordance.vision.features import FeatureSource, VisionError, measure_features
+from affordance.simulation.trial import Observer, get_runner
+from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
 TASKS = ("reach", "hammer")
@@ -50,7 +51,7 @@ class HonestConfig:
         learner: What observers learn by.
     """
 
-    com: ComConfig
+    com: CentreOfMass
     models: Path
     learner: Learner
 
@@ -64,13 +65,14 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
         ``mass_error`` and ``com_error`` (2,), of what is believed of the honest objects then.
     """
     held = config.com.experience
-    runner, seed = get_runner(held.settings), held.seed
+    seed = held.seed
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(held.colours, held.settings.prior)
+    observer = Observer(get_runner(held.settings), memory, duration=held.duration, remembered=held.colours)
     memories, order = [memory], draw_order(held, repeat)
     for trial, index in enumerate(order):
-        record = runner.run_hold(held.tools[index], memories[-1], duration=held.duration, seed=(seed, repeat, trial))
-        memories.append(record.memory)
-    tests = run_test_pass(config.com, memories[-1], repeat)
+        observer.hold(held.tools[index], (seed, repeat, trial))
+        memories.append(observer.memory)
+    tests = config.com.run_test_pass(memories[-1], repeat)
     errors = np.array([_measure_errors(config, index, memories[-1]) for index in range(len(held.tools))])
     chosen = {
         task: np.array(
@@ -92,7 +94,7 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def run(com: ComConfig, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
+def run(com: CentreOfMass, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
     Returns: Numbers by learner, see ``compute_metrics``.
@@ -128,14 +130,14 @@ def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 @lru_cache(maxsize=4)
 def _plan(models: Path, task: str, settings: Settings) -> tuple[Choice, int]:
-    """The choice of a grip of the plain object, and which option one who knows the densities takes."""
-    plain = load_subjects(models, 0, FeatureSource.FEATURES)[1].plain
+    """The choice of a grip of the first novel tool, and which option one who knows the densities takes."""
+    plain = load_subjects(models, 0, settings)[1][0]
     model = (
         Reach(load_path(models / "paths" / "reach.yaml")) if task == "reach" else load_hammer(models / "nail.yaml")
     )
-    choice = Choice(list_options(plain), model, settings)
+    choice = plan_choice(list_options(plain), model, settings)
     expert = MaterialMemory.from_densities(list_densities([plain]))
-    best = choice.rank(expert, np.random.default_rng(0), num_samples=1).best
+    best = rank_options(choice, expert, np.random.default_rng(0), num_samples=1).best
     return choice, choice.options.index(best.option)
 
 

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.learners import KAPPA, Learner
-from affordance.experiments.com import load_config as load_com
+from affordance.experiments.com import load as load_com
+from affordance.experiments.definition import OBSERVER_SHOWN
 from affordance.experiments.learners import decoy_again, honest_objects
-from affordance.experiments.shared.outputs import RUN_SHOWN
-from affordance.experiments.weight import load_config as load_weight
+from affordance.experiments.weight import load as load_weight
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
 from affordance.runs.repeats import list_versions
@@ -47,7 +47,7 @@ def run(models: Path, folder: Path, *, seed: int, repeats: int, jobs: int) -> di
     weight = load_weight(models, seed)
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
     save_figure(decoy_again.draw(weight, arrays, list(LABELS.values())), folder, FIGURE)
-    save_figure(decoy_again.draw_memory(weight, RUN_SHOWN), folder, MEMORY)
+    save_figure(decoy_again.draw_memory(weight, OBSERVER_SHOWN), folder, MEMORY)
     numbers["honest"] = honest_objects.run(load_com(models, seed), models, folder, repeats=repeats, jobs=jobs)
     numbers.update(
         kappa={learner.value: KAPPA[learner.pick] for learner in Learner if learner.pick is not None},
@@ -97,7 +97,7 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
         "captions": {
             f"{FIGURE}.png": "Simulation I, with the decoy held again. Left: how far each object moves when it is "
             "given. Right: what is believed of brass.",
-            f"{MEMORY}.png": f"What observer {RUN_SHOWN} remembers then, taking the most probable hypothesis.",
+            f"{MEMORY}.png": f"What observer {OBSERVER_SHOWN} remembers then, taking the most probable hypothesis.",
         },
         "claims": claims,
         "remarks": [

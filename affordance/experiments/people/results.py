@@ -19,13 +19,13 @@ from affordance.experiments.people.linear_plus import (
     list_test_cycles,
 )
 from affordance.experiments.people.published import PublishedTable
-from affordance.experiments.shared.outputs import describe_run
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
-from affordance.files.netcdf import Labelled, write_trajectories
+from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.reporting.figures import save_figure
 from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_object
 from affordance.reporting.statistics import estimate_mean, estimate_proportion
+from affordance.runs.repeats import list_versions
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.excursion_table import tabulate_excursions
 from affordance.simulation.trial import get_runner
@@ -88,8 +88,13 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
     numbers["lifts_per_s"] = sum(each.force.size for each in observers.values()) / simulated_s
     save_figure(draw(config.group, experiment, observers, people), folder, FIGURE)
     _write_lifts(folder / "trajectories.nc", experiment, observers)
-    described = describe_run(config, seed=config.seed, repeats=repeats, wall_s=time.perf_counter() - start)
-    numbers.update(described)
+    numbers.update(
+        seed=config.seed,
+        repeats=repeats,
+        config=config,
+        versions=list_versions(),
+        wall_s=time.perf_counter() - start,
+    )
     write_json(folder / "metrics.json", numbers)  # last: where it is, the rest is too
     return numbers
 
@@ -226,8 +231,7 @@ def _write_lifts(path: Path, experiment: LiftExperiment, observers: Mapping[Lear
     for learner, found in observers.items():
         name = learner.value
         axes = ("observer", "lift")
-        tools = found.tool.astype(float)
-        variables[f"tool_{name}"] = Labelled(axes, tools, "1", f"place of the object in the list of tools, {name}")
-        variables[f"force_{name}"] = Labelled(axes, found.force, "N", f"upward force before release, {name}")
-        variables[f"weight_{name}"] = Labelled(axes, found.weight, "N", f"true weight, {name}")
-    write_trajectories(path, variables, {"tool": [tool.name for tool in experiment.tools]})
+        variables[f"tool_{name}"] = LabelledArray(axes, found.tool, "1", f"which object was lifted, {name}")
+        variables[f"force_{name}"] = LabelledArray(axes, found.force, "N", f"upward force before release, {name}")
+        variables[f"weight_{name}"] = LabelledArray(axes, found.weight, "N", f"true weight, {name}")
+    write_trajectories(path, Trajectories(variables, {"tool": [tool.name for tool in experiment.tools]}))

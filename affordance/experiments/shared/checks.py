@@ -2,26 +2,17 @@
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
+from pydrake.systems.framework import DiagramBuilder
 
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool
-from affordance.proprioception.faults import Faults
+from affordance.plant.arm import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
-from affordance.simulation.trial import get_runner
-
-
-def switch_faults_on(config: Any, faults: Faults) -> Any:
-    """Returns the configuration of an experiment with faults in its settings, wherever it keeps them."""
-    if hasattr(config, "experience"):
-        return replace(config, experience=switch_faults_on(config.experience, faults))
-    return replace(config, settings=replace(config.settings, faults=faults))
 
 
 def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
@@ -37,7 +28,7 @@ def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
                 raise BadValueError(path, f"tools: {tool.name}.components[{i}].looks_like", problem)
 
 
-def check_looks_differ(path: Path, tools: Sequence[Tool]) -> None:
+def check_colours_differ(path: Path, tools: Sequence[Tool]) -> None:
     """Refuses tools that show two materials an observer cannot tell apart.
 
     Raises:
@@ -63,7 +54,7 @@ def check_tools_have_one_grip(path: Path, tools: Sequence[Tool]) -> None:
 
 
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings) -> None:
-    """Builds every Diagram, and compares every static torque of the home posture with its limit.
+    """Compares every static torque of the home posture with its limit.
 
     Args:
         path: The file the tools are from.
@@ -74,9 +65,10 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
         BadValueError: A tool is too heavy for a joint.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
     """
+    add_arm(DiagramBuilder(), settings.arm, tools[0])  # with shapes, which only a replay or a blow would miss
+    arm = load_arm(settings.arm)
+    hold = StaticHold(arm)
     for tool in tools:
-        arm = get_runner(settings).get_diagram(tool).arm
-        hold = StaticHold(arm)
         for name, torque, bound in zip(arm.joint_names, np.abs(hold.tau_arm), arm.limits.tau_max, strict=True):
             if torque > bound:  # else its own weight, in the wrong units perhaps, would be put down to the tool
                 problem = f"loads {name} with {torque:.3g} N m in the home posture with an empty hand"

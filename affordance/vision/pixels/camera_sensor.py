@@ -8,7 +8,7 @@ from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.pipeline import Detection, detect_parts
 from affordance.vision.pixels.rgbd import Picture
-from affordance.vision.pixels.rig import DEFAULT_RIG, Rendering, Rig, render
+from affordance.vision.pixels.rig import DEFAULT_RIG, Rig, render
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 
@@ -19,13 +19,13 @@ class CameraSensor:
         """Takes the stand with its camera, and the noise of a look."""
         self.rig = rig
         self.noise = noise
-        self._renderings: dict[tuple[object, ...], Rendering] = {}
+        self._renderings: dict[tuple[object, ...], Picture] = {}
 
     def take_image(self, tool: Tool, rng: np.random.Generator) -> Picture:
         """Takes a picture of an object, with new noise."""
         if tool.appearance not in self._renderings:
             self._renderings[tool.appearance] = render(tool, self.rig)
-        return self.noise.add_to(self._renderings[tool.appearance].picture, self.rig.camera, rng)
+        return self.noise.add_to(self._renderings[tool.appearance], self.rig.camera, rng)
 
     def detect_parts(self, picture: Picture) -> Detection:
         """Makes out what a picture shows; raises a SeeingError if it cannot."""

@@ -6,6 +6,7 @@ lowest point on the top. The Diagram is its own: the picture is taken before the
 (docs/decisions/0015-vision-from-pixels.md).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -19,7 +20,6 @@ from pydrake.geometry import (
     DepthRenderCamera,
     GeometryInstance,
     LightParameter,
-    MakeRenderEngineVtk,
     PerceptionProperties,
     RenderCameraCore,
     RenderEngineVtkParams,
@@ -33,6 +33,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from affordance.arrays import Array
+from affordance.drake_renderer import make_renderer
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
@@ -117,19 +118,6 @@ class Rig:
 DEFAULT_RIG = Rig()
 
 
-class Rendering(NamedTuple):
-    """A perfect picture, and what is where in it.
-
-    Attributes:
-        picture: Without noise.
-        labels: Number of the object's part that each pixel shows, -1 where it shows none, (height, width); for tests
-            and statistics: nothing that infers may use it.
-    """
-
-    picture: Picture
-    labels: Labels
-
-
 def find_box(tool: Tool) -> tuple[Array, Array]:
     """Least and largest coordinates of an object along Tx, Ty and Tz, (3,) each, [m]."""
     points = []
@@ -157,7 +145,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         LightParameter(type="directional", frame="camera", direction=lamp.direction_C, intensity=lamp.intensity)
         for lamp in LAMPS
     ]
-    scene_graph.AddRenderer(_RENDERER, MakeRenderEngineVtk(RenderEngineVtkParams(lights=lights)))
+    scene_graph.AddRenderer(_RENDERER, make_renderer(RenderEngineVtkParams(lights=lights)))
     source = scene_graph.RegisterSource("stand")
 
     def show(shape: Any, X: Array, name: str, colour: Colour, label: RenderLabel) -> None:
@@ -200,17 +188,28 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     return diagram
 
 
-def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Rendering:
+def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
     """Takes a perfect picture of an object on the stand; arguments and errors are those of build_rig_diagram."""
+    depth, colour = _render(tool, rig, ("depth", "colour"))
+    depth = depth[:, :, 0].astype(float)
+    depth[~np.isfinite(depth)] = 0.0
+    return Picture(colour[:, :, :3].copy(), depth)
+
+
+def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> Labels:
+    """Number of the object's part that each pixel shows, -1 where it shows none, (height, width).
+
+    For tests and statistics: nothing that infers may use it.
+    """
+    (labels,) = _render(tool, rig, ("labels",))
+    labels = labels[:, :, 0].astype(np.int32)
+    labels[(labels < 0) | (labels >= len(tool.components))] = -1
+    return labels
+
+
+def _render(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
+    """Images of some outputs of the camera."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
-
-    def take(name: str) -> NDArray[Any]:
-        image: Any = diagram.GetOutputPort(name).Eval(context)
-        return np.array(image.data)
-
-    depth = take("depth")[:, :, 0].astype(float)
-    depth[~np.isfinite(depth)] = 0.0
-    labels = take("labels")[:, :, 0].astype(np.int32)
-    labels[(labels < 0) | (labels >= len(tool.components))] = -1
-    return Rendering(Picture(take("colour")[:, :, :3].copy(), depth), labels)
+    images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]
+    return [np.array(image.data) for image in images]

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.com import load_objects
-from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order, gain_experience
+from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
+from affordance.experiments.shared.gain_experience import gain_experience
+from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
-FIRST, SECOND, _ = load_objects()
+FIRST, SECOND, _ = load_learning_objects()
 BEECH, STEEL = (part.material.colour for part in FIRST.components[1:])
 
 

@@ -22,7 +22,7 @@ MATERIALS = load_materials(MODELS / "materials.yaml")
 
 
 def observe(tool, noise: SensorNoise = NOISY, seed=0):
-    picture = noise.add_to(render(tool).picture, CAMERA, np.random.default_rng(seed))
+    picture = noise.add_to(render(tool), CAMERA, np.random.default_rng(seed))
     return detect_parts(picture, DEFAULT_RIG, noise).compute_features(DEFAULT_RIG.compute_camera_pose(tool))
 
 

@@ -1,0 +1,7 @@
+"""``python -m affordance`` is the command line."""
+
+import sys
+
+from affordance.cli import main
+
+sys.exit(main())

@@ -1,0 +1,142 @@
+"""Inner simulation: what a task is believed to cost with each of several options (paper, IV-C and IV-D).
+
+For every density that is believed possible, the motions planned once for each option say what the task would cost.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.memory import Memory
+from affordance.choice.motion_cost import Costs
+from affordance.choice.options import Option
+from affordance.exceptions import AffordanceError
+from affordance.objects.geometry import Geometry
+from affordance.objects.inertia import build_transform_map
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.visual_prior import measure_geometry
+
+
+class OptionCost(Protocol):
+    """What a task costs with one option, as a function of its inertial parameters."""
+
+    @property
+    def infeasible_reason(self) -> str:
+        """Why the option cannot do the task, whatever its inertia; empty if it can."""
+
+    def compute(self, pi: Array) -> Costs:
+        """Costs for inertial parameters of shape (S, 10)."""
+
+
+class TaskCostModel(Protocol):
+    """A task whose cost can be computed for any option."""
+
+    def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> OptionCost:
+        """Plans the task with a tool made of parts, posed relative to the hand."""
+
+
+def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
+    """Plans a task with every option.
+
+    Args:
+        options: At least one.
+        task: What is to be done.
+        settings: Those of arm, prior and controller.
+
+    Raises:
+        AffordanceError: There is no option, two have one name, or no motion could be planned.
+        ModelFileError: The arm cannot be loaded.
+    """
+    model = ArmModel(load_arm(settings.arm))
+    return Choice(options, [task.build_cost(model, option.gripped, settings) for option in options], settings)
+
+
+class Choice:
+    """A choice among options for one task, with the motions planned once for all beliefs.
+
+    Attributes:
+        options: What there is to choose from.
+        cost_models: What the task costs with each.
+        settings: Those of arm, prior and controller.
+    """
+
+    def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
+        """Takes the options and what the task costs with each.
+
+        Raises:
+            AffordanceError: There is no option, or two have one name.
+        """
+        names = [option.name for option in options]
+        if not names or len(set(names)) < len(names):
+            raise AffordanceError(f"options are {names}, must be at least one and each of another name")
+        self.options = tuple(options)
+        self.cost_models = tuple(cost_models)
+        self.settings = settings
+        self._features = {option.object_name: option.features for option in options}
+        self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
+
+    def draw_parameters(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Array:
+        """Draws inertial parameters of all options from what is believed.
+
+        The options of a sample are made of the same materials: a material's mean density is one for all of them, and
+        an object's own deviation from it, and the error of seeing it, are one for all grips of the object.
+
+        Returns: Shape (options, num_samples, 10).
+        """
+        memory, geometries = self._recognise(memory)
+        joint = memory.belief.add_object_variation(self.settings.prior.deviation_sd, len(self._features))
+        rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._features), -1)
+        drawn = {}
+        for i, (object_name, geometry) in enumerate(geometries.items()):
+            errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
+            drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
+        return self._grip(drawn)
+
+    def add_colours(self, memory: Memory) -> Memory:
+        """The memory with the looks of all things, which gives all their densities one order."""
+        return self._recognise(memory)[0]
+
+    def compute_parameters(self, memory: Memory, rho: Array) -> Array:
+        """Inertial parameters of all options at given densities, shape (options, S, 10).
+
+        Args:
+            memory: What things are recognised by.
+            rho: Densities in the order of ``meet(memory)``, shape (S, M), [kg/m^3]. Those of looks that are only met
+                here may be left out: they are what is expected, given the others.
+        """
+        met, geometries = self._recognise(memory)
+        given = rho.shape[1]
+        if given < met.belief.size:
+            centre, covariance = met.belief.untruncated_mean, met.belief.covariance
+            gain = np.linalg.solve(covariance[:given, :given], covariance[:given, given:])
+            rho = np.hstack([rho, centre[given:] + (rho - centre[:given]) @ gain])
+        return self._grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
+
+    def compute_costs(self, pi: Array) -> Costs:
+        """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
+        costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
+        return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
+
+    def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
+        """Recognises every part of every thing once; the geometries refer to the looks of the memory returned."""
+        indices: dict[str, list[int]] = {}
+        for object_name, features in self._features.items():
+            indices[object_name] = []
+            for part in features:
+                memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior)
+                indices[object_name].append(index)
+        size = memory.belief.size
+        return memory, {
+            object_name: measure_geometry(features, indices[object_name], size)
+            for object_name, features in self._features.items()
+        }
+
+    def _grip(self, parameters: Mapping[str, Array]) -> Array:
+        """Inertial parameters of all options, (options, S, 10), from those of the things in their own frames."""
+        grips = zip(self.options, self._grip_maps, strict=True)
+        return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

@@ -1,0 +1,99 @@
+"""``affordance doctor``: which parts work on this machine."""
+
+import argparse
+import importlib
+import importlib.metadata
+import importlib.util
+import platform
+import time
+from collections.abc import Callable
+
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.system_libraries import find_missing, provide_libraries, write_command
+from affordance.version import __version__
+
+HELP = "say which parts work on this machine, and how to get the others"
+# Optional extras, and the module that each brings.
+EXTRAS = {"cluster": "distributed"}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("--install", action="store_true", help="install missing libraries of the system first")
+    parser.add_argument("--tests", action="store_true", help="check what only tests need too")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints a line for each part; returns 0 if all that is required works.
+
+    Raises:
+        AffordanceError: A required library is missing and could not be installed.
+    """
+    if arguments.install:
+        provide_libraries(arguments.tests)
+    missing = find_missing(arguments.tests)
+    checks: dict[str, Callable[[], str]] = {
+        "drake": _check_drake,
+        "solvers": _check_solvers,
+        "renderer": _check_renderer,
+        "graphviz": _check_graphviz,
+        "meshcat": _check_meshcat,
+    }
+    print(f"affordance  {__version__}, Python {platform.python_version()}, {platform.machine()}")
+    print(f"libraries   {'all there' if not missing else f'missing; type: sudo {write_command(missing)}'}")
+    works = {}
+    for name, check in checks.items():
+        works[name], line = _try(check)
+        print(f"{name:<11} {line}")
+    print(f"models      {MODELS if (MODELS / 'arm.sdf').exists() else f'missing: {MODELS}'}")
+    for extra, module in EXTRAS.items():
+        there = importlib.util.find_spec(module) is not None
+        how = f"not installed; pip install visual-inertial-affordances[{extra}]"
+        print(f"[{extra}]   {'installed' if there else how}")
+    return 0 if works["drake"] and works["solvers"] else 2
+
+
+def _try(check: Callable[[], str]) -> tuple[bool, str]:
+    """Whether a check passes, and what it says."""
+    try:
+        return True, check()
+    except (ImportError, AffordanceError, RuntimeError, OSError) as error:
+        return False, f"does not work: {' '.join(str(error).split())}"
+
+
+def _check_drake() -> str:
+    importlib.import_module("pydrake.multibody.plant")
+    return f"works, version {importlib.metadata.version('drake')}"
+
+
+def _check_solvers() -> str:
+    solvers = importlib.import_module("pydrake.solvers")
+    names = ("Daqp", "Clarabel", "Snopt")
+    lacking = [name for name in names if not getattr(solvers, f"{name}Solver")().available()]
+    if lacking:
+        raise AffordanceError(f"Drake has no {', '.join(lacking)} here")
+    return f"{', '.join(names)} work"
+
+
+def _check_renderer() -> str:
+    rig = importlib.import_module("affordance.vision.pixels.rig")
+    tool = importlib.import_module("affordance.objects.load")
+    tools = tool.load_tools(MODELS / "tools" / "weight.yaml", tool.load_materials(MODELS / "materials.yaml"))
+    start = time.perf_counter()
+    rig.render(tools[0])
+    return f"works, a picture takes {1e3 * (time.perf_counter() - start):.0f} ms"
+
+
+def _check_graphviz() -> str:
+    graphviz = importlib.import_module("pygraphviz")
+    graphviz.AGraph("digraph { a -> b }").draw(format="svg", prog="dot")
+    return "works"
+
+
+def _check_meshcat() -> str:
+    geometry = importlib.import_module("pydrake.geometry")
+    meshcat = geometry.Meshcat(geometry.MeshcatParams(host="localhost"))
+    port = meshcat.port()
+    del meshcat
+    return f"works, port {port}"

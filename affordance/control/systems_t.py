@@ -1,1 +1,0 @@
-"""The task, as a system."""

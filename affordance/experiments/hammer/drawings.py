@@ -1,0 +1,103 @@
+"""Figures, trajectories and replay of the blows of Simulation IV."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.arrays import Array
+from affordance.experiments.hammer.work_map import HammeringMap
+from affordance.files.netcdf import LabelledArray
+from affordance.objects.tool import Tool
+from affordance.reporting.blow_figures import draw_map, draw_renderings
+from affordance.reporting.renderings import Pose, render_close_ups, render_poses
+from affordance.reporting.replay import Scene, write_replay
+from affordance.simulation.blow import Blow
+
+# What is kept of a nail: around the first touch, driving takes 5 ms, [s].
+_KEPT_FROM, _KEPT_TO, _KEPT_STEP = -0.002, 0.012, 2e-5
+# The replay is so much slower from so long before to so long after the strike: driving takes 5 ms, [s].
+_SLOWER, _SLOW_BEFORE, _SLOW_AFTER = 80.0, 0.01, 0.03
+
+
+def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> Figure:
+    """Draws figure 9, rendered: the start and the strike with each grip of a tool, and the nail."""
+    held = tool.list_gripped()
+    poses, close = [], []
+    for grip, blow in blows.items():
+        row = int(np.argmin(np.abs(blow.record.times - blow.nail.time_of_touch)))
+        start = Pose(held[grip], blow.strike.placement, blow.record.q[0])
+        strike = start._replace(
+            q=blow.record.q[row], travel=float(np.interp(blow.record.times[row], blow.nail.times, blow.nail.travel))
+        )
+        poses += [start, strike]
+        close.append(strike)
+    images = render_poses(arm, poses, width=1000, height=380)
+    close_ups = render_close_ups(arm, close, width=400, height=380)
+    rows = {f"held by {grip}": [*images[2 * i : 2 * i + 2], close_ups[i]] for i, grip in enumerate(blows)}
+    return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
+
+
+def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: float) -> Figure:
+    """Draws which grip of a tool is the cheaper one, over demanded force and density of its denser part."""
+    grips = [f"hold by {grip.name}" for grip in tool.grips]
+    densest = max(tool.components, key=lambda part: part.material.density).material
+    return draw_map(
+        forces=work_map.forces,
+        values=densities,
+        work=dict(zip(grips, work_map.work, strict=True)),
+        feasible=dict(zip(grips, work_map.feasible, strict=True)),
+        case=(force, densest.density),
+        case_label="simulation IV",
+        value_label=f"density of the {densest.name} part (kg/m³)",
+        title=f"Work of driving the nail with the {tool.name}",
+    )
+
+
+def label_blows(blows: Sequence[Blow], work_map: HammeringMap, densities: Array) -> dict[str, LabelledArray]:
+    """Labels what happens to the nail, and the map of work."""
+    times = np.arange(_KEPT_FROM, _KEPT_TO, _KEPT_STEP)
+    nails = {
+        name: LabelledArray(
+            ("trial", "time_since_touch"),
+            np.stack([np.interp(times, b.nail.times - b.nail.time_of_touch, getattr(b.nail, name)) for b in blows]),
+            unit,
+            meaning,
+        )
+        for name, unit, meaning in (
+            ("resistance", "N", "resistance of the nail"),
+            ("contact", "N", "force of the tool on the nail"),
+            ("travel", "m", "how far the nail was driven"),
+        )
+    }
+    return {
+        **nails,
+        "map_work": LabelledArray(("trial", "density", "force"), work_map.work, "J", "work of a blow"),
+        "map_feasible": LabelledArray(
+            ("trial", "density", "force"), work_map.feasible, "1", "whether the blow is feasible"
+        ),
+        "time_since_touch": LabelledArray(("time_since_touch",), times, "s", "time since the tool touched the nail"),
+        "force": LabelledArray(("force",), work_map.forces, "N", "demanded peak of the nail's resistance"),
+        "density": LabelledArray(("density",), densities, "kg/m^3", "density of the denser part"),
+    }
+
+
+def write_slow_replay(path: Path, arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> None:
+    """Writes the blow with each grip of a tool, in slow motion around the strike."""
+    held = tool.list_gripped()
+    scenes = []
+    for grip, blow in blows.items():
+        strike, times = blow.strike.time_of_strike, blow.record.times
+        scenes.append(
+            Scene(
+                held[grip],
+                times,
+                blow.record.q,
+                f"held by {grip}: {blow.work:.1f} J, {blow.force:.0f} N",
+                placement=blow.strike.placement,
+                travel=np.interp(times, blow.nail.times, blow.nail.travel),
+                slow=(strike - _SLOW_BEFORE, strike + _SLOW_AFTER, _SLOWER),
+            )
+        )
+    write_replay(path, arm, scenes, title=f"Simulation IV: {tool.name}")

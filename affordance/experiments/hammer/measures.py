@@ -1,0 +1,140 @@
+"""The numbers of Simulation IV beside the choices, by grip."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer
+from affordance.choice.inner_simulation import Choice
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
+from affordance.control.optimal_swing import SwingComparison
+from affordance.experiments.shared.decisions import NUM_PRIOR_CHOICES
+from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.objects.tool import Tool
+from affordance.random_streams import Stream
+from affordance.settings import Settings
+from affordance.simulation.blow import Blow
+from affordance.vision.features import ComponentFeatures
+
+
+def measure_blows(blows: Mapping[str, Blow], suffix: str = "") -> dict[str, Any]:
+    """What blows cost and did, by grip."""
+    measures: dict[str, Callable[[Blow], float]] = {
+        "energy_true": lambda blow: blow.work,
+        "energy_raising_true": lambda blow: blow.work_raising,
+        "energy_without_raising_true": lambda blow: blow.work - blow.work_raising,
+        "kinetic_energy_true": lambda blow: blow.kinetic_energy,
+        "effort_true": lambda blow: blow.effort,
+        "force_measured_N": lambda blow: blow.force,
+        "contact_peak_N": lambda blow: float(blow.nail.contact.max()),
+        "travel_m": lambda blow: blow.travel,
+        "periods_limited": lambda blow: blow.record.counts.limited,
+    }
+    return {
+        name + suffix: {grip: measure(blow) for grip, blow in blows.items()} for name, measure in measures.items()
+    }
+
+
+def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
+    """What the demanded force means for the tip of a tool."""
+    nail = task.nail
+    pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
+    speeds = {grip: costs[grip].find_speed(pi[grip]) for grip in pi}
+    slower = min(speeds.values())
+    at_equal_speed = {grip: float(costs[grip].compute_at_speed(pi[grip], slower).work[0]) for grip in pi}
+    return {
+        "force_demanded_N": task.force,
+        "tip_speed": {grip: float(speed[0]) for grip, speed in speeds.items()},
+        "energy_planned": {grip: float(costs[grip].compute(pi[grip]).work[0]) for grip in pi},
+        "energy_at_equal_tip_speed": at_equal_speed,
+        # What the nail takes from where it was set, and from the surface of the wood.
+        "tip_energy": (task.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness),
+        "tip_energy_from_surface": task.force**2 / (2.0 * nail.stiffness),
+    }
+
+
+def measure_crossovers(
+    crossovers: Sequence[float], checked: Mapping[float, Mapping[str, Blow]], forces: Array
+) -> dict[str, Any]:
+    """Where the cheaper grip changes, as planned over some forces, and what simulation says on either side."""
+    reason = None if crossovers else f"one grip is the cheaper one from {forces[0]:.0f} to {forces[-1]:.0f} N"
+    return {
+        "force_crossover_N": crossovers[0] if crossovers else None,
+        "force_crossover_reason": reason,
+        "force_crossovers_N": crossovers,
+        "force_crossover_checked": [
+            {"force_demanded_N": force, **measure_blows(blows)} for force, blows in checked.items()
+        ],
+    }
+
+
+def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]:
+    """What swings to the same strike by other criteria take."""
+    return {
+        grip: {
+            kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
+            for kind, swing in swings._asdict().items()
+        }
+        for grip, swings in comparisons.items()
+    }
+
+
+def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
+    """What the blows do to a nail of constant resistance."""
+    return {
+        grip: {
+            "travel_m": blow.travel,
+            "force_measured_N": blow.force,
+            "contact_peak_N": float(blow.nail.contact.max()),
+        }
+        for grip, blow in blows.items()
+    }
+
+
+def count_light_ends(
+    tool: Tool, costs: Mapping[str, BlowCost], experience: ExperienceConfig, settings: Settings
+) -> float | None:
+    """Share of choices, by densities from the prior, that grip the end that is less dense.
+
+    Of the tool as it is, however features are observed: it is the task that is asked about.
+    """
+    choice = Choice(list_options(tool, seed=experience.seed), list(costs.values()), settings)
+    memory = MaterialMemory().add_colours(experience.colours, settings.prior)
+    rng = np.random.default_rng([experience.seed, Stream.LIGHT_ENDS])
+    rho = memory.belief.add_object_variation(settings.prior.deviation_sd).draw_samples(rng, NUM_PRIOR_CHOICES)
+    chosen = pick_cheapest(choice.compute_costs(choice.compute_parameters(memory, rho)), rng)
+    near, far = np.array([_order_colours(option.gripped, memory) for option in choice.options]).T
+    return compute_share_of_light_ends(chosen, rho=rho, near=near, far=far)
+
+
+def compute_share_of_light_ends(
+    chosen: Chosen, *, rho: Array, near: NDArray[np.intp], far: NDArray[np.intp]
+) -> float | None:
+    """Share of choices that put what is less dense into the hand.
+
+    Args:
+        chosen: Index of the option, or NO_OPTION, (S,).
+        rho: Densities that are chosen by, (S, M), [kg/m^3].
+        near: Which density is nearest to the hand, by option.
+        far: Which is farthest from it, by option.
+
+    Returns: The share of those where something was chosen; None if that is none.
+    """
+    decided = np.flatnonzero(chosen != NO_OPTION)
+    if not len(decided):
+        return None
+    option = chosen[decided]
+    return float((rho[decided, near[option]] < rho[decided, far[option]]).mean())
+
+
+def _order_colours(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> tuple[int, int]:
+    """Which materials are nearest to and farthest from the hand."""
+    ordered = sorted(parts, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))
+    near, far = (memory.colours.index(part.colour) for part in (ordered[0], ordered[-1]))
+    return near, far

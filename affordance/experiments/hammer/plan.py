@@ -1,0 +1,122 @@
+"""What all observers of Simulation IV share: blows planned with each grip, and simulated with contact."""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer
+from affordance.choice.inner_simulation import Choice
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
+from affordance.experiments.shared.grip_choices import plan_choices
+from affordance.objects.tool import Tool, list_densities
+from affordance.runs.repeats import run_tasks
+from affordance.settings import Settings
+from affordance.simulation.blow import Blow, simulate_blow
+
+# A blow does what is asked if the peak of the nail's resistance is off by no more than this: the formula by which
+# blows are planned leaves aside what nail and contact take (docs/decisions/0013-nail.md).
+FORCE_TOLERANCE = 0.15
+
+
+class HammerPlan(NamedTuple):
+    """What all observers share.
+
+    Attributes:
+        choices: Of a grip, by tool, as features are observed.
+        costs: The blows planned for the tools as they are, by tool and grip.
+        simulated: The blows under the true densities, by tool and grip.
+    """
+
+    choices: Mapping[str, Choice]
+    costs: Mapping[str, Mapping[str, BlowCost]]
+    simulated: Mapping[str, Mapping[str, Blow]]
+
+
+def plan_hammer(
+    tools: Sequence[Tool], task: Hammer, settings: Settings, seed: int, models: Path, *, jobs: int
+) -> HammerPlan:
+    """Plans and simulates the blows.
+
+    Args:
+        tools: The novel tools; the first is the paper's.
+        task: The blow.
+        settings: How features are observed, and those of arm and controller.
+        seed: Root of the errors of observation.
+        models: The folder that nail and tools are from, for errors.
+        jobs: Processes.
+
+    Raises:
+        BadValueError: A blow cannot be planned or carried out, or no grip is cheaper than the other.
+    """
+    path, exact = models / "nail.yaml", remove_errors(settings)
+    try:
+        choices = plan_choices(tools, task, settings, seed, jobs=jobs, description="hammer: plans")
+        true_choices = choices
+        if replace(settings, faults=exact.faults) != exact:
+            true_choices = plan_choices(tools, task, exact, seed, jobs=jobs, description="hammer: plans, true")
+    except AffordanceError as error:
+        raise BadValueError(path, "blow", f"cannot be carried out: {error}") from error
+    for choice in (*choices.values(), *true_choices.values()):
+        for option, cost in zip(choice.options, choice.cost_models, strict=True):
+            if cost.infeasible_reason:
+                problem = f"cannot be carried out: {option.name}: {cost.infeasible_reason}"
+                raise BadValueError(path, "blow", problem)
+    costs = {name: list_blow_costs(choice) for name, choice in true_choices.items()}
+    _check_feasible(path, tools, task, costs)
+    held = {tool.name: tool.list_gripped() for tool in tools}
+    tasks = [
+        partial(simulate_blow, gripped, task, costs[tool.name][grip], list_densities([tool]), exact)
+        for tool in tools
+        for grip, gripped in held[tool.name].items()
+    ]
+    try:
+        done = iter(run_tasks(tasks, jobs=jobs, description="hammer: blows"))
+    except AffordanceError as error:
+        raise BadValueError(path, "blow", f"cannot be carried out: {error}") from error
+    simulated = {name: {grip: next(done) for grip in grips} for name, grips in held.items()}
+    for tool in tools:
+        for grip, blow in simulated[tool.name].items():
+            if abs(blow.force / task.force - 1.0) > FORCE_TOLERANCE:
+                problem = f"asks for {task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"
+                raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
+        check_one_grip_is_cheaper(models, tool, [blow.work for blow in simulated[tool.name].values()])
+    return HammerPlan(choices, costs, simulated)
+
+
+def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
+    """The blows that were planned for a choice, by grip."""
+    found = {}
+    for option, cost in zip(choice.options, choice.cost_models, strict=True):
+        assert isinstance(cost, BlowCost)  # what a Hammer builds
+        found[option.grip] = cost
+    return found
+
+
+def _check_feasible(
+    path: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]
+) -> None:
+    """Rejects a nail that some tool cannot be driven deep enough with."""
+    for tool in tools:
+        for grip, gripped in tool.list_gripped().items():
+            if reason := costs[tool.name][grip].explain_infeasibility(gripped.parameters):
+                asked = f"is {task.nail.depth_demanded:g} m and asks for {task.force:.0f} N"
+                problem = f"{asked}, for which with the {tool.name} by {grip} {reason}"
+                raise BadValueError(path, "depth_demanded", f"{problem}; {_bound_depth(tools, task, costs)}")
+
+
+def _bound_depth(tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> str:
+    """Says how deep a nail can be driven at most with every grip of every tool."""
+    depth = min(
+        costs[tool.name][grip].find_greatest_depth(gripped.parameters)
+        for tool in tools
+        for grip, gripped in tool.list_gripped().items()
+    )
+    floor = math.floor(1e4 * depth) / 1e4
+    if floor <= task.nail.depth_set:
+        return "no depth is within the joints' limits"
+    return f"must be at most {floor:g} m"

@@ -1,0 +1,150 @@
+"""What is computed of the blows of one tool beside the choices: where the cheaper grip is the other one, and why."""
+
+import logging
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer
+from affordance.control.optimal_swing import SwingComparison, compare_swings
+from affordance.control.swing import Swing, Target
+from affordance.exceptions import AffordanceError
+from affordance.experiments.hammer.work_map import HammeringMap, find_crossovers, map_work, pick_forces_beside
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.runs.repeats import run_tasks
+from affordance.settings import Settings
+from affordance.simulation.blow import Blow, simulate_blow
+
+_LOG = logging.getLogger(__name__)
+
+# The map: from a little above the resistance of the set nail to a multiple of the demanded force, and over densities
+# of the denser part from less than that of wood to that of lead, and beyond what it is by a little, [kg/m^3].
+_MAP_FORCES, _MAP_DENSITIES = 80, 60
+_MAP_MIN_FORCE, _MAP_MAX_FORCE = 1.02, 2.0
+_MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_BEYOND = 300.0, 11_340.0, 1.1
+
+
+class HammerStudy(NamedTuple):
+    """What is computed beside the choices.
+
+    Attributes:
+        crossovers: Forces at which both grips cost the same, [N].
+        checked: Blows on either side of the first of them, by force and grip; empty if there is none.
+        yielding: The demanded blows on a nail of constant resistance, by grip.
+        swings: What other swings to the same strike take, by grip; empty if there is none for one of them.
+        map: Work over force and density of the denser part.
+        densities: Of the map's rows, (R,), [kg/m^3].
+    """
+
+    crossovers: list[float]
+    checked: Mapping[float, Mapping[str, Blow]]
+    yielding: Mapping[str, Blow]
+    swings: Mapping[str, SwingComparison]
+    map: HammeringMap
+    densities: Array
+
+
+def study_blows(
+    tool: Tool,
+    task: Hammer,
+    settings: Settings,
+    costs: Mapping[str, BlowCost],
+    simulated: Mapping[str, Blow],
+    *,
+    jobs: int,
+) -> HammerStudy:
+    """Studies the blows with one tool, in processes.
+
+    Args:
+        tool: The tool.
+        task: The blow.
+        settings: Those of arm and controller, without errors.
+        costs: The blows planned for the tool, by grip.
+        simulated: The blows that were simulated, by grip.
+        jobs: Processes.
+    """
+    held, true = tool.list_gripped(), list_densities([tool])
+    least, most = task.nail.stiffness * task.nail.depth_set, _MAP_MAX_FORCE * task.force
+    forces = np.linspace(_MAP_MIN_FORCE * least, most, _MAP_FORCES)
+    stronger = replace(task, force=most)
+    planned = run_tasks(
+        [partial(_plan_blows, stronger, gripped, settings) for gripped in held.values()],
+        jobs=jobs,
+        description="hammer: forces",
+    )
+    up_to_most = dict(zip(held, planned, strict=True))
+    crossovers = find_crossovers(up_to_most, {grip: each.parameters for grip, each in held.items()}, forces)
+    beside: tuple[float, ...] = ()
+    if crossovers:
+        exact = [each.parameters[None] for each in held.values()]
+        beside = pick_forces_beside(
+            crossovers,
+            forces=forces,
+            feasible=map_work(list(up_to_most.values()), exact, forces).feasible.all(axis=(0, 1)),
+            least=least,
+            demanded=task.force,
+        )
+    # The mean of the skin friction over the demanded travel takes the same energy.
+    mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
+    nail = replace(task.nail, yield_force=mean)
+    blows = [partial(simulate_blow, held[grip], task, costs[grip], true, settings, nail=nail) for grip in held]
+    for force in beside:
+        able = costs if force <= task.force else up_to_most
+        blows += [partial(simulate_blow, held[grip], task, able[grip], true, settings, force=force) for grip in held]
+    done = iter(run_tasks(blows, jobs=jobs, description="hammer: crossover"))
+    yielding = {grip: next(done) for grip in held}
+    checked = {force: {grip: next(done) for grip in held} for force in beside}
+    swings = _compare_swings(held, costs, simulated, settings, jobs)
+    densest = max(tool.components, key=lambda part: part.material.density)
+    densities = list_densities_of_map(densest.material.density)
+    parameters = [
+        np.array(
+            [
+                each.with_densities({**true, densest.looks_like.colour: float(density)}).parameters
+                for density in densities
+            ]
+        )
+        for each in held.values()
+    ]
+    mapped = map_work(list(up_to_most.values()), parameters, forces)
+    return HammerStudy(crossovers, checked, yielding, swings, mapped, densities)
+
+
+def list_densities_of_map(true: float) -> Array:
+    """Densities of the denser part over which the work is mapped, (R,), around the true one, [kg/m^3]."""
+    least, most = min(_MAP_MIN_DENSITY, true / _MAP_BEYOND), max(_MAP_MAX_DENSITY, _MAP_BEYOND * true)
+    return np.linspace(least, most, _MAP_DENSITIES)
+
+
+def _plan_blows(task: Hammer, gripped: Tool, settings: Settings) -> BlowCost:
+    return task.build_cost(ArmModel(load_arm(settings.arm)), gripped.components, settings)
+
+
+def _compare_swings(
+    held: Mapping[str, Tool],
+    costs: Mapping[str, BlowCost],
+    simulated: Mapping[str, Blow],
+    settings: Settings,
+    jobs: int,
+) -> dict[str, SwingComparison]:
+    """Other swings to the same strikes, by grip; none if one of them cannot be found."""
+    tasks = [
+        partial(_compare, settings, costs[grip].target, simulated[grip].strike.swing, gripped.parameters)
+        for grip, gripped in held.items()
+    ]
+    try:
+        return dict(zip(held, run_tasks(tasks, jobs=jobs, description="hammer: swings"), strict=True))
+    except AffordanceError as error:
+        _LOG.warning("other swings than ours are not compared: %s", error)
+        return {}
+
+
+def _compare(settings: Settings, target: Target, swing: Swing, pi: Array) -> SwingComparison:
+    return compare_swings(ArmModel(load_arm(settings.arm)), target, swing, pi)

@@ -1,0 +1,155 @@
+"""The one runner of all experiments: observers in processes, then numbers, figures, files and section.
+
+Everything but the repeats of observers is written anew; ``metrics.json`` comes last, so where it is, the rest is too.
+"""
+
+import datetime
+import logging
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from tqdm import tqdm
+
+from affordance.exceptions import UnavailableError
+from affordance.experiments.definition import OBSERVER_SHOWN, Experiment, Outputs
+from affordance.experiments.shared.camera_views import draw_camera_views_of
+from affordance.experiments.vision_comparison import save_vision_metrics
+from affordance.files.atomic import write_json
+from affordance.files.netcdf import write_trajectories
+from affordance.proprioception.faults import Faults
+from affordance.reporting.diagram_picture import save_diagram
+from affordance.reporting.figures import save_figure
+from affordance.reporting.formatting import ENOUGH_OBSERVERS
+from affordance.reporting.report import write_section
+from affordance.reporting.section import render_section
+from affordance.runs.repeats import compute_key, list_versions, run_repeats
+from affordance.vision.features import FeatureSource
+
+_LOG = logging.getLogger(__name__)
+
+_CAMERA_CAPTION = (
+    "What the camera saw of each object before the hand took it: colour, depth (white where there is no reading), "
+    "detected parts, and outlines of the ellipsoids fitted to them. Features came from such pictures, no others."
+)
+
+
+def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: int, jobs: int) -> None:
+    """Runs all observers and writes everything an experiment has to show.
+
+    Args:
+        experiment: The experiment.
+        plan: What ``experiment.plan`` returned.
+        folder: Receives the files; repeats that it holds already are not run again. Experience is kept beside it.
+        repeats: Number of observers, at least 1.
+        jobs: Number of processes, at least 1.
+    """
+    start = time.perf_counter()
+    settings = experiment.settings
+    experience = experiment.gain_experience(folder.parent / "experience", repeats=repeats, jobs=jobs)
+    arrays = run_repeats(
+        folder / "repeats" / compute_key(experiment, settings.arm.parent),
+        partial(experiment.run_observer, experiment.select_shared(plan), experience),
+        repeats=experiment.count_repeats(repeats),
+        jobs=jobs,
+        description=experiment.name,
+        unit=experiment.unit,
+    )
+    numbers = experiment.compute_metrics(plan, experience, arrays)
+    if experience is not None:
+        numbers.update(experience.count_events())
+    _warn(experiment.name, numbers)
+    outputs = experiment.show(plan, experience, arrays, numbers)
+    seen = settings.feature_source is FeatureSource.PIXELS and experiment.tools_observed
+    steps = _list_steps(outputs, folder)
+    if seen:
+        steps["seen"] = lambda: save_figure(
+            draw_camera_views_of(experiment.tools_observed, experiment.seed), folder, "seen"
+        )
+    for name, step in tqdm(steps.items(), desc=f"{experiment.name}: files", unit="file"):
+        try:
+            step()
+        except UnavailableError as error:
+            _LOG.warning("%s: %s is left out: %s", experiment.name, name, error)
+    facts = {
+        "repeats": repeats,
+        "seed": experiment.seed,
+        "camera_caption": _CAMERA_CAPTION if seen else "",
+        "faults": describe_faults(settings.faults),
+        "few_observers": describe_few_observers(repeats),
+        **experiment.list_facts(plan, numbers),
+    }
+    section = render_section(experiment.section, numbers, facts)
+    drawn = [figure for figure in section.figures if (folder / figure.file).exists()]
+    write_section(folder, section._replace(figures=drawn))
+    save_vision_metrics(folder, numbers, settings, seed=experiment.seed, repeats=repeats)
+    run = {
+        "seed": experiment.seed,
+        "repeats": repeats,
+        "run_shown": OBSERVER_SHOWN,
+        "config": experiment,
+        "versions": list_versions(),
+        "wall_s": time.perf_counter() - start,
+        "finished": f"{datetime.date.today():%Y-%m-%d}",
+    }
+    write_json(folder / "metrics.json", {**numbers, **run})
+
+
+def describe_faults(faults: Faults) -> str:
+    """Names the faults that were switched on; empty if none was."""
+    active = [
+        f"{field.name} {getattr(faults, field.name)}"
+        for field in fields(Faults)
+        if getattr(faults, field.name) != field.default
+    ]
+    if not active:
+        return ""
+    return (
+        f"Run with faults: {', '.join(active)}. What a task truly costs with each grip, and so which grip is "
+        "correct, is measured without them."
+    )
+
+
+def describe_few_observers(repeats: int) -> str:
+    """Warns of claims about few observers; empty if they are enough."""
+    if repeats >= ENOUGH_OBSERVERS:
+        return ""
+    return f"Claims want about {ENOUGH_OBSERVERS} observers or more; these are of {repeats}."
+
+
+def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object]]:
+    """What is written, by name."""
+
+    def draw(name: str) -> None:
+        save_figure(outputs.figures[name](), folder, name)
+
+    steps: dict[str, Callable[[], object]] = {name: partial(draw, name) for name in outputs.figures}
+    if outputs.trajectories is not None:
+        steps["trajectories"] = partial(write_trajectories, folder / "trajectories.nc", outputs.trajectories)
+    if outputs.diagram is not None:
+        build = outputs.diagram
+        steps["diagram"] = lambda: save_diagram(build(), folder, "diagram")
+    if outputs.replay is not None:
+        steps["replay"] = partial(outputs.replay, folder / "replay.html")
+    for name, write in outputs.writers.items():
+        steps[name] = partial(write, folder)
+    return steps
+
+
+def _warn(name: str, numbers: Mapping[str, Any]) -> None:
+    """Says that samples were rejected, or that trials with honest objects were 5-sigma outliers; decoys come last."""
+    rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
+    outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
+    if rejected is None or outliers is None or not hasattr(outliers, "__len__"):
+        return
+    honest = int(sum(outliers[:-1]))
+    if honest or sum(rejected):
+        _LOG.warning(
+            "%s: %d samples were rejected, and %d trials with honest objects are 5-sigma outliers",
+            name,
+            sum(rejected),
+            honest,
+        )

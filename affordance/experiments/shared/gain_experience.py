@@ -1,0 +1,76 @@
+"""Gaining experience: observers hold honest objects, in processes, and what they learn is kept."""
+
+import logging
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory import Memory
+from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.simulation.trial import Observer, TrialRecord, get_runner
+
+_LOG = logging.getLogger(__name__)
+
+
+def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
+    """Runs an observer's K trials; returns K + 1 memories, the first before any of them, and the records.
+
+    A colour that was not recognised for certain is not remembered beyond its trial; what it taught of the others is.
+    """
+    memory = MaterialMemory().add_colours(config.colours, config.settings.prior)
+    observer = Observer(get_runner(config.settings), memory, duration=config.duration, remembered=config.colours)
+    memories: list[Memory] = [memory]
+    records = []
+    for trial, index in enumerate(draw_order(config, repeat)):
+        records.append(observer.hold(config.tools[index], (config.seed, repeat, trial)))
+        memories.append(observer.memory)
+    return memories, records
+
+
+def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs an observer's trials, and notes what they taught.
+
+    Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
+        ``rejected`` and ``outlier``, (K,) each.
+    """
+    memories, records = run_trials(config, repeat)
+    return {
+        "precision": np.stack([memory.belief.precision for memory in memories]),
+        "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
+        "order": np.array(draw_order(config, repeat), dtype=np.intp),
+        "log_evidence": np.array([record.log_evidence for record in records]),
+        "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
+        "outlier": np.array([record.is_outlier for record in records], dtype=np.intp),
+    }
+
+
+def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
+    """Runs the observers that a folder does not hold yet, and returns all of them; says what went wrong in trials.
+
+    Args:
+        config: How experience is gained.
+        folder: Keeps them, for all experiments that share the configuration.
+        repeats: How many observers, at least 1.
+        jobs: How many processes, at least 1.
+    """
+    kept = folder / compute_key(config, config.settings.arm.parent)
+    arrays: Mapping[str, NDArray[Any]] = run_repeats(
+        kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
+    )
+    names = ("precision", "information_vector", "order", "rejected", "outlier")
+    experience = Experience(config.colours, *(arrays[name] for name in names))
+    counts = experience.count_events()
+    if any(counts.values()):
+        _LOG.warning(
+            "experience: %d samples were rejected, and %d of %d trials are 5-sigma outliers",
+            counts["samples_rejected"],
+            counts["trials_outlier"],
+            experience.order.size,
+        )
+    return experience

@@ -1,1 +1,0 @@
-"""Proprioception: what the joints feel."""

@@ -1,0 +1,193 @@
+"""Claims as data: what is said, by whom, and the criterion by which numbers meet it or not.
+
+A criterion compares an expression over the numbers of an experiment with a bound. It stands apart from the prose, so
+that it can be read, and tested with numbers that contradict it. Expressions know the keys of metrics.json, lists as
+arrays, and the functions below; they are evaluated by simpleeval, which lets them do nothing else.
+"""
+
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from simpleeval import InvalidExpression, SimpleEval
+
+from affordance.exceptions import AffordanceError
+from affordance.reporting.formatting import format_beside
+
+# What expressions may call.
+FUNCTIONS: Mapping[str, Callable[..., Any]] = {
+    "abs": np.abs,
+    "all": np.all,
+    "any": np.any,
+    "diff": np.diff,
+    "len": len,
+    "log": np.log,
+    "max": np.max,
+    "maximum": np.maximum,
+    "mean": np.mean,
+    "min": np.min,
+    "minimum": np.minimum,
+    "ptp": np.ptp,
+    "sqrt": np.sqrt,
+    "sum": np.sum,
+    "values": lambda mapping: np.array(list(mapping.values())),
+}
+# How a value is compared with its bound, and how that is said.
+COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
+    "above": (operator.gt, "above"),
+    "at_least": (operator.ge, "at least"),
+    "at_most": (operator.le, "at most"),
+    "below": (operator.lt, "below"),
+    "is": (operator.eq, ""),
+}
+
+
+class Criterion(NamedTuple):
+    """A bound on an expression; of a list every entry must meet it.
+
+    Attributes:
+        name: What the expression is, in words.
+        value: The expression.
+        bounds: Bounds by how they are compared, keys of COMPARISONS; each an expression too.
+        unit: Of value and bounds as they are shown.
+        scale: From SI to that unit.
+        digits: Decimals shown, or more where the side of the bound would not be seen.
+    """
+
+    name: str
+    value: str
+    bounds: Mapping[str, str | float | bool]
+    unit: str = ""
+    scale: float = 1.0
+    digits: int = 2
+
+
+class Claim(NamedTuple):
+    """What is said, and what decides whether it is met.
+
+    Attributes:
+        key: Short name, one an experiment.
+        source: Who says it and where; "ours" for what we ask of ourselves.
+        text: What is said.
+        criteria: All must be met.
+    """
+
+    key: str
+    source: str
+    text: str
+    criteria: tuple[Criterion, ...]
+
+
+class CriterionResult(NamedTuple):
+    """A criterion with what was found.
+
+    Attributes:
+        name: What was measured.
+        value: The number or numbers, as text.
+        bound: The bound, as text.
+        met: Whether it is met.
+    """
+
+    name: str
+    value: str
+    bound: str
+    met: bool
+
+
+class ClaimResult(NamedTuple):
+    """A claim with what was found.
+
+    Attributes:
+        key: Of the claim.
+        source: Of the claim.
+        text: Of the claim.
+        met: Whether all criteria are met.
+        criteria: Each with what was found; the first is the headline.
+    """
+
+    key: str
+    source: str
+    text: str
+    met: bool
+    criteria: tuple[CriterionResult, ...]
+
+
+def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[ClaimResult, ...]:
+    """Compares claims with the numbers of an experiment.
+
+    Args:
+        claims: What is said.
+        numbers: Those of metrics.json.
+
+    Raises:
+        AffordanceError: An expression is wrong, or names a number that there is not.
+    """
+    results = []
+    for claim in claims:
+        found = tuple(_judge_criterion(claim.key, criterion, numbers) for criterion in claim.criteria)
+        results.append(ClaimResult(claim.key, claim.source, claim.text, all(each.met for each in found), found))
+    return tuple(results)
+
+
+def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
+    """Evaluates an expression over numbers; lists are arrays.
+
+    Raises:
+        AffordanceError: It is wrong, or names a number that there is not.
+    """
+    if not isinstance(expression, str):
+        return expression
+    arrays = {name: _to_array(value) for name, value in numbers.items()}
+    try:
+        return SimpleEval(functions=dict(FUNCTIONS), names=arrays, allowed_attrs={}).eval(expression)
+    except (InvalidExpression, SyntaxError, LookupError, TypeError, ValueError, ArithmeticError) as error:
+        raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
+
+
+def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any]) -> CriterionResult:
+    value = evaluate(criterion.value, numbers)
+    bounds = {how: evaluate(bound, numbers) for how, bound in criterion.bounds.items()}
+    unknown = [how for how in bounds if how not in COMPARISONS]
+    if unknown or not bounds:
+        known = ", ".join(COMPARISONS)
+        raise AffordanceError(
+            f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
+        )
+    met = value is not None and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
+    texts = [f"{COMPARISONS[how][1]} {_show_bound(criterion, bound)}".strip() for how, bound in bounds.items()]
+    nearest = next((bound for bound in bounds.values() if not isinstance(bound, str | bool)), None)
+    return CriterionResult(criterion.name, _show(criterion, value, nearest), " and ".join(texts), met)
+
+
+def _show(criterion: Criterion, value: Any, bound: Any) -> str:
+    """The value in its unit, with decimals that show on which side of the bound it lies."""
+    if value is None:
+        return "none"
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    entries = np.atleast_1d(value) * criterion.scale
+    limits = np.broadcast_to(np.inf if bound is None else np.asarray(bound) * criterion.scale, entries.shape)
+    shown = [
+        format_beside(float(entry), float(limit), criterion.digits)
+        for entry, limit in zip(entries.ravel(), limits.ravel(), strict=True)
+    ]
+    return f"{', '.join(shown)} {criterion.unit}".strip()
+
+
+def _show_bound(criterion: Criterion, bound: Any) -> str:
+    if isinstance(bound, str):
+        return bound
+    if isinstance(bound, bool | np.bool_):
+        return "yes" if bound else "no"
+    entries = np.unique(np.atleast_1d(bound) * criterion.scale)
+    return f"{', '.join(f'{entry:.4g}' for entry in entries)} {criterion.unit}".strip()
+
+
+def _to_array(value: Any) -> Any:
+    """Lists as arrays, so that expressions can calculate with them."""
+    if isinstance(value, list | tuple):
+        return np.array(value)
+    return value

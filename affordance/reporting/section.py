@@ -1,0 +1,154 @@
+"""Sections of the report: prose as templates and claims as data, filled in with the numbers of an experiment.
+
+A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file`` and ``caption``), ``claims``
+(``key``, ``source``, ``text`` and ``criteria``), ``tables`` (``caption``, ``header`` and ``rows``, a line a row,
+cells between bars) and ``remarks``. Every text is a Jinja2 template over the numbers and facts; a figure, table or
+remark that comes out empty is left out.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import jinja2
+import yaml
+
+from affordance.exceptions import AffordanceError
+from affordance.reporting import formatting
+from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
+
+_METRES_TO_CM = 100.0
+
+
+class ReportFigure(NamedTuple):
+    """A figure of the report.
+
+    Attributes:
+        file: Its name in the experiment's folder.
+        caption: What it shows.
+    """
+
+    file: str
+    caption: str
+
+
+class Table(NamedTuple):
+    """A table of the report.
+
+    Attributes:
+        caption: What it says.
+        header: Titles of its columns.
+        rows: Cells of its rows.
+    """
+
+    caption: str
+    header: Sequence[str]
+    rows: Sequence[Sequence[str]]
+
+
+class Section(NamedTuple):
+    """What an experiment reports.
+
+    Attributes:
+        order: Place among the sections.
+        title: Heading.
+        summary: What was done, in a few sentences.
+        figures: In order.
+        claims: Each with what was found.
+        tables: Numbers side by side.
+        remarks: Where we differ from the paper and why, and what else is to be known.
+    """
+
+    order: int
+    title: str
+    summary: str
+    figures: Sequence[ReportFigure]
+    claims: Sequence[ClaimResult]
+    tables: Sequence[Table]
+    remarks: Sequence[str]
+
+
+def load_claims(path: Path) -> tuple[Claim, ...]:
+    """Reads the claims of a section file, with their texts as templates."""
+    return tuple(_read_claim(entry) for entry in _read(path).get("claims", []))
+
+
+def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
+    """Fills a section file in.
+
+    Args:
+        path: The section file.
+        numbers: Those of metrics.json, with lists or arrays.
+        facts: What else its templates name.
+
+    Raises:
+        AffordanceError: A template or an expression names what there is not.
+    """
+    content, known = _read(path), {**numbers, **facts}
+    environment = _build_environment()
+
+    def render(text: str) -> str:
+        try:
+            return environment.from_string(text).render(known)
+        except (jinja2.TemplateError, LookupError, TypeError, ValueError, ArithmeticError) as error:
+            raise AffordanceError(f"{path.name}: {text!r} cannot be filled in: {error}") from error
+
+    def fill(text: str) -> str:
+        return " ".join(render(text).split())
+
+    def fill_rows(text: str) -> list[list[str]]:
+        return [[cell.strip() for cell in line.split("|")] for line in render(text).splitlines() if line.strip()]
+
+    figures = [ReportFigure(each["file"], fill(each["caption"])) for each in content.get("figures", [])]
+    tables = [
+        Table(fill(each["caption"]), [fill(title) for title in each["header"]], fill_rows(each["rows"]))
+        for each in content.get("tables", [])
+    ]
+    claims = [
+        claim._replace(text=fill(claim.text), criteria=tuple(_fill_criterion(each, fill) for each in claim.criteria))
+        for claim in (_read_claim(entry) for entry in content.get("claims", []))
+    ]
+    remarks = [fill(text) for text in content.get("remarks", [])]
+    return Section(
+        order=content["order"],
+        title=fill(content["title"]),
+        summary=fill(content["summary"]),
+        figures=[figure for figure in figures if figure.caption],
+        claims=judge_claims(claims, known),
+        tables=[table for table in tables if table.rows],
+        remarks=[remark for remark in remarks if remark],
+    )
+
+
+def _fill_criterion(criterion: Criterion, fill: Any) -> Criterion:
+    return criterion._replace(name=fill(criterion.name))
+
+
+def _read(path: Path) -> dict[str, Any]:
+    content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return content
+
+
+def _read_claim(entry: Mapping[str, Any]) -> Claim:
+    criteria = []
+    for each in entry["criteria"]:
+        fields = dict(each)
+        named = {key: fields.pop(key) for key in ("name", "value", "unit", "scale", "digits") if key in fields}
+        criteria.append(Criterion(**named, bounds=fields))
+    return Claim(entry["key"], entry["source"], entry["text"], tuple(criteria))
+
+
+def _build_environment() -> jinja2.Environment:
+    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
+    environment.filters.update(
+        number=formatting.format_number,
+        beside=formatting.format_beside,
+        list=formatting.format_list,
+        by_name=formatting.format_by_name,
+        observers=formatting.count_observers,
+        fixed=lambda value, digits=2: f"{value:.{digits}f}",
+        cm=lambda value, digits=2: f"{_METRES_TO_CM * value:.{digits}f} cm",
+        percent=lambda value, digits=0: f"{100.0 * value:.{digits}f} %",
+    )
+    environment.globals["enough_observers"] = formatting.ENOUGH_OBSERVERS
+    return environment

@@ -1,0 +1,60 @@
+"""Files that appear whole or not at all."""
+
+import json
+import os
+from enum import Enum
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from affordance.files.atomic import remove_leftovers, to_plain, write_atomic, write_json, write_text
+
+
+def test_file_appears_whole_or_not_at_all(tmp_path):
+    path = tmp_path / "deep" / "numbers.txt"
+
+    def fail_halfway(temporary):
+        temporary.write_text("half")
+        raise RuntimeError("killed")
+
+    with pytest.raises(RuntimeError, match="killed"):
+        write_atomic(path, fail_halfway)
+    assert list(path.parent.iterdir()) == []
+    write_text(path, "whole")
+    with pytest.raises(RuntimeError, match="killed"):
+        write_atomic(path, fail_halfway)
+    assert path.read_text() == "whole"
+
+
+def test_leftovers_of_a_killed_run_are_removed(tmp_path):
+    def leave(temporary):
+        temporary.write_text("half")
+        os.link(temporary, temporary.with_name(temporary.name + "x"))  # survives the clean-up of write_atomic
+        raise RuntimeError
+
+    with pytest.raises(RuntimeError):
+        write_atomic(tmp_path / "a" / "numbers.txt", leave)
+    write_text(tmp_path / "a" / "whole.txt", "whole")
+    remove_leftovers(tmp_path)
+    assert [path.name for path in tmp_path.rglob("*") if path.is_file()] == ["whole.txt"]
+
+
+class Colour(Enum):
+    RED = "red"
+
+
+class Pair(NamedTuple):
+    a: float
+    b: tuple
+
+
+def test_configurations_become_plain_json(tmp_path):
+    content = {"pair": Pair(1.5, (np.float64(0.1), np.array([1, 2]))), "colour": Colour.RED, "path": Path("a/b.yaml")}
+    assert to_plain(content) == {"pair": {"a": 1.5, "b": [0.1, [1, 2]]}, "colour": "red", "path": "b.yaml"}
+    write_json(tmp_path / "x.json", content)
+    assert json.loads((tmp_path / "x.json").read_text())["pair"]["b"] == [0.1, [1, 2]]
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        write_json(tmp_path / "y.json", {"bad": np.nan})
+    assert not (tmp_path / "y.json").exists()

@@ -1,0 +1,41 @@
+"""What takes long to compute is computed once, whichever of the processes that run tests needs it first."""
+
+import fcntl
+import os
+import pickle
+from collections.abc import Callable
+
+
+def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
+    """Returns what a function returns; it is called by the first process that asks, and kept for the others.
+
+    Args:
+        tmp_path_factory: That of pytest.
+        name: Of what is kept, one for each function.
+        compute: Its result must be picklable.
+    """
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent  # that of all workers of this run
+    path = folder / f"{name}.pickle"
+    with (folder / f"{name}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        if not path.exists():
+            path.write_bytes(pickle.dumps(compute()))
+    found: T = pickle.loads(path.read_bytes())
+    return found
+
+
+def make_folder_once(tmp_path_factory, name: str, fill: Callable):
+    """Returns a folder that a function filled; it is called with the folder by the first process that asks."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
+    path = folder / name
+
+    def make() -> None:
+        path.mkdir()
+        fill(path)
+
+    compute_once(tmp_path_factory, f"{name}_done", make)
+    return path

@@ -1,0 +1,152 @@
+"""One observer after another object: how the memory learns, and what one Context of all presentations keeps apart."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments.shared.learning_objects import load_learning_objects
+from affordance.proprioception.faults import Faults
+from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.simulation.diagram import END_MARGIN
+from affordance.simulation.trial import Observer, TrialRunner, present
+
+DURATION = 0.5
+FIRST, SECOND, DECOY = load_learning_objects()
+BEECH, STEEL = (part.looks_like.colour for part in FIRST.components[1:])
+
+
+def list_numbers(value):
+    """Every number of a record, of the memory in it too, in one order."""
+    if isinstance(value, MaterialMemory):
+        return [*value.colours, *list_numbers(value.belief.precision), *list_numbers(value.belief.information_vector)]
+    if isinstance(value, tuple):
+        return [number for each in value for number in list_numbers(each)]
+    return np.ravel(value).tolist()
+
+
+def set_up(runner, memory, tool, duration=DURATION, seed=(0,)):
+    """A presentation by hand; returns the Diagram, and a Simulator at its beginning."""
+    trial = runner.get_diagram(duration)
+    context = trial.diagram.CreateDefaultContext()
+    trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
+    return trial, present(trial, context, tool, trial.hold, seed)
+
+
+def recall(trial, simulator):
+    return trial.memory.get_memory(trial.memory.GetMyContextFromRoot(simulator.get_context()))
+
+
+def test_memory_changes_by_an_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
+    """The Simulator advanced by hand: nobody hands the memory over."""
+    before = MaterialMemory().add_colours([weight.colour], weight.settings.prior)
+    trial, simulator = set_up(runner, before, weight.tools[2])
+    for time in (0.05, 0.1, 0.25, 0.4, DURATION):
+        simulator.AdvanceTo(time)
+        assert recall(trial, simulator) is before
+    simulator.AdvanceTo(1.1 * DURATION)
+    after = recall(trial, simulator)
+    assert after.colours == before.colours
+    assert after.belief.precision[0, 0] > 2.0 * before.belief.precision[0, 0]
+    expected = runner.run_hold(weight.tools[2], before, duration=DURATION, seed=(0,)).memory
+    assert list_numbers(after) == list_numbers(expected)
+
+
+def test_event_comes_once_in_a_presentation(runner, weight):
+    trial, simulator = set_up(runner, MaterialMemory(), weight.tools[2])
+    simulator.AdvanceTo(DURATION + END_MARGIN)
+    simulator.AdvancePendingEvents()
+    learned = recall(trial, simulator)
+    assert learned.colours == (weight.colour,)
+    simulator.AdvanceTo(1.9 * DURATION)
+    assert recall(trial, simulator) is learned
+
+
+def test_evidence_is_counted_once(runner, weight):
+    """What was learned stands in the memory, and so no longer in the statistic of the estimator."""
+    trial, simulator = set_up(runner, MaterialMemory(), weight.tools[2])
+    estimator = trial.estimator.GetMyContextFromRoot(simulator.get_context())
+    simulator.AdvanceTo(DURATION)
+    simulator.AdvancePendingEvents()  # the last sample
+    before = trial.estimator.GetOutputPort("log_evidence").Eval(estimator)[0]
+    assert before != 0.0
+    simulator.AdvanceTo(DURATION + END_MARGIN)
+    simulator.AdvancePendingEvents()
+    memory = recall(trial, simulator)
+    posterior = trial.estimator.GetOutputPort("posterior").Eval(estimator).memory
+    assert list_numbers(posterior) == list_numbers(memory)
+    assert trial.estimator.GetOutputPort("log_evidence").Eval(estimator)[0] == 0.0
+    assert trial.estimator.get_evidence(estimator)[0] == before
+
+
+def test_every_presentation_adds_what_it_taught_alone(weight):
+    """An object that weighs what is believed, felt with white noise: equal presentations add equal information."""
+    settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0))
+    tool = weight.tools[0]
+    known = MaterialMemory((weight.colour,), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * 8500.0])))
+    observer = Observer(TrialRunner(settings), known, duration=DURATION)
+    precisions = [known.belief.precision[0, 0]]
+    for number in range(4):
+        observer.hold(tool, (number,))
+        precisions.append(observer.memory.belief.precision[0, 0])
+    gains = np.diff(precisions)
+    assert gains[0] > 0.0
+    np.testing.assert_allclose(gains, gains[0], rtol=1e-5)  # the arm moves a little by what was learned before
+
+
+@pytest.mark.parametrize("faults", [Faults(), Faults(delay_samples=2, drop_probability=0.3, bias_sd=1.0)])
+def test_presentations_in_one_context_are_separate_trials_with_the_memory_handed_on(weight, faults):
+    """To the last bit: motions, torques, evidence, counts and memories, whatever was held before."""
+    runner = TrialRunner(dataclasses.replace(weight.settings, faults=faults))
+    tools = (FIRST, DECOY, SECOND, FIRST)
+    observer = Observer(runner, MaterialMemory(), duration=DURATION)
+    memory = MaterialMemory()
+    for number, tool in enumerate(tools):
+        record = observer.hold(tool, (7, number))
+        alone = runner.run_hold(tool, memory, duration=DURATION, seed=(7, number))
+        assert list_numbers(record) == list_numbers(alone)
+        assert list_numbers(observer.memory) == list_numbers(record.memory)
+        memory = alone.memory
+    assert np.abs(record.q - record.q[0]).max() > 0.0
+
+
+def test_record_stays_what_it_was_when_the_next_object_is_held(runner):
+    """Logs are cleared and filled anew: a record must not look into them."""
+    observer = Observer(runner, MaterialMemory(), duration=0.2)
+    first = observer.hold(FIRST, (1,))
+    before = list_numbers(first)
+    observer.hold(SECOND, (2,))
+    assert list_numbers(first) == before
+
+
+def test_two_observers_of_one_runner_do_not_disturb_each_other(runner):
+    one, other = (Observer(runner, MaterialMemory(), duration=0.2) for _ in range(2))
+    records = [one.hold(FIRST, (1,)), other.hold(SECOND, (2,)), one.hold(SECOND, (3,)), other.hold(FIRST, (4,))]
+    again = Observer(runner, MaterialMemory(), duration=0.2)
+    assert list_numbers(again.hold(FIRST, (1,))) == list_numbers(records[0])
+    assert list_numbers(again.hold(SECOND, (3,))) == list_numbers(records[2])
+
+
+def test_only_colours_that_are_to_be_remembered_are(runner, weight):
+    """A third material is learned of within the presentation, and not beyond it; what it taught of others is."""
+    known = MaterialMemory().add_colours([BEECH], weight.settings.prior)
+    every, some = (Observer(runner, known, duration=0.2, remembered=remembered) for remembered in ((), (BEECH,)))
+    for observer in (every, some):
+        observer.hold(FIRST, (1,))
+    assert every.memory.colours == (BEECH, STEEL)
+    assert some.memory.colours == (BEECH,)
+    belief = every.memory.belief
+    assert some.memory.belief.untruncated_mean[0] == pytest.approx(belief.untruncated_mean[0], rel=1e-9)
+    assert some.memory.belief.covariance[0, 0] == pytest.approx(belief.covariance[0, 0], rel=1e-9)
+
+
+def test_hold_without_shapes_is_that_with_shapes(runner, weight):
+    """To the last bit: in the home posture nothing touches anything."""
+    for tool in (weight.tools[0], weight.tools[-1], SECOND):
+        memory = MaterialMemory()
+        without = runner.run_hold(tool, memory, duration=DURATION, seed=(3,))
+        with_shapes = runner.run(tool, runner.get_diagram(DURATION, tool).hold, memory, duration=DURATION, seed=(3,))
+        assert np.abs(without.height_centre).max() > 0.01
+        assert list_numbers(without) == list_numbers(with_shapes)
