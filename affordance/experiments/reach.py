@@ -17,7 +17,7 @@ from matplotlib.figure import Figure
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.correct_grip import (
     check_one_grip_is_cheaper,
@@ -104,6 +104,7 @@ class ReachExperiment:
 
         Raises:
             BadValueError: The path cannot be followed, or no grip is cheaper than the other.
+            SeeingError: A picture of a tool does not show what is needed.
         """
         path = self.models / "paths" / "reach.yaml"
         try:
@@ -111,6 +112,8 @@ class ReachExperiment:
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
             )
             simulated = self.simulate(jobs)
+        except (SeeingError, UnavailableError):  # no matter of the path
+            raise
         except AffordanceError as error:
             raise BadValueError(path, "points", f"cannot be followed: {error}") from error
         for choice in choices.values():

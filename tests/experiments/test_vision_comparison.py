@@ -3,10 +3,9 @@ import json
 
 import pytest
 
-from affordance.experiments.shared.outputs import name_faults
-from affordance.experiments.vision_comparison import compare_feature_sources, save_vision_metrics
-from affordance.proprioception.faults import NO_FAULTS, Faults
-from affordance.reporting.report import Section
+from affordance.experiments.vision_comparison import NAME, compare_feature_sources, save_vision_metrics
+from affordance.proprioception.faults import Faults
+from affordance.reporting.report import write_report
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 
@@ -18,22 +17,27 @@ def keep(out, settings, median, *, seed=0, repeats=2):
     save_vision_metrics(out / "weight", numbers, settings, seed=seed, repeats=repeats)
 
 
-def test_nothing_is_compared_where_there_is_one_way_of_seeing(tmp_path):
+def test_nothing_is_compared_where_there_is_one_source(tmp_path):
     keep(tmp_path, DEFAULT_SETTINGS, [3000.0, 8500.0])
     compare_feature_sources(tmp_path)
-    assert not (tmp_path / "modes").exists()
+    assert not (tmp_path / NAME).exists()
 
 
-@pytest.mark.parametrize(("seen", "met"), [([3100.0, 8400.0], True), ([3000.0, 7000.0], False)])
-def test_both_ways_of_seeing_stand_side_by_side(tmp_path, seen, met):
+@pytest.mark.parametrize(
+    ("seen", "met", "shown"), [([3100.0, 8400.0], True, "3100, 8400"), ([3000.0, 7000.0], False, "3000, 7000")]
+)
+def test_both_sources_of_features_stand_side_by_side(tmp_path, seen, met, shown):
     keep(tmp_path, DEFAULT_SETTINGS, [3000.0, 8500.0])
     keep(tmp_path, PIXELS, seen)
     compare_feature_sources(tmp_path)
-    section = json.loads((tmp_path / "modes" / "section.json").read_text())
-    assert (tmp_path / "modes" / "modes.png").exists()
+    section = json.loads((tmp_path / NAME / "section.json").read_text())
+    assert (tmp_path / NAME / "comparison.png").exists()
     (claim,) = section["claims"]
     assert claim["met"] is met
-    assert "features 3000 8500" in section["summary"]
+    (table,) = section["tables"]
+    assert [row[1:] for row in table["rows"][:2]] == [["features", "3000, 8500"], ["pixels", shown]]
+    assert table["rows"][0][0] == "density believed, median (kg/m³)"
+    assert "What pictures cost" in write_report(tmp_path).read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(
@@ -67,7 +71,7 @@ def test_file_that_no_experiment_wrote_is_named_and_set_aside(tmp_path, caplog, 
         text = found.replace(good, bad)
     path.write_text(text)
     compare_feature_sources(tmp_path)
-    assert not (tmp_path / "modes").exists()
+    assert not (tmp_path / NAME).exists()
     assert f"{path.name} is not what an experiment found (" in caplog.text
     assert problem in caplog.text
     assert path.with_suffix(".broken").exists()
@@ -86,16 +90,16 @@ FAULTY = dataclasses.replace(PIXELS, faults=Faults(bias_sd=3.0))
         (PIXELS, [3000.0, 8000.0, 8400.0], {}, "density_median"),
     ],
 )
-def test_runs_that_differ_in_more_than_the_way_of_seeing_are_not_compared(
+def test_runs_that_differ_in_more_than_the_source_of_features_are_not_compared(
     tmp_path, caplog, settings, seen, numbers, apart
 ):
     keep(tmp_path, DEFAULT_SETTINGS, [3000.0, 8500.0])
     keep(tmp_path, PIXELS, [3000.0, 8500.0])
     compare_feature_sources(tmp_path)
-    assert (tmp_path / "modes" / "section.json").exists()
+    assert (tmp_path / NAME / "section.json").exists()
     keep(tmp_path, settings, seen, **numbers)
     compare_feature_sources(tmp_path)
-    assert not (tmp_path / "modes" / "section.json").exists()  # what it said no longer holds
+    assert not (tmp_path / NAME / "section.json").exists()  # what it said no longer holds
     assert caplog.text.rstrip().endswith(f"features and pixels are not compared, as they differ in {apart}")
     assert (tmp_path / "weight" / "numbers_pixels.json").exists()
 
@@ -114,15 +118,26 @@ def test_runs_with_the_same_faults_are_compared(tmp_path):
     keep(tmp_path, dataclasses.replace(FAULTY, feature_source=FeatureSource.FEATURES), [3000.0, 8500.0])
     keep(tmp_path, FAULTY, [3000.0, 8500.0])
     compare_feature_sources(tmp_path)
-    assert (tmp_path / "modes" / "section.json").exists()
+    assert (tmp_path / NAME / "section.json").exists()
 
 
-def test_section_names_the_faults_that_are_switched_on():
-    section = Section(1, "Title", "What was done.", [], [], [])
-    assert name_faults(section, NO_FAULTS) == section
-    named = name_faults(section, Faults(stuck_joint="elbow", stuck_torque=-3.0, delay_samples=1))
-    assert named.summary == ("What was done. Run with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1.")
-    assert named.title == "Title (with faults: stuck_joint elbow, stuck_torque -3.0, delay_samples 1)"
-    assert name_faults(section, NO_FAULTS, "But.") == section
-    named = name_faults(section, Faults(bias_sd=3.0), "The rest is without.")
-    assert named.summary == "What was done. Run with faults: bias_sd 3.0. The rest is without."
+def test_largest_difference_is_that_of_every_judged_number(tmp_path):
+    """Densities as parts of the last true value, proportions as they are; what is not judged is only shown."""
+    for settings, median, chosen, drop in (
+        (DEFAULT_SETTINGS, [3000.0, 8000.0], [0.5, 0.8], [0.2, 0.01]),
+        (PIXELS, [3000.0, 8400.0], [0.5, 0.73], [0.9, 0.9]),
+    ):
+        save_vision_metrics(
+            tmp_path / "weight", {"density_median": median, "drop_m": drop}, settings, seed=0, repeats=2
+        )
+        save_vision_metrics(tmp_path / "reach", {"p_correct": chosen}, settings, seed=0, repeats=2)
+    compare_feature_sources(tmp_path)
+    (claim,) = json.loads((tmp_path / NAME / "section.json").read_text())["claims"]
+    assert claim["met"]
+    assert claim["criteria"][0]["value"] == "5.0, 7.0 %"
+    assert "density believed, median (kg/m³); correct choices, reach" in claim["criteria"][0]["name"]
+
+
+def test_experiments_that_are_not_compared_keep_nothing(tmp_path):
+    save_vision_metrics(tmp_path / "vision", {"objects": 3}, DEFAULT_SETTINGS, seed=0, repeats=2)
+    assert list(tmp_path.iterdir()) == []

@@ -112,18 +112,20 @@ def test_picture_that_shows_nothing_names_the_object(monkeypatch):
     assert caught.value.depth.shape == (480, 640)
 
 
-def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path):
+@pytest.mark.parametrize(("name", "tool"), [("weight", "rod_10cm"), ("reach", "stick"), ("hammer", "stick")])
+def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path, name, tool):
+    """Also where it is taken before anything is run, to plan."""
     monkeypatch.setattr(CameraSensor, "detect_parts", blind)
     arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "feature_source": FeatureSource.PIXELS}
     with pytest.raises(
-        NothingSeenError, match=r"rod_10cm: nothing is nearer .* \(picture saved as .*\.npz\)"
+        NothingSeenError, match=rf"{tool}: nothing is nearer .* \(picture saved as .*\.npz\)"
     ) as caught:
-        suite.run_suite(["weight"], tmp_path, **arguments)
+        suite.run_suite([name], tmp_path, **arguments)
     with np.load(caught.value.frame) as kept:
         np.testing.assert_array_equal(kept["colour"], caught.value.colour)
         np.testing.assert_array_equal(kept["depth"], caught.value.depth)
     assert (tmp_path / "frames" / "NothingSeenError.png").stat().st_size > 10_000
-    assert not (tmp_path / "weight" / "metrics.json").exists()
+    assert not (tmp_path / name / "metrics.json").exists()
 
 
 @pytest.mark.parametrize("shape", [(1, 1), (5, 4)])

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
 from affordance.experiments.shared.grip_choices import plan_choices
 from affordance.objects.tool import Tool, list_densities
@@ -52,6 +52,7 @@ def plan_hammer(
 
     Raises:
         BadValueError: A blow cannot be planned or carried out, or no grip is cheaper than the other.
+        SeeingError: A picture of a tool does not show what is needed.
     """
     path, exact = models / "nail.yaml", remove_errors(settings)
     try:
@@ -59,6 +60,8 @@ def plan_hammer(
         true_choices = choices
         if replace(settings, faults=exact.faults) != exact:
             true_choices = plan_choices(tools, task, exact, seed, jobs=jobs, description="hammer: plans, true")
+    except (SeeingError, UnavailableError):  # no matter of the blow
+        raise
     except AffordanceError as error:
         raise BadValueError(path, "blow", f"cannot be carried out: {error}") from error
     for choice in (*choices.values(), *true_choices.values()):

@@ -1,6 +1,7 @@
 """Simulation IV: few observers."""
 
 import dataclasses
+import functools
 import json
 import shutil
 
@@ -11,12 +12,14 @@ from helpers.shared import compute_once, make_folder_once
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.ranking import NO_OPTION
-from affordance.exceptions import BadValueError
+from affordance.control.optimal_swing import compare_swings
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments import reach
 from affordance.experiments.hammer import experiment as hammer
+from affordance.experiments.hammer import study
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.plan import plan_hammer
-from affordance.experiments.hammer.study import list_densities_of_map, study_blows
+from affordance.experiments.hammer.study import list_densities_of_map
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.correct_grip import remove_errors
 from affordance.experiments.shared.gain_experience import collect_experience
@@ -44,7 +47,14 @@ def experiment():
 
 @pytest.fixture(scope="module")
 def plan(experiment, tmp_path_factory):
-    return compute_once(tmp_path_factory, "hammer_plan", lambda: experiment.plan(jobs=1))
+    """With shorter splines for other swings, whose search takes longest (tests/control/test_optimal_swing.py)."""
+
+    def make():
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(study, "compare_swings", functools.partial(compare_swings, num_pieces=2))
+            return experiment.plan(jobs=1)
+
+    return compute_once(tmp_path_factory, "hammer_plan", make)
 
 
 @pytest.fixture(scope="module")
@@ -101,22 +111,33 @@ def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crosso
 
 def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(experiment, plan, monkeypatch):
     """As it is where so little is demanded that the steel end is the cheaper one."""
-    monkeypatch.setattr("affordance.experiments.hammer.study._MAP_FORCES", 20)
-    monkeypatch.setattr("affordance.experiments.hammer.study._MAP_DENSITIES", 2)
-    monkeypatch.setattr("affordance.experiments.hammer.study._compare_swings", lambda *arguments: {})
+    monkeypatch.setattr(study, "_MAP_FORCES", 20)
+    monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
+    monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
     (crossover,) = plan.study.crossovers
     weaker = dataclasses.replace(experiment.task, force=0.95 * crossover)
     first, settings = experiment.novel[0], remove_errors(experiment.settings)
     costs, simulated = (each[first.name] for each in (plan.blows.costs, plan.blows.simulated))
-    study = study_blows(first, weaker, settings, costs, simulated, jobs=1)
-    assert study.crossovers == pytest.approx([crossover], abs=0.05)
-    (below, dealt_below), (above, dealt_above) = study.checked.items()
+    found = study.study_blows(first, weaker, settings, costs, simulated, jobs=1)
+    assert found.crossovers == pytest.approx([crossover], abs=0.05)
+    (below, dealt_below), (above, dealt_above) = found.checked.items()
     assert below < crossover < above
     assert weaker.force < above
     assert [min(dealt, key=lambda grip: dealt[grip].work) for dealt in (dealt_below, dealt_above)] == [
         "steel",
         "wood",
     ]
+
+
+def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan, monkeypatch, caplog):
+    def find_none(*arguments):
+        raise AffordanceError("no motion keeps the limits")
+
+    monkeypatch.setattr(study, "compare_swings", find_none)
+    tool, blows = experiment.novel[0], plan.blows.simulated["stick"]
+    found = study._compare_swings(tool.list_gripped(), plan.blows.costs["stick"], blows, experiment.settings, 1)
+    assert found == {}
+    assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
 
 
 def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):

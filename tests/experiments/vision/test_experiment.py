@@ -1,4 +1,4 @@
-"""Experiment ``vision``: a few objects."""
+"""The study of features from pictures: a few objects."""
 
 import dataclasses
 import json
@@ -6,9 +6,14 @@ import shutil
 
 import numpy as np
 import pytest
+from helpers.results_contract import read_section, render
+from helpers.shared import make_folder_once
 from scipy.optimize import minimize
 
+from affordance.choice.ranking import Ranking
 from affordance.exceptions import BadValueError
+from affordance.experiments.runner import run_experiment
+from affordance.experiments.vision import comparison
 from affordance.experiments.vision import experiment as vision
 from affordance.experiments.vision.random_objects import MAX_PARTS, draw_object
 from affordance.files.model_folder import MODELS
@@ -29,11 +34,18 @@ CONTRACT = (
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def experiment():
+    return vision.load()
+
+
+@pytest.fixture(scope="module")
+def folder(experiment, tmp_path_factory):
     """The whole experiment with four objects, ten for coverage."""
-    folder = tmp_path_factory.mktemp("vision")
-    vision.run(vision.load_config(), folder, repeats=4, jobs=1)
-    return folder
+
+    def fill(folder):
+        run_experiment(experiment, experiment.plan(jobs=1), folder / "vision", repeats=4, jobs=1)
+
+    return make_folder_once(tmp_path_factory, "results_vision", fill) / "vision"
 
 
 @pytest.fixture(scope="module")
@@ -66,55 +78,106 @@ def test_question_of_figure_1_is_answered_with_probabilities(numbers):
         answer = numbers[who]
         assert len(answer) == 4
         assert sum(entry["p_best"] for entry in answer) <= 1.0 + 1e-9
-        cost_model = [entry["energy"] for entry in answer if entry["energy"] is not None]
-        assert cost_model == sorted(cost_model)
+        works = [entry["energy"] for entry in answer if entry["energy"] is not None]
+        assert works == sorted(works)
     # Who never felt any of it is less sure.
     assert max(e["p_best"] for e in numbers["mashing_novice"]) < max(e["p_best"] for e in numbers["mashing_expert"])
 
 
-def test_section_says_met_or_not_of_every_target(folder):
-    section = json.loads((folder / "section.json").read_text())
-    assert len(section["claims"]) == 5
-    assert all(any(character.isdigit() for character in claim["found"]) for claim in section["claims"])
+def test_section_says_met_or_not_of_every_claim(folder):
+    section = read_section(folder)
+    assert len(section.claims) == 5
+    for claim in section.claims.values():
+        assert all(any(character.isdigit() for character in each["value"]) for each in claim.criteria)
+    (ranking,) = section.tables
+    assert len(ranking["rows"]) == 8
+    assert {row[0] for row in ranking["rows"]} == {"who never felt the materials", "who knows the materials"}
+    assert "Not detected: 0;" in section.summary
+    assert not any(figure["file"] == "failures.png" for figure in section.figures)
 
 
-def test_targets_are_not_met_by_numbers_that_miss_them(folder, numbers):
-    config = vision.load_config()
-    arrays = {"failure": np.array(["NoFitError"]), "reason": np.array(["no ellipsoid"])}
-    missed = {
-        "semi_axis_error_visible_median": 0.04,
-        "semi_axis_error_depth_median": 0.09,
-        "mass_error_median": 0.07,
-        "mass_interval90_coverage": 0.99,
-        "ms_per_object": 1e4,
-        "failures_by_kind": {"NoFitError": 1},
-        "objects": 1,
-    }
-    ranking = vision.rank_uncommon(config, config.expert)
-    section = vision.describe(arrays, {**numbers, **missed}, ranking, ranking)
-    assert not any(claim.met for claim in section.claims)
-    assert "1 NoFitError, such as: no ellipsoid" in section.summary
+def test_failures_are_counted_by_kind_with_an_example(experiment, numbers):
+    failed = {"failures": 3, "failures_by_kind": {"NoFitError": 2, "WrongParts": 1}}
+    examples = {"NoFitError": "no ellipsoid", "WrongParts": "2 parts detected of an object of 3"}
+    section = render(experiment, None, numbers, **failed, failure_examples=examples)
+    assert "Not detected: 3 (2 NoFitError, such as: no ellipsoid; 1 WrongParts, such as: 2 parts" in section.summary
+    assert any(figure.file == "failures.png" for figure in section.figures)
 
 
-def test_same_object_and_noise_for_the_same_seed():
-    config = vision.load_config()
-    first, again = (vision.run_repeat(config, MODELS, 3) for _ in range(2))
-    other = vision.run_repeat(dataclasses.replace(config, seed=1), MODELS, 3)
+def test_same_object_and_noise_for_the_same_seed(experiment):
+    first, again = (experiment.run_observer(None, None, 3) for _ in range(2))
+    other = dataclasses.replace(experiment, seed=1).run_observer(None, None, 3)
     for name in set(first) - {"seconds"}:
         np.testing.assert_array_equal(first[name], again[name])
     assert first["mass_error"] != other["mass_error"]
 
 
-def test_object_that_is_not_made_out_is_counted_and_its_picture_kept(tmp_path, monkeypatch):
+@pytest.fixture(scope="module")
+def folder_of_crumbs(experiment, tmp_path_factory):
+    """The whole experiment where every other object is too small to be detected."""
+    draw = vision.draw_numbered_object
+
+    def draw_some_crumbs(seed, number):
+        return draw_crumb() if number % 2 else draw(seed, number)
+
+    def fill(folder):
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(vision, "draw_numbered_object", draw_some_crumbs)
+            run_experiment(experiment, None, folder / "vision", repeats=2, jobs=1)
+
+    return make_folder_once(tmp_path_factory, "results_vision_of_crumbs", fill) / "vision"
+
+
+def test_object_that_is_not_detected_is_counted_and_its_picture_kept(folder_of_crumbs):
+    numbers = json.loads((folder_of_crumbs / "metrics.json").read_text())
+    assert (numbers["objects"], numbers["failures"], numbers["failures_coverage"]) == (2, 1, 2)
+    assert numbers["failures_by_kind"] == {"TooSmallError": 1}
+    assert "must cover at least" in numbers["failure_examples"]["TooSmallError"]
+    frames = sorted(path.name for path in (folder_of_crumbs / "frames").iterdir())
+    assert frames == [f"object_{number:05d}.{kind}" for number in (1, 3) for kind in ("npz", "png")]
+    section = read_section(folder_of_crumbs)
+    assert "Not detected: 1 (1 TooSmallError, such as: " in section.summary
+    assert [figure["file"] for figure in section.figures][-1] == "failures.png"
+    assert (folder_of_crumbs / "failures.png").stat().st_size > 10_000
+
+
+def test_arrays_of_what_is_not_detected_have_the_shapes_of_what_is(experiment, monkeypatch):
+    detected = experiment.run_observer(None, None, 0)
     monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: draw_crumb())
-    kept = vision.run_repeat(vision.load_config(), tmp_path, 7)
-    assert str(kept["failure"]) == "TooSmallError"
-    assert "must cover at least" in str(kept["reason"])
-    assert np.isnan(kept["mass_error"])
-    assert (tmp_path / "frames" / "object_00007.npz").exists()
-    assert (tmp_path / "frames" / "object_00007.png").exists()
-    shapes = {name: values.shape for name, values in vision.run_repeat(vision.load_config(), tmp_path, 8).items()}
-    assert {name: values.shape for name, values in kept.items()} == shapes
+    missed = experiment.run_observer(None, None, 0)
+    assert (str(detected["failure"]), str(missed["failure"])) == ("", "TooSmallError")
+    assert np.isnan(missed["mass_error"])
+    assert {name: np.shape(values) for name, values in missed.items()} == {
+        name: np.shape(values) for name, values in detected.items()
+    }
+
+
+def test_wrong_number_of_parts_is_a_failure(experiment, monkeypatch):
+    draw = vision.draw_numbered_object
+    tool = draw(0, 0)
+    twice = dataclasses.replace(tool, components=tool.components * 2)
+    picture = vision.take_numbered_picture(0, 0)
+    monkeypatch.setattr(vision, "take_numbered_picture", lambda seed, number: picture)
+    monkeypatch.setattr(vision, "draw_numbered_object", lambda seed, number: twice)
+    found = experiment.run_observer(None, None, 0)
+    count = len(tool.components)
+    assert str(found["failure"]) == "WrongParts"
+    assert str(found["reason"]) == f"{count} parts detected of an object of {2 * count}"
+
+
+def test_numbers_where_nothing_was_detected_are_none(experiment, numbers, monkeypatch):
+    monkeypatch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: vision.Rankings(NOTHING, NOTHING))
+    arrays = {name: np.array([value] * 5) for name, value in comparison.NOTHING._asdict().items()}
+    arrays |= {"failure": np.array(["NoFitError"] * 5), "reason": np.array(["x"] * 5), "seconds": np.full(5, 0.1)}
+    found = experiment.compute_metrics(None, None, arrays)
+    for key in ("mass_error_median", "mass_bias_median", "mass_interval90_coverage", "colour_error_median"):
+        assert found[key] is None
+    ranked = {key: numbers[key] for key in ("mashing_novice", "mashing_expert")}
+    section = render(experiment, None, {**found, **ranked})
+    assert [claim.key for claim in section.claims if claim.met] == ["time"]
+
+
+NOTHING = Ranking((), num_usable=0, p_none=1.0, flips=False)
 
 
 def draw_crumb():
@@ -167,7 +230,7 @@ def test_perfect_sight_compares_without_error():
         fits.append(Fit(ellipsoid, 1e-6 * np.eye(9), 1.0, 1000))
     labels = np.full((480, 640), -1, dtype=np.int32)
     colours = tuple(part.looks_like.colour for part in tool.components)
-    found = vision.compare(
+    found = comparison.compare(
         tool, Detection(Segmentation(labels, len(fits)), tuple(reversed(fits)), tuple(reversed(colours)))
     )
     count = len(fits)
@@ -182,7 +245,7 @@ def test_wrong_number_of_uncommon_objects_is_refused(tmp_path):
     path = tmp_path / "models" / "tools" / "uncommon.yaml"
     path.write_text(path.read_text().split("  - name: knobbed bar")[0])
     with pytest.raises(BadValueError, match=r"uncommon.yaml: tools: has 1 entries, must have 2"):
-        vision.load_config(tmp_path / "models")
+        vision.load(tmp_path / "models")
 
 
 def test_mashing_that_cannot_be_planned_is_refused_by_file_and_key(tmp_path):
@@ -190,4 +253,4 @@ def test_mashing_that_cannot_be_planned_is_refused_by_file_and_key(tmp_path):
     path = tmp_path / "models" / "paths" / "mash.yaml"
     path.write_text(path.read_text().replace("[0, 0, -0.12]", "[1.2, 0, -0.12]"))
     with pytest.raises(BadValueError, match=r"mash.yaml: points: cannot be followed: "):
-        vision.load_config(tmp_path / "models")
+        vision.load(tmp_path / "models").plan(jobs=1)
