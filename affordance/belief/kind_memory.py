@@ -26,7 +26,7 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
-from affordance.belief.memory import FindLikelihood, Lesson, Recollection
+from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
 

@@ -26,7 +26,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.memory import FindLikelihood
+from affordance.belief.object_belief import FindLikelihood
 
 
 class GateSettings(NamedTuple):

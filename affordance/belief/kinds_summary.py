@@ -6,6 +6,7 @@ import numpy as np
 
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds import KnownObject
+from affordance.belief.object_belief import Memory
 from affordance.objects.appearance import Appearance
 from affordance.objects.colour import Colour
 
@@ -46,6 +47,11 @@ class KindSummary(NamedTuple):
     sd: float
     is_most_populous: bool
     objects: tuple[ObjectSummary, ...]
+
+
+def count_kinds(memory: Memory) -> int:
+    """How many kinds objects are of; zero for a learner without kinds."""
+    return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
 
 
 def summarise_kinds(memory: KindMemory) -> tuple[KindSummary, ...]:

@@ -5,7 +5,7 @@ import enum
 from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 
 # Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick
 # (`affordance fit-kappa`; docs/decisions/0026-kinds.md).

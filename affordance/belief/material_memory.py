@@ -11,7 +11,7 @@ import numpy as np
 
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.memory import FindLikelihood, Lesson, Recollection
+from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, is_same_colour
 

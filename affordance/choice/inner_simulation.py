@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option

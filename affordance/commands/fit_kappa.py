@@ -12,7 +12,8 @@ from scipy.stats import chi2
 from affordance.belief.learners import Learner
 from affordance.commands.run import check_bounds
 from affordance.exceptions import BadValueError
-from affordance.experiments.people.fit import Fraction, KappaFit, estimate_people_fraction, simulate_and_fit
+from affordance.experiments.people.fit import KappaFit, simulate_and_fit
+from affordance.experiments.people.fraction import Fraction, estimate_people_fraction
 from affordance.experiments.people.linear_plus import GROUPS
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS

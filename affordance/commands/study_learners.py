@@ -6,7 +6,9 @@ from pathlib import Path
 import joblib
 
 from affordance.commands.run import check_bounds
+from affordance.experiments.com import load as load_com
 from affordance.experiments.learners import results
+from affordance.experiments.weight import load as load_weight
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import prepare_folder
 
@@ -31,9 +33,8 @@ def run(arguments: argparse.Namespace) -> int:
     """
     check_bounds(arguments)
     folder = prepare_folder(arguments.out) / "learners"
-    numbers = results.run(
-        arguments.models, folder, seed=arguments.seed, repeats=arguments.repeats, jobs=arguments.jobs
-    )
+    weight, com = load_weight(arguments.models, arguments.seed), load_com(arguments.models, arguments.seed)
+    numbers = results.run(weight, com, arguments.models, folder, repeats=arguments.repeats, jobs=arguments.jobs)
     print(f"{arguments.repeats} observers of each learner, {numbers['wall_s']:.0f} s")
     for name, (one, six) in numbers["brass_after_decoy"].items():
         before, needless = numbers["brass_before_decoy"][name], numbers["needless_kinds"][name]

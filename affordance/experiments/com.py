@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig

@@ -15,7 +15,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.checks import check_tools_can_be_held, check_tools_have_one_grip

@@ -13,7 +13,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorC
 from pydrake.systems.framework import Context, EventStatus
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.motion_cost import measure_cost

@@ -12,7 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.control.clamp import compute_clamp_force
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import build_inertia_map

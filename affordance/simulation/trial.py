@@ -10,7 +10,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
 from affordance.objects.colour import Colour

@@ -8,8 +8,7 @@ from pydrake.systems.framework import Context, State
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
-from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.object_belief import Memory, ObjectBelief
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.vision.features import ComponentFeatures

@@ -10,8 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.memory import Memory
-from affordance.belief.object_belief import ObjectBelief
+from affordance.belief.object_belief import Memory, ObjectBelief
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures

@@ -9,6 +9,7 @@ from affordance.belief.learners import Learner
 from affordance.commands import fit_kappa, study_people
 from affordance.exceptions import BadValueError
 from affordance.experiments.people import fit, linear_plus, prediction, results
+from affordance.experiments.people.fraction import Fraction, estimate_people_fraction
 from affordance.experiments.people.lift_experiment import LiftedObjects, Observers, simulate_observers
 from affordance.experiments.people.linear_plus import (
     GROUPS,
@@ -19,7 +20,7 @@ from affordance.experiments.people.linear_plus import (
 )
 from affordance.experiments.people.published import load_published
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation import excursion_table
+from affordance.simulation import clamp_trial
 
 HEADER = "quantity,value,low,high,unit,source\n"
 TEST = 4
@@ -94,7 +95,7 @@ def test_family_of_every_cycle_is_that_of_its_own_training_objects():
 
 
 def test_people_fractions_are_the_published_ones():
-    fractions = [fit.estimate_people_fraction(group.load_people()) for group in GROUPS]
+    fractions = [estimate_people_fraction(group.load_people()) for group in GROUPS]
     np.testing.assert_allclose([found.mean for found in fractions], [0.02, 0.69], atol=0.005)
     assert fractions[0].low < 0.0 < fractions[0].high
     assert fractions[1].low > 0.3
@@ -109,14 +110,14 @@ def test_error_of_a_fraction_is_that_of_many_drawn_pairs_of_forces():
         for value in (end, family)
     )
     drawn = (ends - families) / (weight.value - families)
-    assert fit.estimate_people_fraction(people).se == pytest.approx(drawn.std(), rel=0.05)
+    assert estimate_people_fraction(people).se == pytest.approx(drawn.std(), rel=0.05)
 
 
 def test_fit_finds_the_kappa_that_people_were_made_with():
     """Against the closed form for a learned fraction that falls in a straight line."""
     kappas = np.linspace(0.1, 0.5, 9)
     fractions = np.column_stack([np.zeros(9), 1.5 - 3.0 * kappas])
-    people = [fit.Fraction(0.0, 0.1, -0.2, 0.2), fit.Fraction(0.6, 0.12, 0.4, 0.8)]
+    people = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]
     found = fit.fit_kappa(kappas, fractions, np.zeros((9, 2)), people)
     assert found.kappa == pytest.approx(0.3, abs=0.001)
     np.testing.assert_allclose([found.low, found.high], 0.3 + np.array([-1.0, 1.0]) * 1.96 * 0.12 / 3.0, atol=0.002)
@@ -129,7 +130,7 @@ def test_fit_finds_the_kappa_that_people_were_made_with():
 def test_error_of_simulated_means_widens_the_interval():
     kappas = np.linspace(0.1, 0.5, 9)
     fractions = np.column_stack([np.zeros(9), 1.5 - 3.0 * kappas])
-    people = [fit.Fraction(0.0, 0.1, -0.2, 0.2), fit.Fraction(0.6, 0.12, 0.4, 0.8)]
+    people = [Fraction(0.0, 0.1, -0.2, 0.2), Fraction(0.6, 0.12, 0.4, 0.8)]
     exact, rough = (fit.fit_kappa(kappas, fractions, np.full((9, 2), se), people) for se in (0.0, 0.12))
     assert rough.high - rough.low == pytest.approx(math.sqrt(2.0) * (exact.high - exact.low), rel=0.02)
 
@@ -185,7 +186,7 @@ def shorter(monkeypatch):
 
 def test_metrics_have_exactly_the_keys_that_are_asked_for(tmp_path, capsys, monkeypatch, shorter):
     monkeypatch.setattr(study_people, "GROUPS", GROUPS[1:])
-    monkeypatch.setattr(excursion_table, "_FACTORS", np.array([0.4, 1.0, 1.6]))
+    monkeypatch.setattr(clamp_trial, "_FACTORS", np.array([0.4, 1.0, 1.6]))
     assert run_command(study_people, "--repeats", 2, "--jobs", 1, "--out", tmp_path) == 0
     keys = {name + suffix for name in ("first_N", "end_N", "family_N", "f") for suffix in ("", "_ci95")}
     for group in GROUPS[1:]:

@@ -7,8 +7,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.people.linear_plus import GROUPS, build_experiment
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
-from affordance.simulation.clamp_trial import run_clamp_and_release
-from affordance.simulation.excursion_table import tabulate_excursions
+from affordance.simulation.clamp_trial import run_clamp_and_release, tabulate_excursions
 
 DURATION = 0.6
 

@@ -8,26 +8,51 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.belief.kind_memory import KindMemory
-from affordance.belief.kinds_summary import summarise_kinds
+from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learners import Learner, start_memory
-from affordance.belief.memory import Memory
-from affordance.experiments.weight import Weight
+from affordance.belief.object_belief import Memory
+from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.people_figures import draw_decoy_again
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import Settings
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 
 NUM_DECOYS = 6
+
+
+class HeldObjects(Protocol):
+    """Simulation I, as far as it is needed here; a frozen dataclass."""
+
+    @property
+    def tools(self) -> tuple[Tool, ...]:
+        """The honest objects in order of presentation, then the decoy."""
+
+    @property
+    def seed(self) -> int:
+        """Root of every random draw."""
+
+    @property
+    def settings(self) -> Settings:
+        """What all simulations share."""
+
+    @property
+    def duration(self) -> float:
+        """How long each object is held, [s]."""
+
+    @property
+    def colour(self) -> Colour:
+        """That of all the objects."""
 
 
 @dataclass(frozen=True)
@@ -39,7 +64,7 @@ class DecoyConfig:
         learner: What observers learn by.
     """
 
-    weight: Weight
+    weight: HeldObjects
     learner: Learner
 
     @property
@@ -78,13 +103,8 @@ def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def count_kinds(memory: Memory) -> int:
-    """How many kinds objects are of; zero for a learner without kinds."""
-    return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
-
-
 def run(
-    weight: Weight, folder: Path, *, repeats: int, jobs: int
+    weight: HeldObjects, folder: Path, *, repeats: int, jobs: int
 ) -> tuple[dict[Learner, dict[str, NDArray[Any]]], dict[str, Any]]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
@@ -100,7 +120,7 @@ def run(
     return arrays, compute_metrics(weight, arrays)
 
 
-def draw_memory(weight: Weight, repeat: int) -> Figure:
+def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
     """Draws what an observer who takes the most probable hypothesis remembers in the end."""
     memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
     memory = memories[-1]
@@ -109,7 +129,7 @@ def draw_memory(weight: Weight, repeat: int) -> Figure:
     return draw_kinds(summarise_kinds(memory), title=title)
 
 
-def compute_metrics(weight: Weight, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
     """Computes what became of brass, of the decoy, and of kinds that nobody needs.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
@@ -137,7 +157,7 @@ def compute_metrics(weight: Weight, arrays: Mapping[Learner, Mapping[str, NDArra
     }
 
 
-def draw(weight: Weight, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
+def draw(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
     """Draws excursions and beliefs hold by hold; labels name the learners."""
     names = dict(zip(arrays, labels, strict=True))
     held = [tool.name for tool in DecoyConfig(weight, Learner.DENSITY).tools]

@@ -8,37 +8,47 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
-from affordance.experiments.com import CentreOfMass
-from affordance.experiments.learners.decoy_again import count_kinds
 from affordance.experiments.shared.decisions import count_correct
-from affordance.experiments.shared.experience import draw_order
+from affordance.experiments.shared.experience import ExperienceConfig, draw_order
 from affordance.experiments.shared.novel_tools import load_subjects
 from affordance.objects.tool import list_densities
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
-from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial import Observer, TrialRecord, get_runner
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
 TASKS = ("reach", "hammer")
 # Densities drawn for each choice whose probability is computed.
 _NUM_CHOICES = 500
+
+
+class TestedObjects(Protocol):
+    """Simulation II, as far as it is needed here; a frozen dataclass."""
+
+    @property
+    def experience(self) -> ExperienceConfig:
+        """The two honest objects, and how they are learned."""
+
+    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
+        """Holds each object once with what is believed; nothing is learned from it."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +61,7 @@ class HonestConfig:
         learner: What observers learn by.
     """
 
-    com: CentreOfMass
+    com: TestedObjects
     models: Path
     learner: Learner
 
@@ -94,7 +104,7 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def run(com: CentreOfMass, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
+def run(com: TestedObjects, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
     Returns: Numbers by learner, see ``compute_metrics``.

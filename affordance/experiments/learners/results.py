@@ -8,15 +8,16 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.learners import KAPPA, Learner
-from affordance.experiments.com import load as load_com
-from affordance.experiments.definition import OBSERVER_SHOWN
 from affordance.experiments.learners import decoy_again, honest_objects
-from affordance.experiments.weight import load as load_weight
+from affordance.experiments.learners.decoy_again import HeldObjects
+from affordance.experiments.learners.honest_objects import TestedObjects
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
 from affordance.runs.repeats import list_versions
 
 FIGURE, MEMORY = "decoy_again", "memory"
+# The observer whose memory is drawn.
+_SHOWN = 0
 LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
@@ -27,31 +28,29 @@ LABELS = {
 _STAYS = 0.05
 
 
-def run(models: Path, folder: Path, *, seed: int, repeats: int, jobs: int) -> dict[str, Any]:
-    """Runs everything, and writes metrics.json and the figure.
+def run(
+    weight: HeldObjects, com: TestedObjects, models: Path, folder: Path, *, repeats: int, jobs: int
+) -> dict[str, Any]:
+    """Runs everything, and writes metrics.json and the figures.
 
     Args:
-        models: Folder of arm, materials, tools and tasks.
+        weight: Simulation I.
+        com: Simulation II.
+        models: Folder with the tasks of Simulations III and IV.
         folder: Receives the files; observers that it holds already are not run again.
-        seed: Root of every random draw.
         repeats: Observers of each learner, at least 2.
         jobs: Number of processes.
 
     Returns: The numbers of metrics.json.
-
-    Raises:
-        BadValueError: A file of the models is wrong.
-        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
     start = time.perf_counter()
-    weight = load_weight(models, seed)
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
     save_figure(decoy_again.draw(weight, arrays, list(LABELS.values())), folder, FIGURE)
-    save_figure(decoy_again.draw_memory(weight, OBSERVER_SHOWN), folder, MEMORY)
-    numbers["honest"] = honest_objects.run(load_com(models, seed), models, folder, repeats=repeats, jobs=jobs)
+    save_figure(decoy_again.draw_memory(weight, _SHOWN), folder, MEMORY)
+    numbers["honest"] = honest_objects.run(com, models, folder, repeats=repeats, jobs=jobs)
     numbers.update(
         kappa={learner.value: KAPPA[learner.pick] for learner in Learner if learner.pick is not None},
-        seed=seed,
+        seed=weight.seed,
         repeats=repeats,
         versions=list_versions(),
         wall_s=time.perf_counter() - start,
@@ -97,7 +96,7 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
         "captions": {
             f"{FIGURE}.png": "Simulation I, with the decoy held again. Left: how far each object moves when it is "
             "given. Right: what is believed of brass.",
-            f"{MEMORY}.png": f"What observer {OBSERVER_SHOWN} remembers then, taking the most probable hypothesis.",
+            f"{MEMORY}.png": f"What observer {_SHOWN} remembers then, taking the most probable hypothesis.",
         },
         "claims": claims,
         "remarks": [

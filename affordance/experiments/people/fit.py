@@ -14,34 +14,17 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import chi2
-from scipy.stats import t as student_t
 
 from affordance.arrays import Array
 from affordance.belief.learners import Learner
+from affordance.experiments.people.fraction import Fraction
 from affordance.experiments.people.lift_experiment import simulate_observers
 from affordance.experiments.people.linear_plus import GROUPS, Group, build_experiment
-from affordance.experiments.people.published import Published, PublishedTable
 from affordance.settings import Settings
 
 _CONFIDENCE = 0.95
 # Steps of kappa in which the interpolated likelihood is searched.
 _STEP = 0.001
-
-
-class Fraction(NamedTuple):
-    """Learned fraction of a group.
-
-    Attributes:
-        mean: f.
-        se: Standard error of it.
-        low: Lower end of its 95 % interval.
-        high: Upper end.
-    """
-
-    mean: float
-    se: float
-    low: float
-    high: float
 
 
 class KappaFit(NamedTuple):
@@ -71,22 +54,6 @@ class KappaFit(NamedTuple):
     def is_bounded(self) -> bool:
         """Whether the interval ends within what was simulated, on either side."""
         return bool(self.low > self.grid[0] and self.high < self.grid[-1])
-
-
-def estimate_people_fraction(people: PublishedTable) -> Fraction:
-    """Learned fraction of people, with its error to first order; those of the two forces are taken as independent.
-
-    Published are means and 95 % intervals by Student's t; whether the two forces covary over people is not.
-
-    Raises:
-        BadValueError: The table lacks a row that is needed.
-    """
-    end, family, weight = (people.get(name) for name in ("end_N", "family_N", "weight_N"))
-    quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, people.get("num_people").value - 1.0))
-    scale = weight.value - family.value
-    fraction = (end.value - family.value) / scale
-    se = math.hypot(_estimate_se(end, quantile), (1.0 - fraction) * _estimate_se(family, quantile)) / scale
-    return Fraction(fraction, se, fraction - quantile * se, fraction + quantile * se)
 
 
 def simulate_fraction(
@@ -141,8 +108,3 @@ def simulate_and_fit(
         ]
     )
     return fit_kappa(kappas, found[..., 0], found[..., 1], people)
-
-
-def _estimate_se(published: Published, quantile: float) -> float:
-    """Standard error behind a published interval."""
-    return 0.5 * (published.high - published.low) / quantile

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.belief.learners import KAPPA, Learner
-from affordance.experiments.people.fit import estimate_people_fraction
+from affordance.experiments.people.fraction import estimate_people_fraction
 from affordance.experiments.people.lift_experiment import LiftExperiment, Observers, simulate_observers
 from affordance.experiments.people.linear_plus import (
     NUM_LAST_CYCLES,
@@ -27,7 +27,7 @@ from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_o
 from affordance.reporting.statistics import estimate_mean, estimate_proportion
 from affordance.runs.repeats import list_versions
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.excursion_table import tabulate_excursions
+from affordance.simulation.clamp_trial import tabulate_excursions
 from affordance.simulation.trial import get_runner
 
 # What people's numbers are of.

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory import Memory
+from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
