@@ -26,7 +26,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
-from affordance.experiments.weight import WeightConfig, load_config
+from affordance.experiments.weight import Weight, load
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
@@ -53,7 +53,7 @@ HEADER = [
 def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: float) -> Callable[[], None]:
     """Builds the Diagram with the hold in C++; returns a function that runs one trial in a fresh Context."""
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool)
+    arm = add_arm(builder, settings.arm)
     believed = load_arm(settings.arm)
     believed_context = believed.plant.CreateDefaultContext()
     believed.set_payload(believed_context, tool.parameters * density / tool.components[0].material.density)
@@ -80,7 +80,7 @@ def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, dur
     rounding error; so the state of the record is set anew from time to time.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool)
+    arm = add_arm(builder, settings.arm)
     # The torque logged at a time is that of the tick which ends there. Breaks lie half a tick before the ticks, so
     # that no rounding makes a tick read the row before its own.
     tau = np.vstack([record.tau[1:], record.tau[-1:]])
@@ -150,27 +150,27 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
             setattr(owner, name, original)
 
 
-def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, float]:
+def measure_case(experiment: Weight, tool: Tool, density: float) -> dict[str, float]:
     """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
-    memory = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
-    every_tick = dataclasses.replace(config.settings, log_period=config.settings.control_period)
-    record = TrialRunner(every_tick).run_hold(tool, memory, duration=config.duration, seed=(0,))
-    runner = TrialRunner(config.settings)
-    runner.get_diagram(tool)
+    memory = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
+    record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+    runner = TrialRunner(experiment.settings)
+    runner.get_diagram(experiment.duration)
     loops: dict[str, Callable[[], object]] = {
-        "cpp": build_cpp_hold(tool, density, config.settings, config.duration),
-        "loop": lambda: runner.run_hold(tool, memory, duration=config.duration, seed=(0,)),
-        "integrator": build_torque_replay(tool, record, config.settings, config.duration),
+        "cpp": build_cpp_hold(tool, density, experiment.settings, experiment.duration),
+        "loop": lambda: runner.run_hold(tool, memory, duration=experiment.duration, seed=(0,)),
+        "integrator": build_torque_replay(tool, record, experiment.settings, experiment.duration),
     }
     medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
 
-    with time_methods((MpcController, "_update"), (DensityEstimator, "_update_percept")) as spent:
+    with time_methods((MpcController, "_update"), (DensityEstimator, "_update_statistics")) as spent:
         # Callbacks are bound when a system is built.
-        timed = TrialRunner(config.settings)
-        timed.run_hold(tool, memory, duration=config.duration, seed=(0,))
+        timed = TrialRunner(experiment.settings)
+        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
         spent.clear()
         start = time.perf_counter()
-        timed.run_hold(tool, memory, duration=config.duration, seed=(0,))
+        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
         total = time.perf_counter() - start
     shares = {"mpc": spent["MpcController"] / total, "estimator": spent["DensityEstimator"] / total}
     return {**medians, **shares}
@@ -178,14 +178,17 @@ def measure_case(config: WeightConfig, tool: Tool, density: float) -> dict[str, 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
-    config = load_config()
-    true = config.tools[0].components[0].material.density
+    experiment = load()
+    true = experiment.tools[0].components[0].material.density
     learned = 0.97 * true  # about what is believed after a trial or two
-    cases = [(config.tools[0], config.settings.prior.mode), *((tool, learned) for tool in config.tools[1:])]
+    cases = [
+        (experiment.tools[0], experiment.settings.prior.mode),
+        *((tool, learned) for tool in experiment.tools[1:]),
+    ]
     rows = []
     totals: dict[str, float] = defaultdict(float)
     for tool, density in cases:
-        found = measure_case(config, tool, density)
+        found = measure_case(experiment, tool, density)
         totals["cpp"] += found["cpp"]
         totals["loop"] += found["loop"]
         integrator = found["integrator"] / found["loop"]
@@ -193,8 +196,8 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
             [
                 tool.name,
                 f"{density:.0f}",
-                f"{config.duration / found['cpp']:.1f}",
-                f"{config.duration / found['loop']:.1f}",
+                f"{experiment.duration / found['cpp']:.1f}",
+                f"{experiment.duration / found['loop']:.1f}",
                 f"{found['cpp'] / found['loop']:.2f}",
                 f"{100 * integrator:.0f}",
                 f"{100 * found['mpc']:.0f}",
@@ -204,6 +207,6 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         )
     ratios = {
         "loop_vs_cpp_hold": totals["cpp"] / totals["loop"],
-        "loop_realtime_factor": len(cases) * config.duration / totals["loop"],
+        "loop_realtime_factor": len(cases) * experiment.duration / totals["loop"],
     }
     return rows, ratios

@@ -2,8 +2,8 @@
 
 python -m benchmarks.compare_results OLD NEW [OLD_KEY=NEW_KEY ...]
 
-Keys that were renamed are given as pairs, and hold at any depth. What is expected to differ is left out: times, versions
-and the configuration. Exit status 1 if a number differs or is missing on either side.
+Keys that were renamed are given as pairs, and hold at any depth. What is expected to differ is left out: times,
+versions and the configuration. Exit status 1 if a number differs or is missing on either side.
 """
 
 import json

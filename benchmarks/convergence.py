@@ -12,7 +12,7 @@ import numpy as np
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.weight import WeightConfig, load_config
+from affordance.experiments.weight import Weight, load
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRecord, TrialRunner
 from benchmarks.tables import format_table
@@ -26,38 +26,37 @@ PATIENCE = 10.0
 MAX_STEPS = (2.5e-3, 1.25e-3, 0.5e-3)
 
 
-def run_trials(config: WeightConfig, settings: Settings) -> tuple[list[TrialRecord], float]:
+def run_trials(experiment: Weight, settings: Settings) -> tuple[list[TrialRecord], float]:
     """Runs the two trials; returns their records and the wall time of both, without building, [s]."""
     runner = TrialRunner(settings)
     unknown = MaterialMemory()
-    density = config.tools[0].components[0].material.density
-    known = MaterialMemory((config.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
-    cases = ((config.tools[0], unknown), (config.tools[-1], known))
-    for tool, _ in cases:
-        runner.get_diagram(tool)
+    density = experiment.tools[0].components[0].material.density
+    known = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    cases = ((experiment.tools[0], unknown), (experiment.tools[-1], known))
+    runner.get_diagram(experiment.duration)
     start = time.perf_counter()
-    records = [runner.run_hold(tool, memory, duration=config.duration, seed=(0,)) for tool, memory in cases]
+    records = [runner.run_hold(tool, memory, duration=experiment.duration, seed=(0,)) for tool, memory in cases]
     return records, time.perf_counter() - start
 
 
 def measure() -> list[list[str]]:
     """Measures every scheme at every accuracy; returns rows of a table."""
-    config = load_config()
+    experiment = load()
     reference, _ = run_trials(
-        config, dataclasses.replace(config.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
+        experiment, dataclasses.replace(experiment.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
     )
-    control_period = config.settings.control_period
+    control_period = experiment.settings.control_period
     cases = [(scheme, accuracy, control_period) for scheme in SCHEMES for accuracy in ACCURACIES]
-    cases += [(config.settings.integration_scheme, config.settings.accuracy, step) for step in MAX_STEPS]
+    cases += [(experiment.settings.integration_scheme, experiment.settings.accuracy, step) for step in MAX_STEPS]
     rows = []
     given_up: set[str] = set()
     for scheme, accuracy, step in cases:
         if scheme in given_up:
             continue
         settings = dataclasses.replace(
-            config.settings, integration_scheme=scheme, accuracy=accuracy, max_step_size=step
+            experiment.settings, integration_scheme=scheme, accuracy=accuracy, max_step_size=step
         )
-        records, wall = run_trials(config, settings)
+        records, wall = run_trials(experiment, settings)
         errors = [
             np.abs(record.height_centre - true.height_centre).max()
             for record, true in zip(records, reference, strict=True)

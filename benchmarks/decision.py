@@ -11,17 +11,19 @@ import time
 from collections.abc import Callable, Mapping
 
 import numpy as np
-from affordance.experiments.hammer.blows import FORCE_TOLERANCE, get_costs
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.motion_cost import NUM_NODES, MotionCost
 from affordance.choice.observed_options import list_options
-from affordance.choice.ranking import NO_OPTION, Choice, pick_cheapest
+from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.exceptions import AffordanceError
 from affordance.experiments import reach
 from affordance.experiments.hammer import experiment as hammer
-from affordance.experiments.shared.experience import ExperienceConfig, gain_experience
+from affordance.experiments.hammer.plan import FORCE_TOLERANCE, list_blow_costs
+from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -41,31 +43,32 @@ NEAR_TIE = 0.03
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions a second."""
-    config = reach.load_config()
-    settings, tool = config.experience.settings, config.novel.plain
+    reaching, hammering = reach.load(), hammer.load()
+    settings, tool = reaching.settings, reaching.novel[0]
 
     def follow_path(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
-        rollout = roll_out(tool.gripped_by(tool.grips[grip]), config.task, densities, settings)
-        return rollout.work, rollout.error <= config.task.path.tolerance
+        rollout = roll_out(tool.gripped_by(tool.grips[grip]), reaching.task, densities, settings)
+        return rollout.work, rollout.error <= reaching.task.path.tolerance
 
     start = time.perf_counter()
-    choice = Choice(list_options(tool), config.task, settings)
-    for_reach, ratio = compare(choice, config.experience, follow_path, time.perf_counter() - start)
-    for_reach += [f"{100 * measure_quadrature(choice, config):.3f} %"]
+    choice = plan_choice(list_options(tool), reaching.task, settings)
+    for_reach, ratio = compare(choice, reaching.experience, follow_path, time.perf_counter() - start)
+    for_reach += [f"{100 * measure_quadrature(choice, reaching):.3f} %"]
 
-    blow = hammer.load_config()
-    cost_model = list(get_costs(blow, tool := blow.novel.plain).values())
+    start = time.perf_counter()
+    choice = plan_choice(list_options(tool), hammering.task, settings)
+    planning = time.perf_counter() - start
+    planned = list(list_blow_costs(choice).values())
 
     def strike(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
+        gripped = tool.gripped_by(tool.grips[grip])
         try:
-            done = simulate_blow(tool.gripped_by(tool.grips[grip]), cost_model[grip], densities, settings)
+            done = simulate_blow(gripped, hammering.task, planned[grip], densities, settings)
         except AffordanceError:
             return np.inf, False
-        return done.work, abs(done.force / blow.task.force - 1.0) <= FORCE_TOLERANCE
+        return done.work, abs(done.force / hammering.task.force - 1.0) <= FORCE_TOLERANCE
 
-    start = time.perf_counter()
-    choice = Choice(list_options(tool), blow.task, settings)
-    for_hammer, _ = compare(choice, blow.experience, strike, time.perf_counter() - start)
+    for_hammer, _ = compare(choice, hammering.experience, strike, planning)
     labels = [
         "same choice",
         f"same choice where works differ by more than {100 * NEAR_TIE:.0f} %",
@@ -136,14 +139,14 @@ def compare(
     return column, brute_seconds / fast_seconds
 
 
-def measure_quadrature(choice: Choice, config: reach.ReachConfig) -> float:
+def measure_quadrature(choice: Choice, experiment: reach.ReachExperiment) -> float:
     """Largest error of the work by the nodes of the quadrature, as a part of it, under densities of the prior."""
-    memory = MaterialMemory().add_colours(config.experience.colours, choice.settings.prior)
+    memory = MaterialMemory().add_colours(experiment.experience.colours, choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))
     error = 0.0
     for option, parameters, coarse in zip(choice.options, pi, choice.compute_costs(pi).work, strict=True):
-        motion = config.task.build_cost(model, option.gripped, choice.settings).motion
+        motion = experiment.task.build_cost(model, option.gripped, choice.settings).motion
         every_tick = MotionCost(model, motion, num_nodes=len(motion.q)).compute(parameters).work
         error = max(error, float(np.abs(coarse / every_tick - 1.0).max()))
     return error

@@ -5,7 +5,6 @@ simulated, controller, estimator and loggers in place, from starts that differ i
 millimetre to either side along the blow, so that it is struck up to 0.3 ms before or after a tick, at other moments
 of steps. The swing is simulated once for each; every setting then takes over a copy of its Context 20 ms before the
 planned strike, and goes on to 35 ms after it. The reference is implicit Euler at 1e-6 with steps of at most 10 us,
-from affordance.arrays import Array
 from one start for each grip; an explicit integrator would need steps of 20 ns, as the resistance is so stiff at rest.
 
 What is slow is simulated from fewer starts. Times are wall times: run it when nobody else needs the cores.
@@ -27,7 +26,7 @@ from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.hammer import load_hammer
+from affordance.choice.hammer import load_hammer, plan_strike
 from affordance.control.strike import Strike
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
@@ -36,7 +35,7 @@ from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import STICTION_TOLERANCE, Nail
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.blow_trial import read_nail_record
+from affordance.simulation.blow import read_nail_record
 from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.trial import TrialRunner
 from benchmarks.plain_blow import Blow, PlainBlow, Strip, advance, free_joints, measure_blow
@@ -117,13 +116,14 @@ def prepare_starts(
     grips = {}
     for grip in stick.grips:
         tool = stick.gripped_by(grip)
-        planned = hammer.build_cost(model, tool.components, SETTINGS).plan(model, tool.parameters, SETTINGS)
+        costs = hammer.build_cost(model, tool.components, SETTINGS)
+        planned = plan_strike(costs, hammer, model, tool.parameters, SETTINGS)
         starts = []
         for shift in shifts:
             nail, p_WNo, direction_W = planned.placement
             placement = planned.placement._replace(nail=change_nail(nail), p_WNo=p_WNo + shift * direction_W)
             strike = Strike(planned.swing, placement, SETTINGS.control_period)
-            trial = runner.get_diagram(tool, placement)
+            trial = runner.get_diagram(strike.compute_duration(SETTINGS.mpc.horizon), tool, placement)
             free_joints(trial.arm.plant)
             simulator = runner.prepare(trial, tool, strike, memory, (0,))
             simulator.AdvanceTo(strike.contact[0])

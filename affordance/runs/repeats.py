@@ -135,7 +135,9 @@ def run_repeats(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs tasks in parallel processes, with a progress bar.
+    """Runs tasks in parallel processes, with a progress bar on a terminal that leaves nothing behind.
+
+    Tasks come before anything is written: where one finds that the input is wrong, one line must say so.
 
     Args:
         tasks: Picklable functions with picklable results.
@@ -146,7 +148,7 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
     results = parallel(joblib.delayed(task)() for task in tasks)
-    return list(tqdm(results, total=len(tasks), desc=description, unit="task"))
+    return list(tqdm(results, total=len(tasks), desc=description, unit="task", leave=False, disable=None))
 
 
 def end_processes() -> None:

@@ -25,10 +25,10 @@ from hypothesis import HealthCheck, Phase, given
 from hypothesis import settings as hypothesis_settings
 from hypothesis import strategies as st
 
-from affordance.experiments.suite import EXPERIMENTS
+from affordance.cli import main
+from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import Faults
-from run_experiments import main
 
 # Of which some 700 differ; those that were tried already are not counted.
 NUM_CASES = 850
@@ -126,17 +126,15 @@ def answer(models: Path, case: Case) -> Answer:
     path, out = models / case.file, models.parent / "out"
     good = path.read_bytes()
     path.write_bytes(case.content)
-    command = ["run_experiments.py", FILES[case.file], "--models", str(models), "--out", str(out), "--fault", "bias"]
+    arguments = ["--models", str(models), "--out", str(out), "--fault", "bias", "--jobs", "1"]
     printed, complained = io.StringIO(), io.StringIO()
-    experiment = EXPERIMENTS[FILES[case.file]]
     try:
         with (
-            mock.patch.object(sys, "argv", command),
-            mock.patch.object(experiment, "run", _run_nothing),
+            mock.patch.object(suite, "run_experiment", _run_nothing),
             contextlib.redirect_stdout(printed),
             contextlib.redirect_stderr(complained),
         ):
-            status = main()
+            status = main(["run", FILES[case.file], *arguments])
     finally:
         path.write_bytes(good)
     found = Answer(status, printed.getvalue(), complained.getvalue(), out.exists())
@@ -252,7 +250,7 @@ def answer_for_arm(models: Path, number: int) -> Answer:
     if good not in text:
         raise ValueError(f"{name} has no {good!r} to spoil")
     path.write_text(text.replace(good, bad, 1), encoding="utf-8")
-    command = [sys.executable, "run_experiments.py", "weight", "--models", str(models), "--out", str(out)]
+    command = [sys.executable, "-m", "affordance", "weight", "--models", str(models), "--out", str(out)]
     try:
         done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=PATIENCE)
         found = Answer(done.returncode, done.stdout, done.stderr, out.exists())

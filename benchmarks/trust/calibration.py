@@ -126,7 +126,7 @@ class Learned(NamedTuple):
 
     Attributes:
         belief: Of the materials.
-        p_value: How surprised it was.
+        p_value: Of the measurements, under what it believed before.
         bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2].
     """
 
@@ -287,7 +287,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         "efficiency": efficiency,
         "efficiency_of_squared_error": against_error,
         "position_shift_by_moving": float(np.abs(moved - still).max()),
-        "surprising_by_chance": {name: int((arrays[name]["p_value"] < 1e-3).sum()) for name in LOOPS},
+        "improbable_by_chance": {name: int((arrays[name]["p_value"] < 1e-3).sum()) for name in LOOPS},
         "sbc_draws": draws,
     }
     return calibrations, numbers

@@ -3,18 +3,16 @@
 import contextlib
 import io
 import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
-from unittest import mock
 
+from affordance.cli import main
 from benchmarks.trust.dask_cluster import DaskCluster
 from benchmarks.trust.kills import list_differences
-from run_experiments import main
 
 NUM_REPEATS = 8
 PATIENCE = 60.0  # with a worker that gets no task, [s]
@@ -22,9 +20,8 @@ PATIENCE = 60.0  # with a worker that gets no task, [s]
 
 def run(out: Path, *arguments: str) -> int:
     """Runs experiment ``weight``; returns the exit status."""
-    command = ["run_experiments.py", "weight", "--repeats", str(NUM_REPEATS), "--out", str(out), *arguments]
-    with mock.patch.object(sys, "argv", command), contextlib.redirect_stdout(io.StringIO()):
-        return main()
+    with contextlib.redirect_stdout(io.StringIO()):
+        return main(["weight", "--repeats", str(NUM_REPEATS), "--out", str(out), *arguments])
 
 
 def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_begun: Callable[[], bool]) -> bool:

@@ -1,7 +1,7 @@
 """What every fault of models/faults.yaml costs: in what is believed, and in the choices that follow from it.
 
 Observers hold the objects of Simulation II with a fault switched on, and choose a grip of the novel object as in
-Simulation III. Which grip is right is that of the arm without a fault. Where trials were grossly surprising, it is
+Simulation III. Which grip is correct is that of the arm without a fault. Where trials were 5-sigma outliers, it is
 done once more by observers who learn nothing from such trials.
 """
 
@@ -16,32 +16,35 @@ from numpy.typing import NDArray
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.choice.ranking import Choice, pick_cheapest
-from affordance.experiments.reach import ReachConfig, build_choices, execute, load_config
-from affordance.experiments.shared.checks import switch_faults_on
+from affordance.choice.inner_simulation import Choice
+from affordance.choice.ranking import pick_cheapest
+from affordance.experiments import reach
 from affordance.experiments.shared.correct_grip import find_cheaper_grip
 from affordance.experiments.shared.decisions import count_correct
-from affordance.experiments.shared.experience import ExperienceConfig, run_trials
+from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.experiments.shared.gain_experience import run_trials
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_record
 from affordance.objects.tool import list_densities
-from affordance.proprioception.faults import load_faults
+from affordance.plant.arm import load_arm
+from affordance.proprioception.faults import Faults, load_faults
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import get_runner
 
 NUM_OBSERVERS = 50
 # Densities drawn for each observer: what one choice drawn by the paper's rule is right with, on average.
 NUM_CHOICES = 200
+# What a run without a fault is called.
+NO_FAULT = "none"
 HEADER = [
     "fault",
     "density error, %",
-    "right after 1 trial",
+    "correct after 1 trial",
     "after 6",
-    "samples refused, %",
-    "trials flagged, %",
+    "samples rejected, %",
+    "5-sigma outliers, % of trials",
     "beyond a joint's range, mrad",
-    "of a rate limit, %",
+    "of a velocity limit, %",
     "of a torque limit, %",
     "beliefs valid",
 ]
@@ -51,10 +54,10 @@ def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any
     """Runs an observer's trials, and notes what a fault may spoil.
 
     Returns: ``precision`` (K + 1, M, M) and ``information_vector`` (K + 1, M); and over K trials, (K,) each, samples
-        ``rejected`` and ``accepted``, ``surprising``, ``violation`` of a joint's range, [rad], and ``rate`` and
+        ``rejected`` and ``accepted``, ``outlier``, ``violation`` of a joint's range, [rad], and ``rate`` and
         ``load``, the largest parts of a limit of velocity and of torque.
     """
-    limits = get_runner(config.settings).get_diagram(config.tools[0]).arm.limits
+    limits = load_arm(config.settings.arm).limits
     memories, records = run_trials(config, repeat)
     beyond = [np.maximum(limits.q_lower - record.q, record.q - limits.q_upper).max() for record in records]
     return {
@@ -62,19 +65,19 @@ def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any
         "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
         "rejected": np.array([record.samples.rejected for record in records]),
         "accepted": np.array([record.samples.accepted for record in records]),
-        "surprising": np.array([record.surprising for record in records]),
-        "overstep": np.maximum(beyond, 0.0),
+        "outlier": np.array([record.is_outlier for record in records]),
+        "violation": np.maximum(beyond, 0.0),
         "rate": np.array([(np.abs(record.v) / limits.v_max).max() for record in records]),
         "load": np.array([(np.abs(record.tau) / limits.tau_max).max() for record in records]),
     }
 
 
 def compute_cost(
-    config: ReachConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
+    config: ExperienceConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
 ) -> dict[str, Any]:
     """What a fault did, of the arrays of all observers."""
-    colours = config.experience.colours
-    densities = list_densities(config.experience.tools)
+    colours = config.colours
+    densities = list_densities(config.tools)
     true = np.array([densities[look] for look in colours])
     num_observers, num_moments = arrays["information_vector"].shape[:2]
     right, medians, valid = np.empty((num_observers, num_moments)), np.empty((num_observers, len(true))), True
@@ -93,9 +96,9 @@ def compute_cost(
         "density_error": float(np.median(np.abs(medians / true - 1.0))),
         "p_correct": right.mean(axis=0),
         "samples_rejected": float(arrays["rejected"].sum() / (arrays["rejected"] + arrays["accepted"]).sum()),
-        "trials_surprising": float(arrays["surprising"].mean()),
-        "overstep_rad": float(arrays["overstep"].max()),
-        "rate_of_limit": float(arrays["rate"].max()),
+        "trials_outlier": float(arrays["outlier"].mean()),
+        "violation_rad": float(arrays["violation"].max()),
+        "velocity_of_limit": float(arrays["rate"].max()),
         "torque_of_limit": float(arrays["load"].max()),
         "beliefs_valid": valid,
     }
@@ -103,40 +106,42 @@ def compute_cost(
 
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
     """Runs every fault; returns rows of a table, and what each costs by name."""
-    config = load_config()
-    choice = build_choices(config).plain
-    executed = execute(config, config.novel.plain)
-    correct = list(executed).index(find_cheaper_grip(executed))
+    experiment = reach.load()
+    first, config = experiment.novel[0], experiment.experience
+    plan = experiment.plan(jobs)
+    choice, simulated = plan.choices[first.name], plan.simulated[first.name]
+    correct = list(simulated).index(find_cheaper_grip(simulated))
     path = MODELS / "faults.yaml"
-    joint_names = get_runner(config.experience.settings).get_diagram(config.experience.tools[0]).arm.joint_names
+    joint_names = load_arm(config.settings.arm).joint_names
     costs: dict[str, dict[str, Any]] = {}
 
-    def run(name: str, experience: ExperienceConfig) -> None:
-        kept = folder / "repeats" / compute_key(experience, MODELS, Path(__file__).parent)
-        arrays = run_repeats(kept, partial(hold_objects, experience), repeats=observers, jobs=jobs, description=name)
-        costs[name] = compute_cost(config, choice, correct, arrays)
+    def run(name: str, faults: Faults, learns_from_outliers: bool = True) -> None:
+        settings = replace(config.settings, faults=faults, learns_from_outliers=learns_from_outliers)
+        faulty = replace(config, settings=settings)
+        kept = folder / "repeats" / compute_key(faulty, MODELS, Path(__file__).parent)
+        arrays = run_repeats(kept, partial(hold_objects, faulty), repeats=observers, jobs=jobs, description=name)
+        costs[name] = compute_cost(faulty, choice, correct, arrays)
 
-    run("none", config.experience)
+    run(NO_FAULT, config.settings.faults)
     for name, _ in read_record(path).named_records():
-        faulty = switch_faults_on(config.experience, load_faults(path, [name], joint_names))
-        run(name, faulty)
-        if costs[name]["trials_surprising"] > 0.0:
-            careful = replace(faulty, settings=replace(faulty.settings, learns_from_outliers=False))
-            run(f"{name}, surprises not learned", careful)
+        faults = load_faults(path, [name], joint_names)
+        run(name, faults)
+        if costs[name]["trials_outlier"] > 0.0:
+            run(f"{name}, outliers not learned", faults, learns_from_outliers=False)
     return [_describe(name, cost) for name, cost in costs.items()], costs
 
 
 def _describe(name: str, cost: Mapping[str, Any]) -> list[str]:
-    right = cost["p_correct"]
+    correct = cost["p_correct"]
     return [
         name,
         f"{100 * cost['density_error']:.1f}",
-        f"{right[1]:.2f}",
-        f"{right[-1]:.2f}",
+        f"{correct[1]:.2f}",
+        f"{correct[-1]:.2f}",
         f"{100 * cost['samples_rejected']:.1f}",
-        f"{100 * cost['trials_surprising']:.1f}",
-        f"{1e3 * cost['overstep_rad']:.2f}",
-        f"{100 * cost['rate_of_limit']:.0f}",
+        f"{100 * cost['trials_outlier']:.1f}",
+        f"{1e3 * cost['violation_rad']:.2f}",
+        f"{100 * cost['velocity_of_limit']:.0f}",
         f"{100 * cost['torque_of_limit']:.0f}",
         "yes" if cost["beliefs_valid"] else "no",
     ]

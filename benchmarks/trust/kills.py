@@ -3,6 +3,7 @@
 import itertools
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,9 @@ import numpy as np
 NUM_KILLS = 20
 # A run is killed twice, then left to end; a kill that comes too late for it counts for nothing.
 _KILLS_PER_RUN = 2
+# What metrics.json says of when and how long, and a date as the report has it.
+_WHEN = {"wall_s": 0.0, "finished": ""}
+_DATE = re.compile(r"\b\d{4}-\d{2}-\d{2}\b")
 # What is run, by turns.
 RUNS = (
     ("weight", "--repeats", "3", "--jobs", "1"),
@@ -27,7 +31,7 @@ RUNS = (
 
 def start(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
     """Starts an experiment in a process group of its own."""
-    command = [sys.executable, "run_experiments.py", *arguments, "--out", str(out)]
+    command = [sys.executable, "-m", "affordance", *arguments, "--out", str(out)]
     return subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True)
 
 
@@ -43,8 +47,8 @@ def kill(process: subprocess.Popen[bytes]) -> bool:
 def list_differences(one: Path, other: Path) -> list[str]:
     """Names files of two folders of results that are not the same, byte for byte.
 
-    Timings aside: those in metrics.json, and the times at which members were put into the .npz archives, of which the
-    arrays are compared.
+    Times and dates aside: those in metrics.json and of the report, and the times at which members were put into the
+    .npz archives, of which the arrays are compared.
     """
     files = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file()}
     return [str(name) for name in sorted(files) if not _are_same(one / name, other / name)]
@@ -55,7 +59,9 @@ def _are_same(one: Path, other: Path) -> bool:
         return False
     if one.name == "metrics.json":
         first, second = (json.loads(path.read_text(encoding="utf-8")) for path in (one, other))
-        return {**first, "wall_s": 0} == {**second, "wall_s": 0}
+        return {**first, **_WHEN} == {**second, **_WHEN}
+    if one.suffix == ".html":
+        return _DATE.sub("", one.read_text(encoding="utf-8")) == _DATE.sub("", other.read_text(encoding="utf-8"))
     if one.suffix == ".npz":
         with np.load(one) as first, np.load(other) as second:
             return set(first) == set(second) and all(

@@ -64,7 +64,7 @@ def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
     for moment, marker, label in ((1, "s", "after one trial"), (-1, "o", "after six trials")):
         shares = [100.0 * cost["p_correct"][moment] for cost in costs.values()]
         right.plot(shares, rows, marker, color=OBJECT_COLOURS[1 if moment == 1 else 2], label=label)
-    right.set_xlabel("right choices of a grip (%)")
+    right.set_xlabel("correct choices of a grip (%)")
     right.set_xlim(0.0, 103.0)
     right.legend(frameon=False, fontsize=_FONT_SIZE, loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2)
     left.set_yticks(rows, names)

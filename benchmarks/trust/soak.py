@@ -9,7 +9,7 @@ import psutil
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.weight import load_config
+from affordance.experiments.weight import load
 from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
@@ -27,14 +27,14 @@ class Soak(NamedTuple):
 
 def soak(*, trials: int = NUM_TRIALS) -> Soak:
     """Runs trials, each with another object and seed, by turns."""
-    config = load_config()
-    runner, process = TrialRunner(config.settings), psutil.Process()
+    experiment = load()
+    runner, process = TrialRunner(experiment.settings), psutil.Process()
     per_block = trials // NUM_BLOCKS
     memory, seconds = [], []
     for block in range(NUM_BLOCKS):
         begun = time.process_time()
         for number in range(per_block):
-            tool = config.tools[number % len(config.tools)]
+            tool = experiment.tools[number % len(experiment.tools)]
             runner.run_hold(tool, MaterialMemory(), duration=DURATION, seed=(block, number))
         seconds.append((time.process_time() - begun) / per_block)
         gc.collect()

@@ -10,15 +10,11 @@ import pytest
 import yaml
 
 import affordance
-import benchmarks.trust
 from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
+from benchmarks.trust.section import SECTION as TRUST
 
-SECTIONS = {
-    path.stem: path
-    for folder in (Path(affordance.__file__).parent, Path(benchmarks.trust.__file__).parent)
-    for path in folder.rglob("sections/*.yaml")
-}
+SECTIONS = {path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), TRUST)}
 FOLDER = Path(__file__).parent / "counterexamples"
 EXAMPLES = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in FOLDER.glob("*.yaml")}
 CLAIMS = {(name, claim.key): claim for name, path in SECTIONS.items() for claim in load_claims(path)}
