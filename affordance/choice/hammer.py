@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.choice.blow_cost import BlowCost
+from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
+from affordance.control.start_posture import Start, read_start
 from affordance.control.strike import Strike
 from affordance.control.swing import Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
@@ -17,6 +18,7 @@ from affordance.files.yaml_reader import read_record
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.contact_face import ContactFace
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail, NailPlacement, read_nail
 from affordance.settings import Settings
@@ -34,10 +36,11 @@ class Hammer:
 
     Attributes:
         nail: The nail.
-        offset: Where its head is, from where the home posture holds the striking point, in W, [m].
+        offset: Where its head is, from where the striking point is at the start, in W, [m].
         direction: Where it is driven to, a unit vector in W.
-        duration: Of the swing, from rest in the home posture to the strike, [s].
+        duration: Of the swing, from rest at the start to the strike, [s].
         force: Peak resistance that is asked for, [N].
+        start: Joints that do not start as in the arm's home posture, by name, with their angles, [rad].
     """
 
     nail: Nail
@@ -45,10 +48,21 @@ class Hammer:
     direction: tuple[float, float, float]
     duration: float
     force: float
+    start: Start = ()
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds striking point and nail for a tool's parts, posed relative to the hand; sets the model's state."""
-        return find_target(model, parts, offset_W=np.array(self.offset), direction_W=np.array(self.direction))
+        """Finds striking point and nail for a tool's parts, posed relative to the hand; sets the model's state.
+
+        Raises:
+            AffordanceError: The arm cannot take the start posture.
+        """
+        return find_target(
+            model,
+            parts,
+            q_start=model.arm.find_posture(dict(self.start)),
+            offset_W=np.array(self.offset),
+            direction_W=np.array(self.direction),
+        )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
         """Plans swings of all speeds, which are the same whatever the tool weighs.
@@ -80,10 +94,11 @@ def load_hammer(path: Path) -> Hammer:
         problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
         raise blow.error("offset", f"{problem}, must be at least {_MIN_LENGTH:g} m")
     duration = blow.number("duration", low=0.2, high=10.0)
+    start = read_start(blow)
     blow.finish()
     record.finish()
     a, b, c = (float(value) for value in direction / length)
-    return Hammer(nail, (x, y, z), (a, b, c), duration, nail.force_demanded)
+    return Hammer(nail, (x, y, z), (a, b, c), duration, nail.force_demanded, start)
 
 
 def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:
@@ -114,7 +129,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
         masses.append(EffectiveMass(model, target.p_TS, target.direction_W, swings[-1].q_end))
         # No tool has less behind it than the arm alone.
         (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
-        fastest = float(hammer.nail.compute_tip_speed(np.array(hammer.force), least_mass))
+        fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
     return BlowCost(
         nail=hammer.nail,
         force=hammer.force,
@@ -122,7 +137,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
         swings=tuple(swings),
         speeds=np.array(speeds[1:]),
         masses=tuple(masses),
-        motions=tuple(MotionCost(model, _sample_swing(swing, settings.control_period)) for swing in swings),
+        motions=tuple(MotionCost(model, sample_swing(swing, settings.control_period)) for swing in swings),
         joint_names=tuple(model.arm.joint_names),
         infeasible_reason=infeasible_reason,
     )
@@ -163,20 +178,22 @@ def plan_strike(
     near = int(np.searchsorted(planned.speeds, speed))
     guess = planned.swings[near] if near < len(planned.swings) else None
     swing = _plan_swing(model, planned.target, hammer, speed, guess)
-    placement = NailPlacement(nail or hammer.nail, planned.target.p_WS, planned.target.direction_W)
+    target = planned.target
+    face = ContactFace(target.p_TS, target.normal_T, target.radius)
+    placement = NailPlacement(nail or hammer.nail, target.p_WS, target.direction_W, face)
     return Strike(swing, placement, settings.control_period)
 
 
 def _plan_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from home."""
+    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start."""
     if guess is not None:
         with contextlib.suppress(AffordanceError):
             return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)
     return plan_swing(model, target, speed=speed, duration=hammer.duration)
 
 
-def _sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """The swing in ticks, with the mean acceleration of each."""
+def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
+    """A swing in control periods, with the mean acceleration of each."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

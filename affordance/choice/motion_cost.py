@@ -57,7 +57,7 @@ class Costs(NamedTuple):
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Rolls the controller out, from rest in the home posture, on the double integrator it plans with.
+    """Rolls the controller out, from rest where the task starts, on the double integrator it plans with.
 
     Args:
         model: The arm; its state is set.
@@ -69,11 +69,11 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
         NoPlanError: The controller finds no plan.
     """
     unbounded = np.full_like(model.arm.limits.tau_max, np.inf)
-    limits = model.arm.shrink_limits(settings.angle_margin)._replace(tau_max=unbounded)
+    limits = model.arm.shrink_limits(settings.angle_margin, task.q_start)._replace(tau_max=unbounded)
     mpc = MinimumAccelerationMpc(limits, settings.mpc)
     control_period, horizon = settings.control_period, settings.mpc.horizon
     num_ticks = round(duration / control_period)
-    q, v = model.arm.home, np.zeros(model.arm.num_joints)
+    q, v = task.q_start, np.zeros(model.arm.num_joints)
     rows = []
     for k in range(num_ticks):
         x = np.concatenate([q, v])

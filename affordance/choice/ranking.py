@@ -23,6 +23,9 @@ type Chosen = NDArray[np.intp]
 # Costs within this fraction of each other are equal: what is left is rounding.
 TIE = 1e-9
 NO_OPTION = -1
+# An option counts if it is feasible with at least this probability, unless another is asked for: one in twenty is the
+# risk by which intervals of 95 % are drawn everywhere.
+MIN_FEASIBILITY = 0.95
 
 
 class RankedOption(NamedTuple):
@@ -30,12 +33,13 @@ class RankedOption(NamedTuple):
 
     Attributes:
         option: The option.
-        work: Expected work over the samples under which all usable options are feasible, [J].
+        work: Expected work, over the same densities for all options, [J]. Where a torque limit would be broken it is
+            what the motion would take without that limit.
         works: Work under each sample, (S,), [J]; infinite where a torque limit would be broken.
-        effort: Expected integral of |tau|^2 dt over the same samples as work, [N^2 m^2 s].
+        effort: Expected integral of |tau|^2 dt over the same densities as work, [N^2 m^2 s].
         p_best: Probability that it is the cheapest.
         p_feasible: Probability that it is feasible: that it keeps the torque limits and does what is asked.
-        infeasible_reason: Why it is not usable: infeasible at the most probable densities; empty if it is.
+        infeasible_reason: Why it is not usable: it cannot do the task, or is not feasible enough; empty if it is.
     """
 
     option: Option
@@ -52,15 +56,16 @@ class Ranking(NamedTuple):
 
     Attributes:
         ranked: Those that are usable, the least expected work first, exact ties in random order; then the others,
-            which are never chosen. Should no sample make all usable options feasible, the most probably feasible
-            comes first.
+            which are never chosen, in the same order.
         num_usable: How many are usable.
+        min_feasibility: With which probability at least an option must be feasible to be usable.
         p_none: Probability that no option is feasible.
         flips: Whether the least expected integral of |tau|^2 would choose otherwise.
     """
 
     ranked: tuple[RankedOption, ...]
     num_usable: int
+    min_feasibility: float
     p_none: float
     flips: bool
 
@@ -85,6 +90,7 @@ def rank(
     *,
     num_samples: int = 10_000,
     seed: int = 0,
+    min_feasibility: float = MIN_FEASIBILITY,
 ) -> Ranking:
     """Ranks objects and grips by what a task is believed to cost with them.
 
@@ -95,68 +101,75 @@ def rank(
         settings: Those of arm, prior and controller.
         num_samples: How many densities are drawn from the belief.
         seed: Determines what is drawn.
+        min_feasibility: With which probability at least an option must be feasible to count.
 
     Returns: The options, least expected work first.
 
     Raises:
-        ValueError: num_samples is not positive.
+        ValueError: num_samples is not positive, or min_feasibility not a probability.
         AffordanceError: There is no option, two are of one name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """
-    return rank_options(plan_choice(options, task, settings), belief, np.random.default_rng(seed), num_samples)
+    choice = plan_choice(options, task, settings)
+    return rank_options(choice, belief, np.random.default_rng(seed), num_samples, min_feasibility)
 
 
-def rank_options(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> Ranking:
+def rank_options(
+    choice: Choice,
+    memory: Memory,
+    rng: np.random.Generator,
+    num_samples: int,
+    min_feasibility: float = MIN_FEASIBILITY,
+) -> Ranking:
     """Ranks options whose motions are planned already; see ``rank``.
 
     Raises:
-        ValueError: num_samples is not positive.
+        ValueError: num_samples is not positive, or min_feasibility not a probability.
     """
     if num_samples < 1:
         raise ValueError(f"num_samples is {num_samples}, must be at least 1")
+    if not 0.0 <= min_feasibility <= 1.0:
+        raise ValueError(f"min_feasibility is {min_feasibility}, must be from 0 to 1")
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
     chosen = pick_cheapest(costs, rng)
-    infeasible_reasons = _find_infeasible_reasons(choice, memory)
-    usable = np.array([not infeasible_reason for infeasible_reason in infeasible_reasons])
-    shared = costs.feasible[usable].all(axis=0)
+    p_feasible = costs.feasible.mean(axis=1)
     entries = [
         RankedOption(
             option,
-            work=_mean(costs.work[i, shared & costs.feasible[i]]),
+            work=float(costs.work[i].mean()),
             works=np.where(costs.feasible[i], costs.work[i], np.inf),
-            effort=_mean(costs.effort[i, shared & costs.feasible[i]]),
+            effort=float(costs.effort[i].mean()),
             p_best=float((chosen == i).mean()),
-            p_feasible=float(costs.feasible[i].mean()),
-            infeasible_reason=infeasible_reasons[i],
+            p_feasible=float(p_feasible[i]),
+            infeasible_reason=choice.cost_models[i].infeasible_reason
+            or _describe_risk(float(p_feasible[i]), min_feasibility),
         )
         for i, option in enumerate(choice.options)
     ]
+    usable = np.array([not entry.infeasible_reason for entry in entries])
     lots = rng.random(len(entries))
     least = min((entries[i].work for i in np.flatnonzero(usable)), default=0.0)
 
-    def place(i: int) -> tuple[bool, float, float, float]:
+    def place(i: int) -> tuple[bool, float, float]:
         tied = entries[i].work <= least * (1.0 + TIE)
-        merit = -entries[i].p_feasible if not shared.any() else 0.0
-        return not usable[i], merit, least if tied else entries[i].work, lots[i]
+        return not usable[i], least if tied else entries[i].work, lots[i]
 
     order = sorted(range(len(entries)), key=place)
     efforts = [entries[i].effort for i in np.flatnonzero(usable)]
     return Ranking(
         tuple(entries[i] for i in order),
         num_usable=int(usable.sum()),
+        min_feasibility=min_feasibility,
         p_none=float((chosen == NO_OPTION).mean()),
-        flips=bool(shared.any() and efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
+        flips=bool(efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
     )
 
 
-def _find_infeasible_reasons(choice: Choice, memory: Memory) -> list[str]:
-    """Why each option is infeasible at the most probable densities; empty where it is not."""
-    densities = choice.add_colours(memory).belief.add_object_variation(choice.settings.prior.deviation_sd)
-    feasible = choice.compute_costs(choice.compute_parameters(memory, densities.compute_mode()[None])).feasible[:, 0]
-    return [
-        cost_model.infeasible_reason or ("" if fits else "breaks a torque limit as believed")
-        for cost_model, fits in zip(choice.cost_models, feasible, strict=True)
-    ]
+def _describe_risk(p_feasible: float, least: float) -> str:
+    """Why an option is too risky; empty if it is not."""
+    if p_feasible >= least:
+        return ""
+    return f"is feasible with a probability of {p_feasible:.3g}, must be at least {least:g}"
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
@@ -174,8 +187,3 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
     lots = np.where(equal, rng.random(work.shape), -1.0)
     picked: Chosen = np.where(equal.any(axis=0), lots.argmax(axis=0), NO_OPTION)
     return picked
-
-
-def _mean(values: Array) -> float:
-    """Mean; infinite if there is no value."""
-    return float(values.mean()) if len(values) else np.inf

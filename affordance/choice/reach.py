@@ -6,19 +6,23 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.choice.motion_cost import MotionCost, plan_motion
+from affordance.choice.motion_cost import MotionCost, PlannedMotion, plan_motion
 from affordance.control.path_following import PathFollowing
 from affordance.control.timed_path import TimedPath
-from affordance.exceptions import NoPlanError
+from affordance.exceptions import AffordanceError, NoPlanError
 from affordance.objects.tool import PosedShape, find_free_end
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.rank_loss import describe_rank_loss
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
+
+# Postures of a motion that are checked for rank loss, evenly spaced.
+_NUM_CHECKED = 21
 
 
 @dataclass(frozen=True)
 class Reach:
-    """What is asked of any tool: to follow a path with its free end F, from where the home posture holds it."""
+    """What is asked of any tool: to follow a path with its free end F, from where the start posture holds it."""
 
     path: TimedPath
 
@@ -31,12 +35,22 @@ class Reach:
         """Makes the task for one tool.
 
         Args:
-            model: The arm; its state is set to rest in the home posture.
+            model: The arm; its state is set to rest where the task starts.
             p_TF: The tool's free end, shape (3,), [m].
+
+        Raises:
+            AffordanceError: The arm cannot take the start posture, or loses rank there.
         """
-        home = model.arm.home
-        model.set_state(np.concatenate([home, np.zeros(len(home))]))
-        return PathFollowing(self.path.build_trajectory(), model.compute_point_position(p_TF), p_TF, len(home))
+        q_start = model.arm.find_posture(dict(self.path.start))
+        if problem := describe_rank_loss(model, q_start, p_TF):
+            raise AffordanceError(f"the start {problem}")
+        model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+        return PathFollowing(
+            self.path.build_trajectory(),
+            q_start=q_start,
+            p_WFstart=model.compute_point_position(p_TF),
+            p_TF=p_TF,
+        )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
         """Plans the motion, which is the same whatever the tool weighs, and returns what it costs at any inertia.
@@ -48,6 +62,7 @@ class Reach:
 
         Raises:
             NoPlanError: The controller finds no plan.
+            AffordanceError: The arm cannot take the start posture, or loses rank there.
         """
         p_TF = find_free_end(parts)
         following = self.begin(model, p_TF)
@@ -58,4 +73,13 @@ class Reach:
         places = build_chain(model.arm).compute_positions(motion.q, p_TF)
         asked = following.list_places([motion.control_period * k for k in range(len(motion.q))])
         error = float(np.linalg.norm(places - asked, axis=1).max())
-        return MotionCost(model, motion, infeasible_reason=self.path.describe_error(error))
+        reason = self.path.describe_error(error) or self._find_rank_loss(model, motion, p_TF)
+        return MotionCost(model, motion, infeasible_reason=reason)
+
+    def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
+        """Says where a motion first comes too near rank loss; empty if it does not."""
+        for row in np.linspace(0, len(motion.q) - 1, _NUM_CHECKED).astype(int):
+            if problem := describe_rank_loss(model, motion.q[row], p_TF):
+                time = row * motion.control_period
+                return f"near {self.path.name_nearest_point(time)}, at t = {time:.3g} s, {problem}"
+        return ""

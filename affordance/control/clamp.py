@@ -24,8 +24,9 @@ class ClampAndRelease:
         """Takes the posture to hold after release, (num_joints,), [rad], and when that is, [s]."""
         n = len(q_posture)
         self.release_time = release_time
+        self.q_start = np.array(q_posture)
         self._identity, self._at_rest = np.eye(n), np.zeros(n)
-        self._goal = TerminalGoal(self._identity, np.array(q_posture), self._identity, self._at_rest)
+        self._goal = TerminalGoal(self._identity, self.q_start, self._identity, self._at_rest)
         for array in self._goal:
             array.setflags(write=False)
 

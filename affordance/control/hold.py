@@ -18,7 +18,8 @@ class Hold:
     def __init__(self, q_posture: Array) -> None:
         """Takes the posture to hold, joint angles of shape (num_joints,), [rad]."""
         identity = np.eye(len(q_posture))
-        self._goal = TerminalGoal(identity, np.array(q_posture), identity, np.zeros(len(q_posture)))
+        self.q_start = np.array(q_posture)
+        self._goal = TerminalGoal(identity, self.q_start, identity, np.zeros(len(q_posture)))
         for array in self._goal:
             array.setflags(write=False)
 

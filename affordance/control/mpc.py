@@ -141,20 +141,18 @@ class MinimumAccelerationMpc:
             )
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
-    def continue_plan(self, vdot: Array, elapsed: float, model: ArmModel) -> Array:
-        """Computes the torques of an earlier plan, when a new one cannot be had.
+    def continue_plan(self, vdot: Array, elapsed: float) -> Array:
+        """Looks up the accelerations of an earlier plan, when a new one cannot be had.
 
         Args:
             vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].
             elapsed: Time since it was made, [s]; beyond its end the accelerations are zero.
-            model: The believed dynamics, already at the current state.
 
-        Returns: Torques within their limits, shape (num_joints,), [N m].
+        Returns: Accelerations, shape (num_joints,), [rad/s^2].
         """
         # Ticks fall on the beginnings of steps, but for rounding.
         step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
-        planned = vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
-        return np.clip(model.compute_inverse_dynamics(planned), -self.limits.tau_max, self.limits.tau_max)
+        return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_gain(self, goal: TerminalGoal) -> Array:
         """Returns the gain from [x, d_q, d_v] to y, shape (2 n, 2 n + m_q + m_v), for n joints.

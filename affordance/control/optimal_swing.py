@@ -1,6 +1,6 @@
 """Swings that the arm's and the tool's dynamics make cheapest, to compare swings of minimum acceleration with.
 
-The motion is a spline of degree five in joint space, from rest in the home posture, that strikes as the swing it is
+The motion is a spline of degree five in joint space, from rest where that starts, that strikes as the swing it is
 compared with does: at the same time and place, with the same velocity of the tip and as squarely, and with the same
 room to come to rest in. Of such motions that keep the limits of angle, rate and torque, one is sought that needs
 least
@@ -130,7 +130,7 @@ class SwingSearch:
         self._nodes, self._quadrature = _build_lobatto(swing.duration, num_pieces)
         self._at_nodes = self._evaluate_basis(self._nodes)  # (3, N, num_points)
         self._times = np.linspace(0.0, swing.duration, _NUM_TIMES)
-        self._home = swing.q_start
+        self._q_start = swing.q_start
         self.start = self.fit(swing.evaluate(self._times)[0])
         model.set_state(np.concatenate([swing.q_end, swing.v_end]))
         speed = target.direction_W @ model.compute_point_jacobian(target.p_TS) @ swing.v_end
@@ -138,7 +138,7 @@ class SwingSearch:
         self._last: tuple[bytes, Array, Array, Array] | None = None
 
     def fit(self, q: Array) -> Array:
-        """Control points of the motion from rest at home that comes closest to angles at the times of reports.
+        """Control points of the motion from rest that comes closest to angles at the times of reports.
 
         Args:
             q: Angles, as in ``OptimalSwing``.
@@ -146,7 +146,7 @@ class SwingSearch:
         Returns: Shape (num_pieces + 5, num_joints), [rad].
         """
         points: Array = np.linalg.lstsq(self._evaluate_basis(self._times)[0], q)[0]
-        points[:2] = self._home  # at rest at home
+        points[:2] = self._q_start  # at rest
         return points
 
     def find_least_effort(self, start: Array | None = None) -> OptimalSwing:

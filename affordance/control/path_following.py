@@ -23,12 +23,20 @@ class PathFollowing:
     by half than at the present posture (docs/decisions/0012-reaching.md).
     """
 
-    def __init__(self, path: Trajectory, p_WFstart: Array, p_TF: Array, num_joints: int) -> None:
-        """Takes the path relative to its start, the start in W, and the free end in T, shape (3,) each, [m]."""
+    def __init__(self, path: Trajectory, *, q_start: Array, p_WFstart: Array, p_TF: Array) -> None:
+        """Prepares the task.
+
+        Args:
+            path: The path relative to its start, expressed in W.
+            q_start: Joint angles in which it begins, shape (num_joints,), [rad].
+            p_WFstart: Where F is then, shape (3,), [m].
+            p_TF: F in the tool, shape (3,), [m].
+        """
+        self.q_start = q_start
         self._path = path
         self._p_WFstart = p_WFstart
         self._p_TF = p_TF
-        self._every_joint = np.eye(num_joints)
+        self._every_joint = np.eye(len(q_start))
 
     def compute_reference(self, time: float) -> tuple[Array, Array]:
         """Place and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""

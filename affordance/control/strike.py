@@ -38,6 +38,11 @@ class Strike:
         self._identity.setflags(write=False)
 
     @property
+    def q_start(self) -> Array:
+        """Joint angles in which the swing begins, shape (num_joints,), [rad]."""
+        return self.swing.q_start
+
+    @property
     def time_of_strike(self) -> float:
         """When the tool is to meet the nail, [s]."""
         return self.swing.duration

@@ -71,14 +71,18 @@ class Target(NamedTuple):
     """What a blow is to do, with a point S on the tool's surface.
 
     Attributes:
+        q_start: Joint angles from which it is swung, shape (num_joints,), [rad].
         p_TS: The point, shape (3,), [m].
         normal_T: Outward normal of the tool there, expressed in T, shape (3,).
+        radius: Of the tool's curvature there; infinite where it is flat, [m].
         p_WS: Where it is to strike, shape (3,), [m].
         direction_W: In which direction, and with its normal along it, a unit vector, shape (3,).
     """
 
+    q_start: Array
     p_TS: Array
     normal_T: Array
+    radius: float
     p_WS: Array
     direction_W: Array
 
@@ -119,58 +123,62 @@ class StrikeCondition:
         return bool(np.abs(self.compute(z)).max() <= _MAX_MISS)
 
 
-def find_target(model: ArmModel, parts: Sequence[PosedShape], *, offset_W: Array, direction_W: Array) -> Target:
-    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at home.
+def find_target(
+    model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
+) -> Target:
+    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at its start.
 
     Args:
-        model: The arm; its state is set to rest in the home posture.
+        model: The arm; its state is set to rest at the start.
         parts: What the tool is made of, posed relative to the hand.
-        offset_W: What is struck, from where the home posture holds the striking point, shape (3,), [m].
+        q_start: Joint angles at the start, shape (num_joints,), [rad].
+        offset_W: What is struck, from where the striking point is at the start, shape (3,), [m].
         direction_W: Direction of the blow, a unit vector, shape (3,).
     """
-    home = model.arm.home
-    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
     normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
     free = max(parts, key=lambda part: float(part.X_TE[0, 3]))
     R_TE, p_TE = free.X_TE[:3, :3], free.X_TE[:3, 3]
-    p_TS = p_TE + R_TE @ free.shape.find_support(R_TE.T @ normal_T)
-    return Target(p_TS, normal_T, model.compute_point_position(p_TS) + offset_W, direction_W)
+    normal_E = R_TE.T @ normal_T
+    p_TS = p_TE + R_TE @ free.shape.find_support(normal_E)
+    radius = free.shape.compute_curvature_radius(normal_E)
+    return Target(q_start, p_TS, normal_T, radius, model.compute_point_position(p_TS) + offset_W, direction_W)
 
 
 def plan_swing(
     model: ArmModel, target: Target, *, speed: float, duration: float, guess: Swing | None = None
 ) -> Swing:
-    """Plans a swing from rest in the home posture.
+    """Plans a swing from rest.
 
     Args:
         model: The arm; its state is set.
         target: What is to be struck, and with which point.
         speed: Of the point at the strike, [m/s].
         duration: From rest to strike, [s].
-        guess: A swing like the one that is sought, from which to search; from the home posture if None.
+        guess: A swing like the one that is sought, from which to search; from the start if None.
 
     Raises:
         AffordanceError: No swing within the limits of angle and rate does it.
     """
-    home, D = model.arm.home, duration
-    limits = model.arm.shrink_limits(_MARGIN)
-    n = len(home)
+    q_start, D = target.q_start, duration
+    limits = model.arm.shrink_limits(_MARGIN, q_start)
+    n = len(q_start)
     condition = StrikeCondition(model, target, speed)
     program = MathematicalProgram()
     z = program.NewContinuousVariables(2 * n, "z")  # q_1 and v_1
     program.SetInitialGuess(z, _guess_end(model, target, speed) if guess is None else np.hstack(guess[1:3]))
     of_joint = _COST_SCALE * np.array([[24.0 / D**3, -12.0 / D**2], [-12.0 / D**2, 8.0 / D]])
     curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
-    from_home = np.concatenate([home, np.zeros(n)])
-    program.AddQuadraticCost(curvature, -curvature @ from_home, z, is_convex=True)
+    from_start = np.concatenate([q_start, np.zeros(n)])
+    program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
     # Angles and rates at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
-    for of_z, at_home, lower, upper in (
+    for of_z, at_start, lower, upper in (
         ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),
         ([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u], 6.0 * (u**2 - u) / D, -limits.v_max, limits.v_max),
     ):
-        fixed: Array = np.kron(at_home, each) @ home
+        fixed: Array = np.kron(at_start, each) @ q_start
         matrix = np.asarray(np.kron(np.hstack(of_z), each), dtype=float)
         count = len(_CHECKED)
         program.AddLinearConstraint(matrix, np.tile(lower, count) - fixed, np.tile(upper, count) - fixed, z)
@@ -179,12 +187,11 @@ def plan_swing(
     found = result.GetSolution(z)
     if not result.is_success() or not condition.is_met(found):
         raise AffordanceError(f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s")
-    return Swing(home, found[:n], found[n:], D)
+    return Swing(q_start, found[:n], found[n:], D)
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
-    """Angles of the home posture, with the least rates that give S its velocity there."""
-    home = model.arm.home
-    model.set_state(np.concatenate([home, np.zeros(len(home))]))
+    """Angles of the start, with the least rates that give S its velocity there."""
+    model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
     J = model.compute_point_jacobian(target.p_TS)
-    return np.concatenate([home, np.linalg.pinv(J) @ (speed * target.direction_W)])
+    return np.concatenate([target.q_start, np.linalg.pinv(J) @ (speed * target.direction_W)])

@@ -54,7 +54,7 @@ class MpcController(SampledSystem):
     ) -> None:
         super().__init__()
         self._model = ArmModel(arm)
-        self._limits = arm.shrink_limits(angle_margin)
+        self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
         # By their horizons in ticks; made when they are first asked for.
@@ -108,20 +108,36 @@ class MpcController(SampledSystem):
         now, task = context.get_time(), self._goal.Eval(context)
         horizon = task.choose_horizon(now, self._settings.horizon)
         if horizon == 0.0:
-            self._continue_plan(context, discrete_state)
+            self._continue_plan(context, discrete_state, x)
             return
         goal = task.compute_goal(self._model, x, now, horizon)
         solution = self._get_mpc(horizon).solve(x, goal, self._model)
         if solution.status is MpcStatus.FAILED:
             self._count_failure(context, discrete_state, "the solver failed")
-            self._continue_plan(context, discrete_state)
+            self._continue_plan(context, discrete_state, x)
             return
-        discrete_state.set_value(self._tau, solution.tau)
+        tau = self._hold_torque(x, solution.vdot[0]) if solution.status is MpcStatus.FREE else solution.tau
+        discrete_state.set_value(self._tau, tau)
         discrete_state.set_value(self._plan, solution.vdot.ravel())
         discrete_state.set_value(self._made, np.array([now, horizon]))
         if solution.status is MpcStatus.LIMITED:
             limited, failed = context.get_discrete_state(self._counts).value()
             discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
+
+    def _hold_torque(self, x: Array, vdot: Array) -> Array:
+        """Torque that, held for a tick, gives accelerations in the mean of it: that of its middle, within limits.
+
+        The torque of its beginning would err by half of what gravity and gyration change in a tick, always in the
+        same direction: in two seconds of reaching the forearm, of whose angle nothing is asked, then drifts by
+        36 degrees (docs/decisions/0005-controller.md). Where a limit is active the program has bounded the torque of
+        the beginning, and that is what counts.
+        """
+        q, v = np.split(x, 2)
+        half = 0.5 * self._control_period
+        v_middle = v + half * vdot
+        self._model.set_state(np.concatenate([q + half * 0.5 * (v + v_middle), v_middle]))
+        tau: Array = np.clip(self._model.compute_inverse_dynamics(vdot), -self._limits.tau_max, self._limits.tau_max)
+        return tau
 
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
         ticks = round(horizon / self._control_period)
@@ -130,12 +146,12 @@ class MpcController(SampledSystem):
             self._mpcs[ticks] = MinimumAccelerationMpc(self._limits, settings)
         return self._mpcs[ticks]
 
-    def _continue_plan(self, context: Context, discrete_state: DiscreteValues) -> None:
-        """Goes on along the previous plan, the model being at the present state."""
+    def _continue_plan(self, context: Context, discrete_state: DiscreteValues, x: Array) -> None:
+        """Goes on along the previous plan."""
         made, horizon = context.get_discrete_state(self._made).value()
         plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
-        tau = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made, self._model)
-        discrete_state.set_value(self._tau, tau)
+        vdot = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made)
+        discrete_state.set_value(self._tau, self._hold_torque(x, vdot))
 
     def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
         _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", context.get_time(), reason)

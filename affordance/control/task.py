@@ -8,7 +8,11 @@ from affordance.plant.arm_model import ArmModel
 
 
 class Task(Protocol):
-    """States its goal at the end of a controller's horizon."""
+    """States where it starts, and its goal at the end of a controller's horizon."""
+
+    @property
+    def q_start(self) -> Array:
+        """Joint angles in which it begins, at rest, shape (num_joints,), [rad]."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
         """Chooses how far ahead the controller plans, a multiple of its tick.

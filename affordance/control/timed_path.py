@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
 
+from affordance.control.start_posture import Start, read_start
 from affordance.files.yaml_reader import read_record
 
 # What an arm can be asked for: points within two metres, in a twentieth of a second to a minute.
@@ -21,6 +22,7 @@ class TimedPath:
 
     Attributes:
         points: The points after the start, relative to it, in W, at least one.
+        start: Joints that do not start as in the arm's home posture, by name, with their angles, [rad].
         duration: From start to end, [s].
         tolerance: How far from the path counts as on it, [m].
     """
@@ -28,6 +30,7 @@ class TimedPath:
     points: tuple[tuple[float, float, float], ...]
     duration: float
     tolerance: float
+    start: Start = ()
 
     def describe_error(self, error: float) -> str:
         """Says that a motion leaves the path by an error, [m]; empty if it keeps within the tolerance."""
@@ -64,7 +67,7 @@ class TimedPath:
 
 
 def load_path(path: Path) -> TimedPath:
-    """Reads a path file: ``duration``, ``tolerance`` and ``points``, a list of three coordinates each.
+    """Reads a path file: ``duration``, ``tolerance``, ``points``, a list of three coordinates each, and ``start``.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
@@ -73,6 +76,7 @@ def load_path(path: Path) -> TimedPath:
     duration = record.number("duration", low=_DURATION_MIN, high=_DURATION_MAX)
     tolerance = record.number("tolerance", low=1e-4, high=_REACH_MAX)
     points = record.vectors("points", 3, low=-_REACH_MAX, high=_REACH_MAX)
+    start = read_start(record)
     record.finish()
     steps = np.linalg.norm(np.diff(points, axis=0, prepend=0.0), axis=1)
     if (steps < _SEPARATION_MIN).any():
@@ -80,4 +84,4 @@ def load_path(path: Path) -> TimedPath:
             f"points[{np.argmin(steps)}]",
             f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m",
         )
-    return TimedPath(tuple((float(x), float(y), float(z)) for x, y, z in points), duration, tolerance)
+    return TimedPath(tuple((float(x), float(y), float(z)) for x, y, z in points), duration, tolerance, start)

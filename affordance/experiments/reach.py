@@ -30,11 +30,14 @@ from affordance.experiments.shared.experience import Experience, ExperienceConfi
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.grip_choices import plan_choices
 from affordance.experiments.shared.novel_tools import load_subjects
+from affordance.experiments.shared.off_axis import measure_changes
 from affordance.experiments.shared.proportions import compute_proportions, describe_tools, draw_proportions
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
 from affordance.reporting import figures
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
@@ -50,10 +53,12 @@ class ReachPlan(NamedTuple):
     Attributes:
         choices: Of a grip, by tool.
         simulated: The task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
     """
 
     choices: Mapping[str, Choice]
     simulated: Mapping[str, Mapping[str, Rollout]]
+    off_axis: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -112,6 +117,8 @@ class ReachExperiment:
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
             )
             simulated = self.simulate(jobs)
+            work = partial(compute_reach_work, self.task, remove_errors(self.settings))
+            off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         except (SeeingError, UnavailableError):  # no matter of the path
             raise
         except AffordanceError as error:
@@ -127,7 +134,7 @@ class ReachExperiment:
                     raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
             works = [rollout.work for rollout in simulated[tool.name].values()]
             check_one_grip_is_cheaper(self.models, tool, works)
-        return ReachPlan(choices, simulated)
+        return ReachPlan(choices, simulated, off_axis)
 
     def simulate(self, jobs: int) -> dict[str, dict[str, Rollout]]:
         """Simulates the task under the true densities with every grip of every tool."""
@@ -160,10 +167,17 @@ class ReachExperiment:
         first = self.novel[0]
         simulated = plan.simulated[first.name]
         return {
-            **compute_proportions(plan.choices, arrays, self.experience, correct, plan.simulated),
+            **compute_proportions(
+                self.novel,
+                plan.choices,
+                arrays,
+                self.experience,
+                correct=correct,
+                simulated=plan.simulated,
+                off_axis=plan.off_axis,
+            ),
             "density_true": {part.material.name: part.material.density for part in first.components},
             "energy_true": {grip: rollout.work for grip, rollout in simulated.items()},
-            "energy_ratio_true": max(done.work for done in simulated.values()) / simulated[correct[first.name]].work,
             "effort_true": {grip: rollout.effort for grip, rollout in simulated.items()},
             "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in simulated.items()},
             "path_error_m": {grip: rollout.error for grip, rollout in simulated.items()},
@@ -234,6 +248,12 @@ class ReachExperiment:
         return draw_objects(drawings, columns=2)
 
 
+def compute_reach_work(task: Reach, settings: Settings, held: Tool) -> float:
+    """Plans the task with a tool that is gripped, and returns its work, [J]."""
+    cost = task.build_cost(ArmModel(load_arm(settings.arm)), held.components, settings)
+    return float(cost.compute(held.parameters[None]).work[0])
+
+
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> ReachExperiment:
     """Reads objects, tools and path from a folder of models.
 
@@ -241,5 +261,7 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, settings)
-    return ReachExperiment(experience, novel, Reach(load_path(models / "paths" / "reach.yaml")), models)
+    file = models / "paths" / "reach.yaml"
+    path = load_path(file)
+    experience, novel = load_subjects(models, seed, settings, task=file, start=path.start)
+    return ReachExperiment(experience, novel, Reach(path), models)

@@ -106,6 +106,17 @@ class Record:
         """
         return Record(self.path, self._key_of(name), self._take(name))
 
+    def numbers(self, *, low: float = -math.inf, high: float = math.inf) -> dict[str, float]:
+        """Takes every entry of this mapping as a named finite number from ``low`` to ``high``.
+
+        Raises:
+            BadValueError: A name is not a text, or a value not such a number.
+        """
+        for name in self._content:
+            if not isinstance(name, str):
+                raise BadValueError(self.path, self.key, f"the key {_show(name)} must be a text")
+        return {name: self.number(name, low=low, high=high) for name in self._content}
+
     def records(self, name: str) -> Iterator["Record"]:
         """Takes a non-empty list of mappings.
 

@@ -43,6 +43,9 @@ class Shape(Protocol):
     def find_support(self, direction_E: Array) -> Array:
         """The point of the solid that lies farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
 
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Radius of curvature at that point, [m]: of the sphere of the same Gaussian curvature, infinite if flat."""
+
 
 @dataclass(frozen=True)
 class Ellipsoid:
@@ -87,6 +90,10 @@ class Ellipsoid:
         stretched = self.sizes * direction_E
         support: Array = self.sizes * stretched / np.linalg.norm(stretched)
         return support
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """For semi-axes a, b, c and a unit vector d: a b c / |a d|^2, [m]."""
+        return float(np.prod(self.sizes) / np.sum((self.sizes * direction_E) ** 2))
 
 
 def build_inertia_map(

@@ -5,6 +5,7 @@ with H while held), E a component of the tool, B any body, Bcm its centre of mas
 directives file describes (see models/arm.dmd.yaml); nothing here knows how many joints it has.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -13,12 +14,7 @@ import numpy as np
 from pydrake.geometry import Ellipsoid as EllipsoidGeometry
 from pydrake.math import RigidTransform
 from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import (
-    AddMultibodyPlantSceneGraph,
-    ContactModel,
-    CoulombFriction,
-    MultibodyPlant,
-)
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel, MultibodyPlant
 from pydrake.multibody.tree import (
     Frame,
     Joint,
@@ -29,7 +25,7 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arrays import Array
-from affordance.exceptions import ModelFileError
+from affordance.exceptions import AffordanceError, ModelFileError, describe_choice
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
@@ -38,8 +34,6 @@ from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
 ARM = MODELS / "arm.dmd.yaml"
 HAND_FRAME = "hand_grip"
-# Contact between bodies: dry skin or wood on metal (Drake's own default is frictionless).
-FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 
 
 class JointLimits(NamedTuple):
@@ -86,12 +80,38 @@ class Arm:
         """Names of the joints, in the order of q."""
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
-    def shrink_limits(self, margin: float) -> JointLimits:
-        """The limits, those of angle nearer by a margin, [rad]; the home posture always keeps them."""
+    def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
+        """The limits, those of angle nearer by a margin, [rad]; where a motion starts, (num_joints,), keeps them."""
         return self.limits._replace(
-            q_lower=np.minimum(self.home, self.limits.q_lower + margin),
-            q_upper=np.maximum(self.home, self.limits.q_upper - margin),
+            q_lower=np.minimum(q_start, self.limits.q_lower + margin),
+            q_upper=np.maximum(q_start, self.limits.q_upper - margin),
         )
+
+    def find_posture(self, angles: Mapping[str, float]) -> Array:
+        """Joint angles of a posture, shape (num_joints,), [rad].
+
+        Args:
+            angles: Those that are not as in the home posture, by the names of the joints, [rad].
+
+        Raises:
+            AffordanceError: There is no such joint, or it cannot take its angle.
+        """
+        q, names = np.array(self.home), self.joint_names
+        for name, angle in angles.items():
+            if name not in names:
+                raise AffordanceError(describe_choice(name, names))
+            index = names.index(name)
+            low, high = self.limits.q_lower[index], self.limits.q_upper[index]
+            if not low <= angle <= high:
+                raise AffordanceError(f"puts {name} at {angle:g} rad, must be from {low:g} to {high:g} rad")
+            q[index] = angle
+        return q
+
+    def set_posture(self, plant_context: Context, q: Array) -> None:
+        """Puts the joints at angles q, shape (num_joints,), [rad], and leaves a nail and all rates as they are."""
+        positions = self.plant.GetPositions(plant_context)
+        positions[: self.num_joints] = q
+        self.plant.SetPositions(plant_context, positions)
 
     def set_payload(self, plant_context: Context, pi: Array) -> None:
         """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
@@ -156,7 +176,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 
 
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
-    """Welds a body to the hand, with the tool's inertia and, if the plant has geometry at all, its shape."""
+    """Welds a body to the hand, with the tool's inertia and its look if the plant has geometry at all."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
     body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
     plant.WeldFrames(hand, body.body_frame())
@@ -168,7 +188,6 @@ def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str
             shape = EllipsoidGeometry(*component.shape.semi_axes)
             colour = np.array([*component.looks_like.colour, 1.0])
             plant.RegisterVisualGeometry(body, X_TE, shape, f"{name}_visual_{i}", colour)
-            plant.RegisterCollisionGeometry(body, X_TE, shape, f"{name}_collision_{i}", FRICTION)
     return body
 
 
@@ -183,6 +202,8 @@ def _finish_plant(
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)
     clamp = Clamp(plant, hand) if has_clamp else None
+    if nail is not None and nail.face is not None:
+        nail.face.add_to(plant, body, "tool_face")
     # Last, so that the arm's joints come first in the plant's state.
     joint = None if nail is None else add_nail(plant, nail)
     plant.set_contact_model(ContactModel.kPoint)

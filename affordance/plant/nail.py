@@ -15,6 +15,7 @@ from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, Spat
 
 from affordance.arrays import Array
 from affordance.files.yaml_reader import Record
+from affordance.plant.contact_face import ContactFace
 
 # Load that withdraws a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
 # wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
@@ -85,15 +86,16 @@ class Nail:
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
         """Speed of the tip at the strike that gives a peak of the skin friction, [m/s].
 
-        All kinetic energy at the tip is lost to friction between the two depths: m v^2 = (F^2 - F_set^2) / k_n, with
-        the few grams of the nail left aside (design 4).
+        Of the kinetic energy at the tip friction takes what lies between the two depths, and the contact stores the
+        rest: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are left aside.
 
         Args:
             force: Peak resistance, [N]; below that of the depth it is set to, no speed is needed.
             effective_mass: Of the tip along the nail, 1 / (n^T J M^-1 J^T n), [kg]; any shape that broadcasts.
         """
-        gained = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2)
-        speed: Array = np.sqrt(gained / (self.stiffness * effective_mass))
+        lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
+        stored = np.where(lost > 0.0, np.square(force) / CONTACT_STIFFNESS, 0.0)
+        speed: Array = np.sqrt((lost + stored) / effective_mass)
         return speed
 
 
@@ -127,11 +129,19 @@ class NailPlacement(NamedTuple):
         nail: The nail.
         p_WNo: The highest point of its head, shape (3,), [m].
         direction_W: Where it is driven to, a unit vector, shape (3,).
+        face: What strikes it; None if nothing does.
     """
 
     nail: Nail
     p_WNo: Array
     direction_W: Array
+    face: ContactFace | None = None
+
+    @property
+    def key(self) -> tuple[object, ...]:
+        """Everything of it, hashable."""
+        face = () if self.face is None else (self.face.p_TS.tobytes(), self.face.normal_T.tobytes(), self.face.radius)
+        return (self.nail, self.p_WNo.tobytes(), self.direction_W.tobytes(), *face)
 
 
 def read_nail(record: Record) -> Nail:

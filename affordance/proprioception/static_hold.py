@@ -1,6 +1,6 @@
 """What an object held still feels like, without simulating the hold: for studies of the estimator by the thousand.
 
-The arm rests in its home posture, so the percept is the mean torque of a hold in which nothing moves.
+The arm rests in one posture, so the percept is the mean torque of a hold in which nothing moves.
 """
 
 import numpy as np
@@ -15,18 +15,19 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 
 class StaticHold:
-    """The arm at rest in its home posture.
+    """The arm at rest in a posture.
 
     Attributes:
         Y: Payload regressor, shape (num_joints, 10).
         tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
     """
 
-    def __init__(self, arm: Arm) -> None:
-        """Computes regressor and torque once."""
+    def __init__(self, arm: Arm, q: Array | None = None) -> None:
+        """Computes regressor and torque once, in a posture q, (num_joints,), [rad]; the arm's home if None."""
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
-        self.Y = compute_payload_regressor(model, np.concatenate([arm.home, at_rest]), at_rest)
+        posture = arm.home if q is None else q
+        self.Y = compute_payload_regressor(model, np.concatenate([posture, at_rest]), at_rest)
         self.tau_arm = model.compute_inverse_dynamics(at_rest)
 
     def measure(self, belief: ObjectBelief, rho: Array, noise: NoiseModel, seed: tuple[int, ...]) -> TorqueStatistics:

@@ -1,8 +1,8 @@
 """A trial in which the hand pushes against a clamp, which then lets go and hands over the object.
 
 The force has a closed form (``control.clamp``). How far the hand moves then has none for the outstretched arm: a
-belief that is a seventh too light makes it unstable, to first order, against turning its forearm, and what it sinks by
-is decided by what is beyond. For hundreds of lifts it is simulated at some beliefs, and interpolated between.
+belief that is a seventh too light makes it unstable, to first order, against turning its forearm, and what is beyond
+decides how far it sinks. For hundreds of lifts it is simulated at some beliefs, and interpolated between.
 """
 
 from typing import NamedTuple

@@ -82,7 +82,7 @@ class TrialRunner:
     ) -> TrialDiagram:
         """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if asked."""
         shapes = () if tool is None else tool.appearance
-        placement = () if nail is None else (nail.nail, nail.p_WNo.tobytes(), nail.direction_W.tobytes())
+        placement = () if nail is None else nail.key
         key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
             self._diagrams[key] = build_trial_diagram(
@@ -98,7 +98,7 @@ class TrialRunner:
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
-        """Runs one trial, from rest in the arm's home posture and with the object attached.
+        """Runs one trial, from rest where the task starts and with the object attached.
 
         Args:
             tool: The object; its true densities act in the plant.
@@ -179,6 +179,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
     trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))
     trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
+    trial.arm.set_posture(plant_context, task.q_start)
     simulator = Simulator(trial.diagram, context)
     ApplySimulatorConfig(settings.simulator, simulator)
     simulator.Initialize()
@@ -201,13 +202,16 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
     if p_value < OUTLIER_P_VALUE:
         _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, p_value)
     log = trial.state_log.FindLog(context)
-    x = np.array(log.data().T)  # the log is used again for the next presentation
+    times = np.array(log.sample_times())
+    # A simulation whose integrator is changed on the way logs that moment twice: of equal times the last counts.
+    rows = np.append(np.diff(times) > 0.0, True)
+    x = np.array(log.data().T)[rows]  # a copy: the log is used again for the next presentation
     q, v = np.split(x, 2, axis=1)
     return TrialRecord(
-        times=np.array(log.sample_times()),
+        times=times[rows],
         q=q,
         v=v,
-        tau=np.array(trial.tau_log.FindLog(context).data().T),
+        tau=np.array(trial.tau_log.FindLog(context).data().T)[rows],
         height_centre=_measure_height(trial, q, tool.p_TTcentre),
         height_grip=_measure_height(trial, q, np.zeros(3)),
         height_com=_measure_height(trial, q, tool.p_TTcm),

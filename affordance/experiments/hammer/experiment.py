@@ -28,7 +28,7 @@ from affordance.experiments.hammer.measures import (
     measure_swings,
     measure_yielding,
 )
-from affordance.experiments.hammer.plan import FORCE_TOLERANCE, HammerPlan, plan_hammer
+from affordance.experiments.hammer.plan import HammerPlan, plan_hammer
 from affordance.experiments.hammer.study import HammerStudy, study_blows
 from affordance.experiments.shared.correct_grip import find_cheaper_grip, find_grip_of_densest, remove_errors
 from affordance.experiments.shared.decisions import label_choices, let_observer_choose
@@ -122,9 +122,19 @@ class HammerExperiment:
         correct = {name: find_cheaper_grip(blows) for name, blows in plan.blows.simulated.items()}
         of_headed = measure_blows(plan.blows.simulated[others[0].name], "_headed_tool") if others else {}
         return {
-            **compute_proportions(plan.blows.choices, arrays, self.experience, correct, plan.blows.simulated),
+            **compute_proportions(
+                self.novel,
+                plan.blows.choices,
+                arrays,
+                self.experience,
+                correct=correct,
+                simulated=plan.blows.simulated,
+                off_axis=plan.blows.off_axis,
+            ),
+            "force_ratios": [
+                blow.force / self.task.force for blows in plan.blows.simulated.values() for blow in blows.values()
+            ],
             "density_true": {part.material.name: part.material.density for part in first.components},
-            "energy_ratio_true": max(blow.work for blow in simulated.values()) / simulated[correct[first.name]].work,
             **measure_blows(simulated),
             **of_headed,
             **measure_demand(self.task, first, plan.blows.costs[first.name]),
@@ -141,7 +151,6 @@ class HammerExperiment:
         nail = self.task.nail
         return {
             **describe_tools(self.novel, numbers),
-            "force_tolerance": FORCE_TOLERANCE,
             "grip_of_densest_far": find_grip_of_densest(self.novel[0], at_hand=False),
             "nail_stiffness": nail.stiffness,
             "depth_set": nail.depth_set,
@@ -189,5 +198,7 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
         BadValueError: A file is wrong, or the objects do not make this experiment.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    experience, novel = load_subjects(models, seed, settings)
-    return HammerExperiment(experience, novel, load_hammer(models / "nail.yaml"), models)
+    file = models / "nail.yaml"
+    task = load_hammer(file)
+    experience, novel = load_subjects(models, seed, settings, task=file, start=task.start)
+    return HammerExperiment(experience, novel, task, models)

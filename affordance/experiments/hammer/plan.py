@@ -11,8 +11,10 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
+from affordance.experiments.hammer.off_axis import compute_blow_work
 from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
 from affordance.experiments.shared.grip_choices import plan_choices
+from affordance.experiments.shared.off_axis import measure_changes
 from affordance.objects.tool import Tool, list_densities
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
@@ -30,11 +32,13 @@ class HammerPlan(NamedTuple):
         choices: Of a grip, by tool, as features are observed.
         costs: The blows planned for the tools as they are, by tool and grip.
         simulated: The blows under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
     """
 
     choices: Mapping[str, Choice]
     costs: Mapping[str, Mapping[str, BlowCost]]
     simulated: Mapping[str, Mapping[str, Blow]]
+    off_axis: Mapping[str, float]
 
 
 def plan_hammer(
@@ -88,7 +92,9 @@ def plan_hammer(
                 problem = f"asks for {task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(models, tool, [blow.work for blow in simulated[tool.name].values()])
-    return HammerPlan(choices, costs, simulated)
+    work = partial(compute_blow_work, task, exact)
+    off_axis = measure_changes(work, tools, jobs=jobs, description="hammer: parts moved")
+    return HammerPlan(choices, costs, simulated, off_axis)
 
 
 def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:

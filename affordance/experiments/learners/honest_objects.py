@@ -25,12 +25,11 @@ from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order
-from affordance.experiments.shared.novel_tools import load_subjects
+from affordance.experiments.shared.novel_tools import load_novel_tools
 from affordance.objects.tool import list_densities
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.settings import Settings
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
@@ -87,7 +86,7 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     chosen = {
         task: np.array(
             [
-                _compute_p_correct(config.models, task, held.settings, memory, (seed, repeat, trial, Stream.PAPER))
+                _compute_p_correct(config.models, task, held, memory, (seed, repeat, trial, Stream.PAPER))
                 for trial, memory in enumerate(memories)
             ]
         )
@@ -139,21 +138,23 @@ def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 
 @lru_cache(maxsize=4)
-def _plan(models: Path, task: str, settings: Settings) -> tuple[Choice, int]:
+def _plan(models: Path, task: str, held: ExperienceConfig) -> tuple[Choice, int]:
     """The choice of a grip of the first novel tool, and which option one who knows the densities takes."""
-    plain = load_subjects(models, 0, settings)[1][0]
+    plain = load_novel_tools(models, held)[0]
     model = (
         Reach(load_path(models / "paths" / "reach.yaml")) if task == "reach" else load_hammer(models / "nail.yaml")
     )
-    choice = plan_choice(list_options(plain), model, settings)
+    choice = plan_choice(list_options(plain), model, held.settings)
     expert = MaterialMemory.from_densities(list_densities([plain]))
     best = rank_options(choice, expert, np.random.default_rng(0), num_samples=1).best
     return choice, choice.options.index(best.option)
 
 
-def _compute_p_correct(models: Path, task: str, settings: Settings, memory: Memory, seed: tuple[int, ...]) -> float:
+def _compute_p_correct(
+    models: Path, task: str, held: ExperienceConfig, memory: Memory, seed: tuple[int, ...]
+) -> float:
     """Probability that the cheaper grip is chosen by one density drawn (paper, IV-C and IV-D)."""
-    choice, correct = _plan(models, task, settings)
+    choice, correct = _plan(models, task, held)
     rng = np.random.default_rng(seed)
     chosen = pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, _NUM_CHOICES)), rng)
     return float(count_correct(chosen, correct) / _NUM_CHOICES)

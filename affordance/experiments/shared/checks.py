@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
+from affordance.control.start_posture import Start
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool
@@ -53,25 +54,28 @@ def check_tools_have_one_grip(path: Path, tools: Sequence[Tool]) -> None:
             raise BadValueError(path, f"tools: {tool.name}.grips", f"are {names}, must not be given here")
 
 
-def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings) -> None:
-    """Compares every static torque of the home posture with its limit.
+def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
+    """Compares every static torque of the posture in which a task starts with its limit.
 
     Args:
         path: The file the tools are from.
         tools: All that will be held.
         settings: Those of the experiment.
+        start: Where the task starts; the home posture if empty.
 
     Raises:
+        AffordanceError: The arm cannot take the posture.
         BadValueError: A tool is too heavy for a joint.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
     """
     add_arm(DiagramBuilder(), settings.arm, tools[0])  # with shapes, which only a replay or a blow would miss
     arm = load_arm(settings.arm)
-    hold = StaticHold(arm)
+    hold = StaticHold(arm, arm.find_posture(dict(start)))
+    posture = "start" if start else "home"
     for tool in tools:
         for name, torque, bound in zip(arm.joint_names, np.abs(hold.tau_arm), arm.limits.tau_max, strict=True):
             if torque > bound:  # else its own weight, in the wrong units perhaps, would be put down to the tool
-                problem = f"loads {name} with {torque:.3g} N m in the home posture with an empty hand"
+                problem = f"loads {name} with {torque:.3g} N m in the {posture} posture with an empty hand"
                 raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
         tau = np.abs(hold.tau_arm + hold.Y @ tool.parameters)
         worst = int(np.argmax(tau / arm.limits.tau_max))
@@ -79,6 +83,6 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
             raise BadValueError(
                 path,
                 f"tools: {tool.name}",
-                f"weighs {tool.mass:.3g} kg and loads {arm.joint_names[worst]} with {tau[worst]:.3g} N m in the home "
-                f"posture, must be at most {arm.limits.tau_max[worst]:.3g} N m",
+                f"weighs {tool.mass:.3g} kg and loads {arm.joint_names[worst]} with {tau[worst]:.3g} N m in the "
+                f"{posture} posture, must be at most {arm.limits.tau_max[worst]:.3g} N m",
             )

@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
+from affordance.control.start_posture import Start, check_start
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.checks import check_tools_are_honest, check_tools_can_be_held
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
 from affordance.settings import Settings
-
-# Lengths of a tool in two grips that differ by less are equal, [m].
-_SAME_LENGTH = 1e-9
 
 
 def load_novel_tools(models: Path, experience: ExperienceConfig) -> tuple[Tool, ...]:
@@ -31,25 +30,31 @@ def load_novel_tools(models: Path, experience: ExperienceConfig) -> tuple[Tool, 
         if unknown:
             problem = f"looks like {', '.join(sorted(unknown))}, must look like what com.yaml is made of"
             raise BadValueError(path, f"tools: {tool.name}", problem)
-        lengths = [float(tool.gripped_by(grip).p_TTfree[0]) for grip in tool.grips]
-        if abs(lengths[0] - lengths[1]) > _SAME_LENGTH:
-            problem = f"reach {lengths[0]:g} and {lengths[1]:g} m beyond the hand, must reach equally far"
-            raise BadValueError(path, f"tools: {tool.name}.grips", problem)
     check_tools_are_honest(path, tools)
     return tools
 
 
-def load_subjects(models: Path, seed: int, settings: Settings) -> tuple[ExperienceConfig, tuple[Tool, ...]]:
+def load_subjects(
+    models: Path, seed: int, settings: Settings, *, task: Path, start: Start
+) -> tuple[ExperienceConfig, tuple[Tool, ...]]:
     """Reads the objects that are held and the tools that are chosen about from a folder of models.
+
+    Args:
+        models: The folder.
+        seed: Root of every random draw.
+        settings: What all simulations share.
+        task: The file of the task.
+        start: Where the task starts.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make these experiments.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
+    check_start(task, start, load_arm(settings.arm))
     *honest, _ = load_learning_objects(models)
     experience = ExperienceConfig(tuple(honest), seed, settings)
     novel = load_novel_tools(models, experience)
     check_tools_can_be_held(models / "tools" / "com.yaml", honest, settings)
     held = [gripped for tool in novel for gripped in tool.list_gripped().values()]
-    check_tools_can_be_held(models / "tools" / "novel.yaml", held, settings)
+    check_tools_can_be_held(models / "tools" / "novel.yaml", held, settings, start)
     return experience, novel

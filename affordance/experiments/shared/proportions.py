@@ -11,6 +11,7 @@ from affordance.experiments.definition import Arrays
 from affordance.experiments.shared.correct_grip import Simulated
 from affordance.experiments.shared.decisions import choose_before_experience, estimate_correct
 from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.experiments.shared.symmetry import is_symmetric
 from affordance.objects.tool import Tool
 from affordance.reporting import figures
 from affordance.reporting.formatting import count_observers
@@ -18,20 +19,25 @@ from affordance.reporting.statistics import Estimate
 
 
 def compute_proportions(
+    novel: Sequence[Tool],
     choices: Mapping[str, Choice],
     arrays: Arrays,
     experience: ExperienceConfig,
+    *,
     correct: Mapping[str, str],
     simulated: Mapping[str, Mapping[str, Simulated]],
+    off_axis: Mapping[str, float],
 ) -> dict[str, Any]:
     """Computes the proportions of correct choices.
 
     Args:
-        choices: Of a grip, by tool; the first tool is the paper's.
+        novel: The tools; the first is the paper's.
+        choices: Of a grip, by tool.
         arrays: Choices of all observers; see ``let_observer_choose``.
         experience: How experience was gained.
         correct: Names of the correct grips, by tool.
         simulated: The task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
     """
     tools = {}
     estimates: dict[str, Estimate] = {}
@@ -45,6 +51,9 @@ def compute_proportions(
             "correct_grip": correct[name],
             "energy_true": {grip: done.work for grip, done in simulated[name].items()},
             "chance": estimates[name].mean[0],
+            "chance_by_symmetry": is_symmetric(novel[index]),
+            "energy_ratio_true": compute_energy_ratio(simulated[name]),
+            "off_axis_2mm_change": off_axis[name],
         }
     first, *others = choices
     grips = [option.grip for option in choices[first].options]
@@ -56,7 +65,9 @@ def compute_proportions(
         "p_correct_bayes_ci95": bayes.ci95,
         "effort_flips": arrays["flips"].mean(axis=0),
         "correct_grip": correct[first],
+        "energy_ratio_true": tools[first]["energy_ratio_true"],
         "tools": tools,
+        "off_axis_2mm_change": max(off_axis.values()),
     }
     if others:
         numbers["p_correct_headed_tool"] = estimates[others[0]].mean
@@ -64,6 +75,12 @@ def compute_proportions(
         numbers["correct_grip_headed_tool"] = correct[others[0]]
         numbers["energy_true_headed_tool"] = tools[others[0]]["energy_true"]
     return numbers
+
+
+def compute_energy_ratio(simulated: Mapping[str, Simulated]) -> float:
+    """Work with the dearest grip over that with the cheapest."""
+    works = [done.work for done in simulated.values()]
+    return max(works) / min(works)
 
 
 def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[str, Any]:
@@ -82,12 +99,13 @@ def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[st
 
 def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: str, num_observers: int) -> Figure:
     """Draws the proportions of correct choices, figures 8 and 10."""
-    curves = {f"{tool.name}, one density drawn": numbers["tools"][tool.name] for tool in tools}
-    first = tools[0].name
     estimates = {
-        label: Estimate(each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0))
-        for label, each in curves.items()
+        f"{name} (chance by symmetry)" if each["chance_by_symmetry"] else name: Estimate(
+            each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0)
+        )
+        for name, each in numbers["tools"].items()
     }
+    first = tools[0].name
     estimates[f"{first}, least expected work"] = Estimate(
         numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0)
     )

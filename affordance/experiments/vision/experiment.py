@@ -24,6 +24,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.observed_options import list_options, seed_observation
 from affordance.choice.ranking import Ranking, rank
 from affordance.choice.reach import Reach
+from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.definition import Arrays, Outputs
@@ -246,7 +247,9 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     if len(tools) != 2:
         raise BadValueError(path, "tools", f"has {len(tools)} entries, must have 2: the objects to choose from")
     known = tuple((material.colour, material.density) for material in materials.values())
-    task = Reach(load_path(models / "paths" / "mash.yaml"))
+    file = models / "paths" / "mash.yaml"
+    task = Reach(load_path(file))
+    check_start(file, task.path.start, load_arm(settings.arm))
     settings = replace(settings, feature_source=FeatureSource.FEATURES)  # or its numbers would be kept twice
     return VisionExperiment(tools, known, task, seed, settings, models)
 

@@ -1,0 +1,50 @@
+"""How much the work of a task changes if a part of a tool sits a little elsewhere.
+
+Where it changes by much, as from a posture near rank loss, what is chosen says more about where parts sit than about
+what they are made of.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from affordance.objects.tool import Grip, Tool
+from affordance.runs.repeats import run_tasks
+
+# By how far parts are moved, [m].
+SHIFT = 2e-3
+
+
+def list_shifted(tool: Tool) -> Iterator[Tool]:
+    """The tool with one part moved by SHIFT along one axis of T, forth or back: six tools a part."""
+    for index, part in enumerate(tool.components):
+        for axis in range(3):
+            for sign in (1.0, -1.0):
+                X_TE = np.array(part.X_TE)
+                X_TE[axis, 3] += sign * SHIFT
+                parts = list(tool.components)
+                parts[index] = replace(part, X_TE=X_TE)
+                yield replace(tool, components=tuple(parts))
+
+
+def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
+    """Largest relative change of the work with a tool in a grip, over the tools of ``list_shifted``.
+
+    Args:
+        compute_work: Work with a tool that is gripped, [J].
+        tool: The tool.
+        grip: Stays where it is in the tool.
+    """
+    work = compute_work(tool.gripped_by(grip))
+    return max(abs(compute_work(shifted.gripped_by(grip)) / work - 1.0) for shifted in list_shifted(tool))
+
+
+def measure_changes(
+    compute_work: Callable[[Tool], float], tools: Sequence[Tool], *, jobs: int, description: str
+) -> dict[str, float]:
+    """The same, largest over all grips, by tool; in processes."""
+    tasks = [partial(measure_change, compute_work, tool, grip) for tool in tools for grip in tool.grips]
+    done = iter(run_tasks(tasks, jobs=jobs, description=description))
+    return {tool.name: max(next(done) for _ in tool.grips) for tool in tools}
