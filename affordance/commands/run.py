@@ -5,6 +5,7 @@ from pathlib import Path
 
 import joblib
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.files.model_folder import MODELS
@@ -32,6 +33,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="true features of objects (default), or from a picture of each; vision always takes pictures",
     )
     parser.add_argument(
+        "--learner",
+        choices=[learner.value for learner in Learner],
+        default=Learner.DENSITY.value,
+        help="one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn",
+    )
+    parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
@@ -53,6 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
         faults=arguments.fault,
         cluster=arguments.cluster,
         feature_source=FeatureSource(arguments.vision),
+        learner=Learner(arguments.learner),
     )
     print(f"The report: {report}")
     return 0

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
@@ -57,6 +58,7 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     feature_source: FeatureSource = FeatureSource.FEATURES,
+    learner: Learner = Learner.DENSITY,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -70,6 +72,7 @@ def run_suite(
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         feature_source: Where the features of objects come from.
+        learner: What observers learn by.
 
     Returns: Path of the report.
 
@@ -80,7 +83,7 @@ def run_suite(
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
-    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source, learner=learner)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
