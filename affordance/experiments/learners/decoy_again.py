@@ -134,8 +134,8 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
         six, [kg/m^3]; ``excursion_m`` with ``_ci95``, by learner the mean excursion in each hold, and
-        ``deviation_m``, that of its magnitude; and ``needless_kinds``, by learner the share of first lifts of honest objects but the
-        first that founded a kind.
+        ``deviation_m``, that of its magnitude; and ``needless_kinds``, by learner the share of first lifts of honest
+        objects but the first that founded a kind.
     """
     num_honest = len(weight.tools) - 1
     brass, excursion, interval, deviation, needless = {}, {}, {}, {}, {}
