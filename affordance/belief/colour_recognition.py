@@ -3,8 +3,8 @@
 A colour is measured with an error, and objects of one material differ by what is just noticeable. Around each colour
 that was met before colours are normal in CIELAB; those of materials never met are anywhere among the colours a
 picture can hold. Brightness may be measured worse than the rest, for it hangs on how a surface is turned to the
-lamps: its error shifts a colour along the direction in which it changes as the light does. All known colours and "never
-met" are equally probable before the colour is observed.
+lamps: its error shifts a colour along the direction in which it changes as the light does. All known colours and
+"never met" are equally probable before the colour is observed.
 """
 
 from collections.abc import Sequence

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
@@ -58,6 +59,7 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     feature_source: FeatureSource = FeatureSource.FEATURES,
+    learner: Learner = Learner.DENSITY,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -71,6 +73,7 @@ def run_suite(
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         feature_source: Where the features of objects come from.
+        learner: What observers learn by.
 
     Returns: Path of the report.
 
@@ -82,7 +85,7 @@ def run_suite(
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
     check_folder(out)  # before plans are made, which takes minutes
-    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source, learner=learner)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))

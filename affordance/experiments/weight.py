@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
@@ -26,6 +26,7 @@ from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.colour import Colour
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
+from affordance.random_streams import Stream
 from affordance.reporting import figures, statistics
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -84,7 +85,8 @@ class Weight:
 
     def run_trials(self, repeat: int) -> tuple[list[TrialRecord], list[Memory]]:
         """Runs one observer through all trials; returns their records, and the memories before and after each."""
-        memory = MaterialMemory().add_colours([self.colour], self.settings.prior)
+        start = start_memory(self.settings.learner, (self.seed, repeat, Stream.KINDS))
+        memory = start.add_colours([self.colour], self.settings.prior)
         observer = Observer(get_runner(self.settings), memory, duration=self.duration)
         records: list[TrialRecord] = []
         memories: list[Memory] = [memory]

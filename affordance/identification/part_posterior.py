@@ -166,7 +166,8 @@ def infer_parts(
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             break
     p_value = prior.densities.compute_p_value(of_rho)
-    belief = ObjectBelief(prior.memory.condition(of_rho, deviation_sd), densities, prior.geometry)
+    memory = prior.memory.learn(prior.densities, lambda _: of_rho, deviation_sd).memory
+    belief = ObjectBelief(memory, densities, prior.geometry)
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)

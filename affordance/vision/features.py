@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
 from affordance.objects.striking_face import StrikingFace
@@ -68,6 +69,15 @@ class ComponentFeatures:
     lightness_sd: float = 0.0
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
     strikes: tuple[StrikingFace, ...] = ()
+
+    @property
+    def appearance(self) -> PartAppearance:
+        """What of it tells which object it belongs to."""
+        x, y, z = (float(value) for value in self.X_TE[:3, 3])
+        sizes = tuple(float(size) for size in self.shape.sizes)
+        return PartAppearance(
+            self.colour, sizes, (x, y, z), self.colour_sd, self.size_sd, self.position_sd, self.lightness_sd
+        )
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
