@@ -1,7 +1,7 @@
 """Planning every control period by the quadratic program: the same trials, and what it costs.
 
-By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where that
-plan breaks a limit. Here whole trials of all four simulations are run both ways, by turns: how far their joint angles
+By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where
+that plan breaks a limit. Here whole trials of all four simulations are run both ways: how far their joint angles
 differ, in how many periods a limit was active, and how long each took.
 ``python -m benchmarks.program_every_tick`` runs every trial at full length.
 """
