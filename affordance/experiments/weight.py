@@ -21,7 +21,8 @@ from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.checks import check_tools_can_be_held, check_tools_have_one_grip
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.trajectories import count_events, label_heights, label_motions, stack_heights
-from affordance.experiments.within_trial import BY_POSTERIOR, BY_PRIOR, WHITE, WithinTrialStudy
+from affordance.experiments.within_trial import WHITE, WithinTrialStudy
+from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.colour import Colour
@@ -144,7 +145,6 @@ class Weight:
             "periods_failed": arrays["periods_failed"].sum(axis=0),
             "samples_rejected": arrays["rejected"].sum(axis=0),
             "trials_outlier": (arrays["p_value"] < OUTLIER_P_VALUE).sum(axis=0),
-            "within_trial": self.study_within_trial().summarise(),
         }
 
     def study_within_trial(self) -> WithinTrialStudy:
@@ -165,8 +165,6 @@ class Weight:
             "decoy_materials": materials,
             "run_shown": OBSERVER_SHOWN,
             "white_sd": WHITE.sd,
-            "by_prior": BY_PRIOR,
-            "by_posterior": BY_POSTERIOR,
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
@@ -205,6 +203,7 @@ class Weight:
             replay=lambda path: write_replay(
                 path, self.settings.arm, scenes, title=f"Simulation I, seed {self.seed}"
             ),
+            writers={"within_trial": lambda folder: write_json(folder / "within_trial.json", within.summarise())},
         )
 
     def _draw_density(self, arrays: Arrays) -> Figure:

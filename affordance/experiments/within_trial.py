@@ -63,7 +63,7 @@ class WithinTrialStudy:
         return WithinTrial(growth, records)
 
     def summarise(self) -> dict[str, Any]:
-        """The numbers of metrics.json: standard deviations of the density and their theory, and heights."""
+        """The numbers of within_trial.json: standard deviations of the density and their theory, and heights."""
         found = self.run()
         return {
             "posterior_sd": {name: growth.sd for name, growth in found.growth.items()},

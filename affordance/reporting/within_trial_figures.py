@@ -99,9 +99,9 @@ def draw_sinking(lines: Mapping[str, Sinking], *, density_true: float, name: str
     right.axhline(density_true, color="#000000", linewidth=0.8, linestyle=":", label="true density")
     for k, (belief, found) in enumerate(lines.items()):
         colour = OBJECT_COLOURS[2 * k]
-        left.plot(
-            found.times, _METRES_TO_CM * found.height, color=colour, linewidth=1.6, label=f"control by {belief}"
-        )
+        height = _METRES_TO_CM * found.height
+        shown = f"control by {belief}:\n{height.min():.1f} cm at the lowest, {height[-1]:.1f} cm at the end"
+        left.plot(found.times, height, color=colour, linewidth=1.6, label=shown)
         right.step(found.belief_times, found.density, where="pre", color=colour, linewidth=1.6)
     left.set_ylabel("height of the object's centre (cm)")
     left.set_title(f"Holding {label(name)} for the first time", fontsize=FONT_SIZE)
