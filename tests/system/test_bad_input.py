@@ -1,12 +1,12 @@
 """Spoilt files: a small version of benchmarks/trust/bad_input.py, a corpus kept for ever, and files of results."""
 
 import logging
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.children import PATIENCE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -157,12 +157,13 @@ def test_spoilt_arm_is_refused(number):
     assert found.refused, found
 
 
-def test_fault_of_no_name_is_refused(tmp_path):
+def test_fault_of_no_name_is_refused(tmp_path, children):
     command = [sys.executable, "run_experiments.py", "weight", "--fault", "gremlins", "--out", str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 2
-    assert "--fault: is 'gremlins', must be one of nan_samples, " in done.stderr
-    assert done.stderr.count("\n") == 1
+    child = children(command)
+    _, err = child.communicate(timeout=PATIENCE)
+    assert child.returncode == 2
+    assert "--fault: is 'gremlins', must be one of nan_samples, " in err
+    assert err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 

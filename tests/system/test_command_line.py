@@ -4,40 +4,46 @@ import json
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.children import PATIENCE, ROOT
 
 from affordance.files.model_folder import MODELS
 from benchmarks.trust.kills import list_differences
 
-ROOT = Path(__file__).parents[2]
+
+@pytest.fixture
+def start(children):
+    """Starts run_experiments.py with arguments."""
+    return lambda *arguments: children([sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)])
 
 
-def start(*arguments):
-    command = [sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)]
-    return subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+@pytest.fixture
+def run(start):
+    """Runs it to its end; returns its status, and what it wrote."""
+
+    def run(*arguments):
+        process = start(*arguments)
+        out, err = process.communicate(timeout=PATIENCE)
+        return process.returncode, out, err
+
+    return run
 
 
-def run(*arguments):
-    process = start(*arguments)
-    out, err = process.communicate(timeout=300)
-    return process.returncode, out, err
+@pytest.fixture
+def check_refusal(run):
+    def check(arguments, message, out):
+        status, printed, err = run(*arguments, "--out", out)
+        assert status == 2
+        assert printed == ""
+        assert message in err
+        assert err.count("\n") == 1
+        assert not out.exists() or out.is_file()
 
-
-def check_refusal(arguments, message, out):
-    status, printed, err = run(*arguments, "--out", out)
-    assert status == 2
-    assert printed == ""
-    assert message in err
-    assert err.count("\n") == 1
-    assert not out.exists() or out.is_file()
+    return check
 
 
 @pytest.mark.parametrize(
@@ -53,11 +59,11 @@ def check_refusal(arguments, message, out):
         (["--colour"], "unrecognized arguments: --colour"),
     ],
 )
-def test_bad_arguments_are_refused_in_one_line(tmp_path, arguments, message):
+def test_bad_arguments_are_refused_in_one_line(tmp_path, check_refusal, arguments, message):
     check_refusal(arguments, message, tmp_path / "results")
 
 
-def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
+def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "weight.yaml"
     path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
@@ -65,24 +71,24 @@ def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
     check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
 
 
-def test_bad_arm_is_refused_before_anything_is_written(tmp_path):
+def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
     (tmp_path / "models" / "arm.sdf").write_text("<sdf")
     check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
 
 
-def test_missing_models_are_refused(tmp_path):
+def test_missing_models_are_refused(tmp_path, check_refusal):
     check_refusal(["--models", tmp_path / "nowhere"], "materials.yaml: cannot be read", tmp_path / "results")
 
 
-def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path):
+def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
     out = tmp_path / "results"
     out.write_text("precious")
     check_refusal([], "which is or lies below a file, must be a folder", out)
     assert out.read_text() == "precious"
 
 
-def test_help_explains_every_option():
+def test_help_explains_every_option(run):
     status, out, _ = run("--help")
     assert status == 0
     options = ("--repeats", "--seed", "--jobs", "--out", "--models", "--vision", "--fault", "--cluster", "weight")
@@ -97,7 +103,7 @@ def wait_for(out, pattern):
         time.sleep(0.01)
 
 
-def test_killed_run_resumes_to_the_same_numbers(tmp_path):
+def test_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
     # While repeats are run, and while their results are written; benchmarks/trust/kills.py kills at random moments.
     for written in ("repeat_*.npz", "figure3.png"):
@@ -134,12 +140,11 @@ def test_files_that_differ_are_named(tmp_path):
     assert list_differences(one, other) == ["figure.png", "metrics.json", "more.txt", "repeat.npz"]
 
 
-def test_interruption_ends_in_one_line(tmp_path):
+def test_interruption_ends_in_one_line(tmp_path, start):
     process = start("weight", "--repeats", 1000, "--jobs", 1, "--out", tmp_path)
-    while not list(tmp_path.rglob("*.npz")) and process.poll() is None:
-        time.sleep(0.1)
+    wait_for(tmp_path, "*.npz")
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
     assert "Traceback" not in err
