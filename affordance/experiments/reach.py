@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.reach import Reach
+from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.experiments.definition import Arrays, Outputs
@@ -263,5 +264,6 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     """
     file = models / "paths" / "reach.yaml"
     path = load_path(file)
-    experience, novel = load_subjects(models, seed, settings, task=file, start=path.start)
+    check_start(file, "start", path.start, load_arm(settings.arm))
+    experience, novel = load_subjects(models, seed, settings, path.start)
     return ReachExperiment(experience, novel, Reach(path), models)
