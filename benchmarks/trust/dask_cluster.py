@@ -38,7 +38,7 @@ class DaskCluster:
         """
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "scheduler.json"
-        self._log = (folder / "log.txt").open("w")
+        self._log = (folder / "log.txt").open("w", encoding="utf-8")
         self._environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         if imports is not None:
             self._environment["PYTHONPATH"] = str(imports)
@@ -52,7 +52,7 @@ class DaskCluster:
                 self.stop()
                 raise TimeoutError(f"no Dask scheduler after {_PATIENCE:g} s")
             time.sleep(0.05)
-        self.address = str(json.loads(self._file.read_text())["address"])
+        self.address = str(json.loads(self._file.read_text(encoding="utf-8"))["address"])
         try:
             with self.connect() as client:
                 if num_workers:

@@ -139,7 +139,7 @@ def test_only_distinct_files_are_counted(monkeypatch):
 @given(data=st.data())
 def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
     """But for the angles of its start, of which any may be left out and most may be asked for."""
-    lines = (MODELS / "nail.yaml").read_text().splitlines()
+    lines = (MODELS / "nail.yaml").read_text(encoding="utf-8").splitlines()
     joints = dict(load_hammer(MODELS / "nail.yaml").start)
     keys = [
         number
@@ -150,7 +150,7 @@ def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
     name = lines[number].split(":")[0]
     wrong = [f"{name}: {value}" for value in ("-1", "1e9", ".nan", "long", "[1]", "{}")]
     lines[number] = data.draw(st.sampled_from([*wrong, f"{name}x: 1", ""]))
-    (tmp_path / "nail.yaml").write_text("\n".join(lines))
+    (tmp_path / "nail.yaml").write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(AffordanceError, match=r"nail\.yaml: ") as caught:
         load_hammer(tmp_path / "nail.yaml")
     assert "\n" not in str(caught.value)
@@ -256,4 +256,4 @@ def test_damaged_section_never_stops_the_report(tmp_path_factory, data):
         content = content[:start] + f'"{key}": {data.draw(st.sampled_from(values))},'.encode() + content[start:]
         content = content.replace(f'"{key}":'.encode(), b'"odd":') if data.draw(st.booleans()) else content
     path.write_bytes(content)
-    assert "Good" in write_report(folder).read_text()
+    assert "Good" in write_report(folder).read_text(encoding="utf-8")

@@ -66,14 +66,16 @@ def test_bad_arguments_are_refused_in_one_line(tmp_path, check_refusal, argument
 def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "weight.yaml"
-    path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"), encoding="utf-8"
+    )
     message = "tools[0].components[0].semi_axes[1]: is -0.015, must be from 0.0001 to 1"
     check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
 
 
 def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
-    (tmp_path / "models" / "arm.sdf").write_text("<sdf")
+    (tmp_path / "models" / "arm.sdf").write_text("<sdf", encoding="utf-8")
     check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
 
 
@@ -83,9 +85,9 @@ def test_missing_models_are_refused(tmp_path, check_refusal):
 
 def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
     out = tmp_path / "results"
-    out.write_text("precious")
+    out.write_text("precious", encoding="utf-8")
     check_refusal([], "which is or lies below a file, must be a folder", out)
-    assert out.read_text() == "precious"
+    assert out.read_text(encoding="utf-8") == "precious"
 
 
 def test_help_explains_every_option(run):
@@ -128,12 +130,12 @@ def test_files_that_differ_are_named(tmp_path):
     for name, metrics in (("one", {"a": 1, "wall_s": 2.0}), ("other", {"a": 1, "wall_s": 3.0})):
         folder = tmp_path / name
         folder.mkdir()
-        (folder / "metrics.json").write_text(json.dumps(metrics))
+        (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
         (folder / "figure.png").write_bytes(b"same")
         np.savez(folder / "repeat.npz", x=np.arange(3))
     one, other = tmp_path / "one", tmp_path / "other"
     assert list_differences(one, other) == []
-    (other / "metrics.json").write_text(json.dumps({"a": 2, "wall_s": 2.0}))
+    (other / "metrics.json").write_text(json.dumps({"a": 2, "wall_s": 2.0}), encoding="utf-8")
     (other / "figure.png").write_bytes(b"other")
     np.savez(other / "repeat.npz", x=np.arange(3) + 1e-16)
     (one / "more.txt").touch()

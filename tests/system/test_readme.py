@@ -8,7 +8,7 @@ import affordance
 from affordance.experiments import weight
 from affordance.files.model_folder import MODELS
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
+README = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
 
 
 def find_blocks(language):
@@ -36,7 +36,7 @@ def test_example_of_an_observer_runs(capsys):
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
-    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0])
+    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0], encoding="utf-8")
     config = weight.load_config(models)
     assert [tool.name for tool in config.tools] == ["small", "dumb-bell", "decoy"]
     weight.run(config, tmp_path / "results", repeats=1, jobs=1)

@@ -51,7 +51,7 @@ def folder(experiment, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text())
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
 def test_results_keep_the_contract(folder, numbers):
@@ -149,7 +149,7 @@ def folder_of_crumbs(experiment, tmp_path_factory):
 
 
 def test_object_that_is_not_detected_is_counted_and_its_picture_kept(folder_of_crumbs):
-    numbers = json.loads((folder_of_crumbs / "metrics.json").read_text())
+    numbers = json.loads((folder_of_crumbs / "metrics.json").read_text(encoding="utf-8"))
     assert (numbers["objects"], numbers["failures"], numbers["failures_coverage"]) == (2, 1, 2)
     assert numbers["failures_by_kind"] == {"TooSmallError": 1}
     assert "must cover at least" in numbers["failure_examples"]["TooSmallError"]
@@ -263,7 +263,7 @@ def test_perfect_sight_compares_without_error():
 def test_wrong_number_of_uncommon_objects_is_refused(tmp_path):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "uncommon.yaml"
-    path.write_text(path.read_text().split("  - name: knobbed bar")[0])
+    path.write_text(path.read_text(encoding="utf-8").split("  - name: knobbed bar")[0])
     with pytest.raises(BadValueError, match=r"uncommon.yaml: tools: has 1 entries, must have 2"):
         vision.load(tmp_path / "models")
 
@@ -271,6 +271,6 @@ def test_wrong_number_of_uncommon_objects_is_refused(tmp_path):
 def test_mashing_that_cannot_be_planned_is_refused_by_file_and_key(tmp_path):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "paths" / "mash.yaml"
-    path.write_text(path.read_text().replace("[0, 0, -0.12]", "[1.2, 0, -0.12]"))
+    path.write_text(path.read_text(encoding="utf-8").replace("[0, 0, -0.12]", "[1.2, 0, -0.12]"), encoding="utf-8")
     with pytest.raises(BadValueError, match=r"mash.yaml: points: cannot be followed: "):
         vision.load(tmp_path / "models").plan(jobs=1)
