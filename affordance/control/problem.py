@@ -15,7 +15,7 @@ class MpcSettings(NamedTuple):
         num_steps: N.
         goal_weight: Weight of missing the goal against acceleration, dimensionless.
         always_program: Whether every plan is found by the quadratic program, also where no limit is active and the
-            closed form gives the same plan in a tenth of the time (docs/decisions/0005-controller.md).
+            closed form gives the same plan in a tenth of the time or less (docs/decisions/0005-controller.md).
     """
 
     horizon: float
