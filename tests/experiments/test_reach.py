@@ -201,12 +201,12 @@ def test_tools_may_have_grips_of_different_names(tmp_path):
     [
         (
             "  - [-0.10, 0.20, 0.20]\n",
-            "  - [0.3, 0, 0]\n",
+            "  - [0.6, 0, 0]\n",
             r"the stick by wood leaves the path by 0\.\d+ m, must stay",
         ),
-        ("[-0.30, 0.40, -0.10]", "[0.1, 0.4, 0.1]", r"the stick by wood leaves the path by 0\.\d+ m, must stay"),
+        ("[-0.30, 0.40, -0.10]", "[0.3, 0.8, 0.3]", r"the stick by wood leaves the path by 0\.\d+ m, must stay"),
         ("duration: 2.0", "duration: 0.05", r"reach.yaml: points: cannot be followed: "),
-        ("tolerance: 0.02", "tolerance: 0.001", r"leaves the path by 0.003\d+ m, must stay within 0.001 m"),
+        ("tolerance: 0.02", "tolerance: 0.001", r"leaves the path by 0.002\d+ m, must stay within 0.001 m"),
     ],
 )
 def test_path_that_cannot_be_followed_is_rejected(tmp_path, old, new, message):
@@ -222,7 +222,7 @@ def test_object_without_a_cheaper_grip_is_refused(tmp_path):
         "[0.075, 0.015, 0.015], position: [0.225, 0, 0], material: beech}",
     )
     with pytest.raises(
-        BadValueError, match=r"novel.yaml: tools: stick: costs 8.\d+ J in both grips, must have a cheaper"
+        BadValueError, match=r"novel.yaml: tools: stick: costs 4.\d+ J in both grips, must have a cheaper"
     ):
         plan_stick(models)
 
