@@ -106,7 +106,7 @@ def test_correct_grip_is_not_the_densest_ones_where_it_is_not(experiment, plan, 
 def test_other_measure_of_effort_agrees_or_not(experiment, plan, numbers):
     for effort, word in (({"wood": 2.0, "steel": 1.0}, "agrees"), ({"wood": 1.0, "steel": 2.0}, "does not agree")):
         remarks = render(experiment, plan, numbers, effort_true=effort).remarks
-        assert any(f"measure of effort, {word} with the work" in remark for remark in remarks)
+        assert any(f"measure of effort, {word} with the absolute work" in remark for remark in remarks)
 
 
 def test_few_observers_are_named_as_few(experiment, plan, numbers):
