@@ -38,6 +38,7 @@ class Settings:
             prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
+        posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
         stiff_accuracy: The same for an arm that damping brings to rest within a tick of the controller.
@@ -76,6 +77,7 @@ class Settings:
     # by a thousandth, a hundredth of its own uncertainty. docs/decisions/0008-percept-as-state.md
     sample_period: float = 0.1
     log_period: float = 0.01
+    posterior_log_period: float | None = None
     # Chosen by the table of docs/decisions/0007-integration.md.
     integration_scheme: str = "radau3"
     accuracy: float = 1e-4

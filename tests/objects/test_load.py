@@ -25,8 +25,8 @@ tools:
 @pytest.fixture
 def files(tmp_path):
     def write(materials=GOOD_MATERIALS, tools=GOOD_TOOLS):
-        (tmp_path / "materials.yaml").write_text(materials)
-        (tmp_path / "tools.yaml").write_text(tools)
+        (tmp_path / "materials.yaml").write_text(materials, encoding="utf-8")
+        (tmp_path / "tools.yaml").write_text(tools, encoding="utf-8")
         return load_tools(tmp_path / "tools.yaml", load_materials(tmp_path / "materials.yaml"))
 
     return write

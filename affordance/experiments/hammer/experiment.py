@@ -1,8 +1,8 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering.
 
 Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
-driving a nail with a demanded peak force takes the least work. They never hold it. Which grip really is the cheaper
-one is found by simulating both blows with the true densities, contact included.
+driving a nail with a demanded peak force takes the least absolute work. They never hold it. Which grip really is the
+cheaper one is found by simulating both blows with the true densities, contact included.
 """
 
 from collections.abc import Mapping
