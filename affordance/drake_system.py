@@ -67,11 +67,11 @@ class SampledSystem(LeafSystem):
     continuous state too, and for systems written in Python it first looks for an override. Its binding layer
     (nanobind, Drake 1.58) remembers that a method is not overridden only if there is an attribute of that name
     bound from C++; an attribute that does not exist is searched for anew each time, at 2.7 us a system and
-    evaluation: with seven systems, more than the plant itself takes. So the attribute is made to exist. What it is
-    bound to does not matter, as it is never called.
+    evaluation: with seven systems, more than the plant itself takes. So the attribute is made to exist. It is
+    bound to the public method of the same arguments: whoever calls it gets the derivatives, of which there are none.
     """
 
-    DoCalcTimeDerivatives = LeafSystem.AllocateContext
+    DoCalcTimeDerivatives = LeafSystem.CalcTimeDerivatives
 
     def declare_vector_input(self, name: str, size: int) -> Source[Array]:
         """Declares an input port for vectors."""

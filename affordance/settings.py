@@ -11,6 +11,7 @@ from pathlib import Path
 from pydrake.systems.analysis import SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
+from affordance.belief.learners import Learner
 from affordance.control.problem import MpcSettings
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -25,6 +26,7 @@ class Settings:
     Attributes:
         arm: Drake model directives of the arm.
         prior: Of the density of a material that was never held.
+        learner: What observers learn by; the paper's has one density for each colour.
         noise: Errors of measured joint torques.
         vision_error: Errors of measured features; the paper assumes that there are none.
         feature_source: True features with errors, or features from pictures; vision_error is of the former.
@@ -36,6 +38,7 @@ class Settings:
             prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
+        posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
         stiff_accuracy: The same for an arm that damping brings to rest within a tick of the controller.
@@ -53,6 +56,8 @@ class Settings:
     # the densest metal in common use, lies two standard deviations above. 100: the spread within woods, brasses and
     # steels is 60 to 90 kg/m^3. docs/decisions/0003-prior.md
     prior: Prior = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+    # The paper's. For an arm that is to work: belief.learners.ARM_LEARNER.
+    learner: Learner = Learner.DENSITY
     # 0.07: force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992). 0.097 N m: smallest
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
@@ -72,6 +77,7 @@ class Settings:
     # by a thousandth, a hundredth of its own uncertainty. docs/decisions/0008-percept-as-state.md
     sample_period: float = 0.1
     log_period: float = 0.01
+    posterior_log_period: float | None = None
     # Chosen by the table of docs/decisions/0007-integration.md.
     integration_scheme: str = "radau3"
     accuracy: float = 1e-4

@@ -31,8 +31,8 @@ def list_numbers(value: Any, renames: Mapping[str, str], place: str = "") -> Ite
 
 def compare_files(old: Path, new: Path, renames: Mapping[str, str]) -> tuple[int, list[str]]:
     """Compares two JSON files; returns how many leaves agree, and a line for each that does not."""
-    before = dict(list_numbers(json.loads(old.read_text()), renames))
-    after = dict(list_numbers(json.loads(new.read_text()), {}))
+    before = dict(list_numbers(json.loads(old.read_text(encoding="utf-8")), renames))
+    after = dict(list_numbers(json.loads(new.read_text(encoding="utf-8")), {}))
     places = before.keys() | after.keys()
     differing = [place for place in sorted(places) if before.get(place, "missing") != after.get(place, "missing")]
     lines = [f"{place}: {before.get(place, 'missing')!r}, now {after.get(place, 'missing')!r}" for place in differing]

@@ -1,7 +1,10 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
+from collections.abc import Iterator
+
 import numpy as np
 import pytest
+from helpers.children import Start, keep_children
 
 from affordance.experiments.weight import Weight, load
 from affordance.plant.arm import Arm, load_arm
@@ -13,6 +16,13 @@ from affordance.simulation.trial import TrialRunner
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20261120)
+
+
+@pytest.fixture
+def children() -> Iterator[Start]:
+    """Starts processes, which end with the test."""
+    with keep_children() as start:
+        yield start
 
 
 @pytest.fixture(scope="session")

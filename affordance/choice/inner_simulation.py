@@ -128,7 +128,7 @@ class Choice:
         for object_name, features in self._features.items():
             indices[object_name] = []
             for part in features:
-                memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior)
+                memory, index = memory.recognise(part.colour, part.colour_sd, self.settings.prior, part.lightness_sd)
                 indices[object_name].append(index)
         size = memory.belief.size
         return memory, {

@@ -46,7 +46,8 @@ class Costs(NamedTuple):
     """What a motion costs under each of S inertias.
 
     Attributes:
-        work: Mechanical work without recovery, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4).
+        work: Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking counts
+            as driving does, and nothing is recovered.
         effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
         feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
     """
@@ -159,7 +160,7 @@ class MotionCost:
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
-    """Work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion that was logged at every control period.
+    """Absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion that was logged every control period.
 
     Torque is constant in a control period, and velocities are all but linear in it.
 

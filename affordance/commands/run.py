@@ -5,6 +5,7 @@ from pathlib import Path
 
 import joblib
 
+from affordance.belief.learners import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
@@ -34,6 +35,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="true features of objects (default), or from a picture of each; vision always takes pictures",
     )
     parser.add_argument(
+        "--learner",
+        choices=[learner.value for learner in Learner],
+        default=Learner.DENSITY.value,
+        help="one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn",
+    )
+    parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
     parser.add_argument(
@@ -60,6 +67,7 @@ def run(arguments: argparse.Namespace) -> int:
         faults=arguments.fault,
         cluster=arguments.cluster,
         feature_source=FeatureSource(arguments.vision),
+        learner=Learner(arguments.learner),
     )
     print(f"The report: {report}")
     return 0
@@ -94,8 +102,17 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     """
     if arguments.experiment not in (*EXPERIMENTS, "all"):
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, (*EXPERIMENTS, "all")))
+    check_bounds(arguments)
+    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
+
+
+def check_bounds(arguments: argparse.Namespace) -> None:
+    """Checks the numbers that all commands share.
+
+    Raises:
+        BadValueError: An argument is out of bounds.
+    """
     for name, (low, high) in BOUNDS.items():
         value = getattr(arguments, name)
         if not low <= value <= high:
             raise BadValueError(f"--{name}", "", f"is {value}, must be from {low} to {high}")
-    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]

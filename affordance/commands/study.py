@@ -3,7 +3,7 @@
 import argparse
 import importlib
 
-STUDIES = ("arms",)
+STUDIES = ("people", "learners", "arms", "recorded", "tools")
 HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 

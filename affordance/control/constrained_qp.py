@@ -75,7 +75,7 @@ class AccelerationProgram:
         for name in ("tol_gap_abs", "tol_gap_rel", "tol_feas"):
             self._options.SetOption(ClarabelSolver.id(), name, _RESCUE_TOLERANCE)
 
-    def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, free: Array) -> Array | None:
+    def solve(self, x: Array, goal: TerminalGoal, *, M: Array, bias: Array, guess: Array) -> Array | None:
         """Solves for the accelerations.
 
         Args:
@@ -83,34 +83,34 @@ class AccelerationProgram:
             goal: The goal at the end of the horizon.
             M: Believed mass matrix, shape (num_joints, num_joints).
             bias: Believed torques at zero acceleration, shape (num_joints,), [N m].
-            free: Accelerations of the plan without limits, shape (num_steps, num_joints), [rad/s^2].
+            guess: Accelerations, shape (num_steps, num_joints), [rad/s^2]; the limits that they break enter first.
 
         Returns: vdot, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
         """
         # Drake aborts the process on coefficients that are not finite.
-        if not all(np.isfinite(array).all() for array in (x, M, bias, free, *goal)):
+        if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):
             return None
         q, v = np.split(x, 2)
         tau_max = self._limits.tau_max
         self._torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
         self._set_goal(q, v, goal)
         lower, upper = self._compute_margins(q, v)
-        vdot = self._solve_within(lower, upper, free.ravel())
+        vdot = self._solve_within(lower, upper, guess.ravel())
         if vdot is None:
             self._rescue_torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
             violation = self._find_least_violation(lower, upper)
             if violation is not None:
-                vdot = self._solve_within(lower - violation, upper + violation, free.ravel())
-        return None if vdot is None else vdot.reshape(free.shape)
+                vdot = self._solve_within(lower - violation, upper + violation, guess.ravel())
+        return None if vdot is None else vdot.reshape(guess.shape)
 
-    def _solve_within(self, lower: Array, upper: Array, free: Array) -> Array | None:
+    def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
         """Solves with angles and rates between bounds, (2 N n,) each, entering those that are met."""
         entered = np.zeros(len(lower), dtype=bool)
-        vdot: Array = free
+        vdot: Array = guess
         while True:
             motion = self._motion_response @ vdot
             broken = (motion < lower - LIMIT_TOLERANCE) | (motion > upper + LIMIT_TOLERANCE)
-            if vdot is not free and not (broken & ~entered).any():
+            if vdot is not guess and not (broken & ~entered).any():
                 return vdot
             entered |= broken
             rows = (self._motion_response[entered], lower[entered], upper[entered])

@@ -13,7 +13,7 @@ subject to the double integrator and
 s is zero wherever these limits can be kept, and else as small as can be. Priorities: torque > position and velocity >
 goal > cost. The goal is soft, so that a plan always exists: it is missed by about
 1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
-the optimum.
+the optimum. With ``always_program`` the linear solve is left aside, and every plan is that of the program.
 """
 
 import enum
@@ -31,8 +31,8 @@ from affordance.plant.arm_model import ArmModel
 class MpcStatus(enum.Enum):
     """How a plan was found."""
 
-    FREE = 0  # no limit active: closed form
-    LIMITED = 1  # a limit active: bounded quadratic program
+    FREE = 0  # no limit active: closed form, or the program if it is always to be used
+    LIMITED = 1  # a limit active: the quadratic program
     FAILED = 2  # the solver failed: the previous plan goes on
 
 
@@ -63,7 +63,8 @@ class MinimumAccelerationMpc:
         Raises:
             ValueError: A setting is not positive.
         """
-        for name, value in settings._asdict().items():
+        for name in ("horizon", "num_steps", "goal_weight"):
+            value = getattr(settings, name)
             if not value > 0:
                 raise ValueError(f"{name} is {value}, must be greater than 0")
         self.settings = settings
@@ -83,9 +84,12 @@ class MinimumAccelerationMpc:
                 [np.zeros((N, 1)), np.ones((N, 1)), rate_response @ terminal.T],
             ]
         )
+        self._motion_response = np.vstack([angle_response, rate_response])
+        self._coasting = self._trajectory_map[N:, :2]
         lower = np.repeat([limits.q_lower, -limits.v_max], N, axis=0)
         upper = np.repeat([limits.q_upper, limits.v_max], N, axis=0)
         self._motion_lower, self._motion_upper = lower - LIMIT_TOLERANCE, upper + LIMIT_TOLERANCE
+        self._within_lower, self._within_upper = lower + LIMIT_TOLERANCE, upper - LIMIT_TOLERANCE
         self._kept_matrices: tuple[Array | None, Array | None] = (None, None)
         self._programs: dict[tuple[int, int], AccelerationProgram] = {}
 
@@ -99,6 +103,8 @@ class MinimumAccelerationMpc:
 
         Returns: The optimal plan; with status FAILED, a plan and torques of NaN.
         """
+        if self.settings.always_program:
+            return self._solve_by_program(x, goal, model)
         trajectory = self.solve_free(x, goal)
         N = self.settings.num_steps
         motion = trajectory[N:]
@@ -125,14 +131,28 @@ class MinimumAccelerationMpc:
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
         """Plans within the limits, by a convex quadratic program.
 
-        Arguments and result are those of ``solve``; where no limit is active it is the same optimum.
+        Arguments and result are those of ``solve``; where no limit is active it is the same optimum. The plan without
+        limits says with which limits the program begins.
         """
+        return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
+
+    def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
+        """Plans by the program alone, which begins with the limits that coasting would break."""
+        n = len(x) // 2
+        solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
+        if solution.status is MpcStatus.FAILED:
+            return solution
+        motion = self._coasting @ x.reshape(2, n) + self._motion_response @ solution.vdot
+        within = ((motion > self._within_lower) & (motion < self._within_upper)).all()
+        within &= (np.abs(solution.tau) < self.limits.tau_max - LIMIT_TOLERANCE).all()
+        return solution._replace(status=MpcStatus.FREE) if within else solution
+
+    def _run_program(self, x: Array, goal: TerminalGoal, model: ArmModel, *, guess: Array) -> MpcSolution:
         num_goal_rows = (len(goal.d_q), len(goal.d_v))
         if num_goal_rows not in self._programs:
             self._programs[num_goal_rows] = AccelerationProgram(self.limits, self.settings, num_goal_rows)
         M, bias = model.compute_mass_matrix(), model.compute_inverse_dynamics(np.zeros(len(x) // 2))
-        free = self.solve_free(x, goal)[: self.settings.num_steps]
-        vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, free=free)
+        vdot = self._programs[num_goal_rows].solve(x, goal, M=M, bias=bias, guess=guess)
         if vdot is None:
             return MpcSolution(
                 np.full((self.settings.num_steps, len(bias)), np.nan),

@@ -5,7 +5,7 @@ compared with does: at the same time and place, with the same velocity of the ti
 room to come to rest in. Of such motions that keep the limits of angle, rate and torque, one is sought that needs
 least
 
-    effort  integral of |tau|^2 dt,    or    work  integral of sum_i |tau_i v_i| dt,
+    effort  integral of |tau|^2 dt,    or    absolute work  integral of sum_i |tau_i v_i| dt,
 
 with tau from inverse dynamics at nodes of Gauss and Lobatto's rule, and its exact gradient. Neither is convex: what
 is found is the best near where the search began, not the best there is
@@ -54,7 +54,7 @@ class OptimalSwing(NamedTuple):
         v: Joint rates, the same shape, [rad/s].
         vdot: Joint accelerations, the same shape, [rad/s^2].
         tau: Torques, the same shape, [N m].
-        work: Mechanical work without recovery, [J].
+        work: Absolute work of the joints, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
         converged: Whether the search ended at an optimum; true where there was none.
     """

@@ -14,11 +14,14 @@ class MpcSettings(NamedTuple):
         horizon: T, [s].
         num_steps: N.
         goal_weight: Weight of missing the goal against acceleration, dimensionless.
+        always_program: Whether every plan is found by the quadratic program, also where no limit is active and the
+            closed form gives the same plan in a tenth of the time or less (docs/decisions/0005-controller.md).
     """
 
     horizon: float
     num_steps: int
     goal_weight: float = 1e6
+    always_program: bool = False
 
 
 class TerminalGoal(NamedTuple):

@@ -38,6 +38,8 @@ _MARGIN = np.radians(1.0)
 # Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
 # 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
+# A face that is nearer than half of a hand's breadth lies under the hand (models/README.md), [m].
+_HAND = 0.044
 # Of the central differences, [rad].
 _STEP = 1e-6
 
@@ -126,7 +128,11 @@ class StrikeCondition:
 def find_target(
     model: ArmModel, parts: Sequence[PosedShape], *, q_start: Array, offset_W: Array, direction_W: Array
 ) -> Target:
-    """Finds the striking point of a tool: that of its free part which lies furthest along the blow at its start.
+    """Finds the striking point of a tool.
+
+    It is the middle of the face that is made to strike, of several that which lies furthest ahead of the hand. A
+    tool that has none clear of the hand strikes with the point of its free part which lies furthest along the blow
+    at its start.
 
     Args:
         model: The arm; its state is set to rest at the start.
@@ -136,6 +142,15 @@ def find_target(
         direction_W: Direction of the blow, a unit vector, shape (3,).
     """
     model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+    ahead = []
+    for part in parts:
+        for face in part.strikes:
+            p_TS, normal_T = face.express(part.X_TE)
+            if p_TS[0] > _HAND:
+                ahead.append((p_TS, normal_T, part.shape.compute_curvature_radius(face.normal_E)))
+    if ahead:
+        p_TS, normal_T, radius = max(ahead, key=lambda each: float(each[0][0]))
+        return Target(q_start, p_TS, normal_T, radius, model.compute_point_position(p_TS) + offset_W, direction_W)
     normal_T = model.compute_hand_pose().rotation().matrix().T @ direction_W
     free = max(parts, key=lambda part: float(part.X_TE[0, 3]))
     R_TE, p_TE = free.X_TE[:3, :3], free.X_TE[:3, 3]

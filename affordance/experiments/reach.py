@@ -1,8 +1,8 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool.
 
 Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
-moving its free end along a path takes the least work. They never hold it. Which grip really is the cheaper one is
-found by simulating both with the true densities.
+moving its free end along a path takes the least absolute work. They never hold it. Which grip really is the
+cheaper one is found by simulating both with the true densities.
 """
 
 from collections.abc import Mapping
@@ -20,6 +20,7 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
+from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.correct_grip import (
     check_one_grip_is_cheaper,
@@ -202,7 +203,12 @@ class ReachExperiment:
         correct = numbers["correct_grip"]
         trial = get_runner(self.settings).get_diagram(self.task.duration, held[correct])
         scenes = [
-            Scene(held[grip], rollout.record.times, rollout.record.q, f"held by {grip}: {rollout.work:.1f} J")
+            Scene(
+                held[grip],
+                rollout.record.times,
+                rollout.record.q,
+                f"held by {grip}: absolute work {rollout.work:.1f} J",
+            )
             for grip, rollout in simulated.items()
         ]
         path, title = simulated[correct].reference, f"Simulation III: {first.name}"
@@ -239,6 +245,17 @@ class ReachExperiment:
             ),
             diagram=lambda: trial.diagram,
             replay=lambda file: write_replay(file, self.settings.arm, scenes, title=title, p_WG=path),
+            writers={
+                "choices": partial(
+                    save_choices,
+                    novel=self.novel,
+                    choices=plan.choices,
+                    chosen=arrays["paper"],
+                    numbers=numbers,
+                    settings=self.settings,
+                    seed=self.seed,
+                )
+            },
         )
 
     def _draw_tools(self) -> Figure:

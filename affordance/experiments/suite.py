@@ -8,7 +8,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
+from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
@@ -57,6 +59,7 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     feature_source: FeatureSource = FeatureSource.FEATURES,
+    learner: Learner = Learner.DENSITY,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
@@ -70,6 +73,7 @@ def run_suite(
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         feature_source: Where the features of objects come from.
+        learner: What observers learn by.
 
     Returns: Path of the report.
 
@@ -81,7 +85,7 @@ def run_suite(
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
     check_folder(out)  # before plans are made, which takes minutes
-    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source, learner=learner)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
@@ -103,4 +107,5 @@ def run_suite(
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     compare_feature_sources(out)
+    compare_tasks(out)
     return write_report(out)

@@ -14,18 +14,21 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.checks import check_tools_can_be_held, check_tools_have_one_grip
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.trajectories import count_events, label_heights, label_motions, stack_heights
+from affordance.experiments.within_trial import WHITE, WithinTrialStudy
+from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.colour import Colour
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
+from affordance.random_streams import Stream
 from affordance.reporting import figures, statistics
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -84,7 +87,8 @@ class Weight:
 
     def run_trials(self, repeat: int) -> tuple[list[TrialRecord], list[Memory]]:
         """Runs one observer through all trials; returns their records, and the memories before and after each."""
-        memory = MaterialMemory().add_colours([self.colour], self.settings.prior)
+        start = start_memory(self.settings.learner, (self.seed, repeat, Stream.KINDS))
+        memory = start.add_colours([self.colour], self.settings.prior)
         observer = Observer(get_runner(self.settings), memory, duration=self.duration)
         records: list[TrialRecord] = []
         memories: list[Memory] = [memory]
@@ -145,6 +149,11 @@ class Weight:
             "trials_outlier": (arrays["p_value"] < OUTLIER_P_VALUE).sum(axis=0),
         }
 
+    def study_within_trial(self) -> WithinTrialStudy:
+        """What happens within the first trial of the observer that is shown."""
+        seed = (self.seed, OBSERVER_SHOWN, 0)
+        return WithinTrialStudy(self.settings, self.tools[0], duration=self.duration, seed=seed)
+
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """What is presented, in words."""
         *_, longest, decoy = self.tools
@@ -156,12 +165,15 @@ class Weight:
             "material": self.tools[0].components[0].material.name,
             "decoy_looks_like": "the last one" if decoy.appearance == longest.appearance else looks_like,
             "decoy_materials": materials,
+            "run_shown": OBSERVER_SHOWN,
+            "white_sd": WHITE.sd,
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
         """Figures 3 and 4, trajectories, Diagram and replay."""
         records, _ = self.run_trials(OBSERVER_SHOWN)
         trial = get_runner(self.settings).get_diagram(self.duration)
+        within = self.study_within_trial()
         quartiles = LabelledArray(
             ("repeat", "moment", "percentile"),
             arrays["density_quartiles"],
@@ -174,7 +186,12 @@ class Weight:
             for tool, record in zip(self.tools, records, strict=True)
         ]
         return Outputs(
-            figures={"figure3": partial(self._draw_density, arrays), "figure4": partial(self._draw_heights, arrays)},
+            figures={
+                "figure3": partial(self._draw_density, arrays),
+                "figure4": partial(self._draw_heights, arrays),
+                "posterior": within.draw_growth,
+                "sinking": within.draw_sinking,
+            },
             trajectories=Trajectories(
                 {
                     **label_heights(arrays),
@@ -188,6 +205,7 @@ class Weight:
             replay=lambda path: write_replay(
                 path, self.settings.arm, scenes, title=f"Simulation I, seed {self.seed}"
             ),
+            writers={"within_trial": lambda folder: write_json(folder / "within_trial.json", within.summarise())},
         )
 
     def _draw_density(self, arrays: Arrays) -> Figure:

@@ -62,6 +62,22 @@ class Record:
         """Says whether an optional key is given."""
         return name in self._content
 
+    def holds_list(self, name: str) -> bool:
+        """Says whether a key holds a list."""
+        return isinstance(self._content.get(name), list)
+
+    def names(self, name: str) -> tuple[str, ...]:
+        """Takes a list of non-empty texts, at least one.
+
+        Raises:
+            BadValueError: The key is missing, not such a list, or one of its entries is no text.
+        """
+        values = self._take_list(name)
+        for i, value in enumerate(values):
+            if not isinstance(value, str) or not value.strip():
+                raise self.error(f"{name}[{i}]", f"is {_show(value)}, must be a non-empty text")
+        return tuple(values)
+
     def text(self, name: str) -> str:
         """Takes a non-empty text.
 
@@ -72,6 +88,18 @@ class Record:
         if not isinstance(value, str) or not value.strip():
             raise self.error(name, f"is {_show(value)}, must be a non-empty text")
         return value
+
+    def texts(self, name: str) -> list[str]:
+        """Takes a non-empty list of non-empty texts.
+
+        Raises:
+            BadValueError: The key is missing, not such a list, or one of its entries is no non-empty text.
+        """
+        values = self._take_list(name)
+        for i, value in enumerate(values):
+            if not isinstance(value, str) or not value.strip():
+                raise self.error(f"{name}[{i}]", f"is {_show(value)}, must be a non-empty text")
+        return [str(value) for value in values]
 
     def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
         """Takes a finite number from ``low`` to ``high``.

@@ -6,6 +6,8 @@ the light that a surface sends back; as a picture holds a power of the light, it
 alike.
 """
 
+from collections.abc import Mapping
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -43,3 +45,9 @@ SAME_COLOUR = 5.5 / 255
 def is_same_colour(one: Colour, other: Colour) -> bool:
     """Says whether two colours count as the same."""
     return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR
+
+
+def find_nearest_colour(colour: Colour, colours: Mapping[str, Colour]) -> str:
+    """The name of the colour that looks most like a given one; there must be at least one."""
+    lab = convert_to_lab(np.array(colour))
+    return min(colours, key=lambda name: float(np.linalg.norm(convert_to_lab(np.array(colours[name])) - lab)))

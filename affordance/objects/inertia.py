@@ -11,7 +11,7 @@ transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
     J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -23,8 +23,8 @@ from affordance.arrays import Array
 NUM_PARAMETERS = 10
 
 
-class Shape(Protocol):
-    """A solid whose inertia at unit density is known; nothing else asks what kind of solid it is."""
+class Shape(Hashable, Protocol):
+    """A solid whose inertia at unit density is known; what draws it asks what kind of solid it is, nothing else."""
 
     @property
     def sizes(self) -> Array:
@@ -117,16 +117,23 @@ def build_inertia_map(
 
 def build_transform_map(X_GT: Array) -> Array:
     """Builds the map from parameters about To, expressed in T, to those about Go, expressed in G, shape (10, 10)."""
-    columns = []
-    for mass, *rest in np.eye(NUM_PARAMETERS):
-        xx, yy, zz, xy, xz, yz = rest[3:]
-        inertia = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-        J = np.zeros((4, 4))
-        J[:3, :3] = 0.5 * np.trace(inertia) * np.eye(3) - inertia
-        J[:3, 3] = J[3, :3] = rest[:3]
-        J[3, 3] = mass
-        columns.append(parameters_from_pseudo_inertia(X_GT @ J @ X_GT.T))
-    return np.column_stack(columns)
+    J = pseudo_inertia_from_parameters(np.eye(NUM_PARAMETERS))
+    return np.column_stack([parameters_from_pseudo_inertia(X_GT @ unit @ X_GT.T) for unit in J])
+
+
+def pseudo_inertia_from_parameters(pi: Array) -> Array:
+    """Converts ten parameters, shape (..., 10), to pseudo-inertias, shape (..., 4, 4)."""
+    Ixx, Iyy, Izz = (pi[..., i] for i in (4, 5, 6))
+    J = np.empty((*pi.shape[:-1], 4, 4))
+    J[..., 0, 0] = 0.5 * (Iyy + Izz - Ixx)
+    J[..., 1, 1] = 0.5 * (Ixx + Izz - Iyy)
+    J[..., 2, 2] = 0.5 * (Ixx + Iyy - Izz)
+    J[..., 0, 1] = J[..., 1, 0] = -pi[..., 7]
+    J[..., 0, 2] = J[..., 2, 0] = -pi[..., 8]
+    J[..., 1, 2] = J[..., 2, 1] = -pi[..., 9]
+    J[..., :3, 3] = J[..., 3, :3] = pi[..., 1:4]
+    J[..., 3, 3] = pi[..., 0]
+    return J
 
 
 def parameters_from_pseudo_inertia(J: Array) -> Array:

@@ -1,21 +1,17 @@
 """Reading materials and tools from the YAML files of the models."""
 
-import re
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
-from affordance.arrays import Array
-from affordance.exceptions import describe_choice
 from affordance.files.yaml_reader import Record, read_record
-from affordance.objects.colour import Colour
-from affordance.objects.inertia import Ellipsoid
+from affordance.objects.component_reader import SIZE_MAX, read_colour, read_components, read_pose
+from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Grip, Material, Tool
 
-# What a hand can hold: semi-axes from a tenth of a millimetre, nothing larger or further than a metre. Beyond that a
-# value is a slip of units rather than an object, [m].
-_SIZE_MIN, _SIZE_MAX = 1e-4, 1.0
+# Shorter vectors do not say a direction, [1].
+_MIN_LENGTH = 0.01
 
 
 def load_materials(path: Path) -> dict[str, Material]:
@@ -28,7 +24,7 @@ def load_materials(path: Path) -> dict[str, Material]:
     for name, record in read_record(path).named_records():
         materials[name] = Material(
             name=name,
-            colour=_read_colour(record),
+            colour=read_colour(record),
             density=record.number("density", low=DENSITY_MIN, high=DENSITY_MAX),
             density_sd=record.number("density_sd", low=0.0, high=DENSITY_MAX),
             source=record.text("source"),
@@ -37,11 +33,22 @@ def load_materials(path: Path) -> dict[str, Material]:
     return materials
 
 
-def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
-    """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips each.
+def load_tools(
+    path: Path,
+    materials: dict[str, Material],
+    meshes: Path | None = None,
+    chosen: Callable[[str], bool] = lambda name: True,
+) -> tuple[Tool, ...]:
+    """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips and strikes.
+
+    Args:
+        path: The file.
+        materials: What components may be made of, by name.
+        meshes: Paths of mesh files are relative to this folder; to that of the file if None.
+        chosen: Says by its name whether a tool is read; the meshes of others are not opened.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is wrong, or a mesh file is; the message says which and how.
     """
     document = read_record(path)
     tools: list[Tool] = []
@@ -49,7 +56,17 @@ def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
         name = record.text("name")
         if name in (tool.name for tool in tools):
             raise record.error("name", f"is {name!r}, which an earlier tool of the file is called already")
-        components = tuple(_read_component(part, materials) for part in record.records("components"))
+        if not chosen(name):
+            continue
+        folder = path.parent if meshes is None else meshes
+        components = tuple(
+            component
+            for entry in record.records("components")
+            for component in read_components(entry, materials, folder)
+        )
+        if record.has("strikes"):
+            for face_name, face in record.record("strikes").named_records():
+                components = _add_strike(components, face_name, face)
         grips: tuple[Grip, ...] = ()
         if record.has("grips"):
             grips = tuple(_read_grip(grip_name, grip) for grip_name, grip in record.record("grips").named_records())
@@ -59,40 +76,29 @@ def load_tools(path: Path, materials: dict[str, Material]) -> tuple[Tool, ...]:
     return tuple(tools)
 
 
-def _read_component(record: Record, materials: dict[str, Material]) -> Component:
-    a, b, c = (float(value) for value in record.vector("semi_axes", 3, low=_SIZE_MIN, high=_SIZE_MAX))
-    X_TE = _read_pose(record)
-    material = _read_material(record, "material", materials)
-    looks_like = _read_material(record, "looks_like", materials) if record.has("looks_like") else material
-    record.finish()
-    return Component(Ellipsoid((a, b, c)), X_TE, material, looks_like)
-
-
 def _read_grip(name: str, record: Record) -> Grip:
-    grip = Grip(name, _read_pose(record))
+    grip = Grip(name, read_pose(record))
     record.finish()
     return grip
 
 
-def _read_pose(record: Record) -> Array:
-    X = np.eye(4)
-    X[:3, 3] = record.vector("position", 3, low=-_SIZE_MAX, high=_SIZE_MAX)
-    if record.has("rpy_deg"):
-        turn = record.vector("rpy_deg", 3, low=-360.0, high=360.0)
-        X[:3, :3] = Rotation.from_euler("xyz", turn, degrees=True).as_matrix()
-    return X
-
-
-def _read_material(record: Record, key: str, materials: dict[str, Material]) -> Material:
-    name = record.text(key)
-    if name not in materials:
-        raise record.error(key, describe_choice(name, materials))
-    return materials[name]
-
-
-def _read_colour(record: Record) -> Colour:
-    text = record.text("colour")
-    if not re.fullmatch("#[0-9a-fA-F]{6}", text):
-        raise record.error("colour", f"is {text!r}, must be red, green and blue in hexadecimal, as '#b5a642'")
-    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
+def _add_strike(components: Sequence[Component], name: str, record: Record) -> tuple[Component, ...]:
+    """Reads a striking face, and gives it to the part that has it."""
+    point = record.vector("point", 3, low=-SIZE_MAX, high=SIZE_MAX)
+    normal = record.vector("normal", 3, low=-1.0, high=1.0)
+    length = float(np.linalg.norm(normal))
+    if length < _MIN_LENGTH:
+        raise record.error("normal", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
+    record.finish()
+    normal /= length
+    number, gap = find_struck_part([(part.shape, part.X_TE) for part in components], point, normal)
+    if gap > PLANE_TOLERANCE:
+        problem = f"is {1e3 * gap:.3g} mm from where any part ends along the normal"
+        raise record.error(
+            "point",
+            f"{problem}, must be at most {1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on its part's hull",
+        )
+    part = components[number]
+    R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
+    face = StrikingFace(name, R_TE.T @ (point - p_TE), R_TE.T @ normal)
+    return (*components[:number], part.with_strike(face), *components[number + 1 :])

@@ -14,6 +14,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
+from affordance.objects.striking_face import StrikingFace
 
 # From aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
@@ -47,16 +48,22 @@ class Component:
         X_TE: Its pose in the tool, shape (4, 4), read-only.
         material: What it is made of.
         looks_like: The material whose colour it shows.
+        strikes: Its faces that are made to strike.
     """
 
     shape: Shape
     X_TE: Array
     material: Material
     looks_like: Material
+    strikes: tuple[StrikingFace, ...] = ()
 
     def __post_init__(self) -> None:
         """Keeps a read-only copy of the pose."""
         object.__setattr__(self, "X_TE", _copy_read_only(self.X_TE))
+
+    def with_strike(self, face: StrikingFace) -> "Component":
+        """Returns the part with one more striking face."""
+        return replace(self, strikes=(*self.strikes, face))
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +134,7 @@ class Tool:
     @property
     def appearance(self) -> tuple[object, ...]:
         """Everything of it that can be seen, hashable; tools of one appearance can share a Diagram."""
-        return tuple(
-            (type(part.shape), tuple(part.shape.sizes), part.X_TE.tobytes(), part.looks_like.colour)
-            for part in self.components
-        )
+        return tuple((part.shape, part.X_TE.tobytes(), part.looks_like.colour) for part in self.components)
 
     @property
     def mass(self) -> float:
@@ -175,6 +179,10 @@ class PosedShape(Protocol):
     @property
     def X_TE(self) -> Array:
         """Its pose in the tool, shape (4, 4)."""
+
+    @property
+    def strikes(self) -> tuple[StrikingFace, ...]:
+        """Its faces that are made to strike."""
 
 
 def find_free_end(parts: Sequence[PosedShape]) -> Array:

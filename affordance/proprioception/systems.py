@@ -92,6 +92,11 @@ class DensityEstimator(SampledSystem):
         log_evidence, p_value = context.get_discrete_state(self._evidence).value()
         return float(log_evidence), float(p_value)
 
+    def forget(self, context: Context) -> None:
+        """Starts the presentation anew: samples so far do not count."""
+        for group in (self._statistics, self._counts):
+            context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
+
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
         measurement = self._measurement.Eval(context)
@@ -105,7 +110,7 @@ class DensityEstimator(SampledSystem):
         counts[status.value] += 1.0
         discrete_state.set_value(self._counts, counts)
         if status is SampleStatus.ACCEPTED:
-            statistics = self._get_statistics(context).add(self._noise.compute_features(tau, tau_arm, Y))
+            statistics = self.get_statistics(context).add(self._noise.compute_features(tau, tau_arm, Y))
             discrete_state.set_value(self._statistics, np.append(statistics.features, statistics.num_samples))
 
     def _end_presentation(self, context: Context, state: State) -> None:
@@ -114,12 +119,13 @@ class DensityEstimator(SampledSystem):
         discrete.set_value(self._evidence, np.array([inference.log_evidence, inference.p_value]))
         discrete.set_value(self._statistics, np.zeros(context.get_discrete_state(self._statistics).size()))
 
-    def _get_statistics(self, context: Context) -> TorqueStatistics:
+    def get_statistics(self, context: Context) -> TorqueStatistics:
+        """Returns what was felt so far."""
         state = context.get_discrete_state(self._statistics).value()
         return TorqueStatistics(state[:-1], int(state[-1]))
 
     def _compute_inference(self, context: Context) -> Inference:
-        statistics = self._get_statistics(context)
+        statistics = self.get_statistics(context)
         return compute_posterior(
             self._prior.Eval(context), statistics, self._num_joints, self._noise, self._deviation_sd
         )

@@ -103,12 +103,12 @@ def draw_map(
     value_label: str,
     title: str,
 ) -> Figure:
-    """Draws which of two grips needs less work, over demanded force and another quantity.
+    """Draws which of two grips needs less absolute work, over demanded force and another quantity.
 
     Args:
         forces: Demanded force, (F,), rising, [N].
         values: The other quantity, (R,), rising.
-        work: Work with each grip, (R, F), [J].
+        work: Absolute work with each grip, (R, F), [J].
         feasible: Whether the blow is feasible with each grip, (R, F).
         case: Force and value of the case that is marked.
         case_label: What it is called.
@@ -145,7 +145,7 @@ def draw_map(
             handles.append(patch)
     if seen.count() and seen.min() < 0.0 < seen.max():
         axes.contour(forces, values, seen, levels=[0.0], colors="#000000", linewidths=1.8)
-        handles += axes.plot([], [], color="#000000", linewidth=1.8, label="both need the same work")
+        handles += axes.plot([], [], color="#000000", linewidth=1.8, label="both need the same absolute work")
     halo = [withStroke(linewidth=3.5, foreground="#FFFFFF")]
     axes.plot(
         *case, "*", color="#000000", markersize=15.0, markeredgecolor="#FFFFFF", markeredgewidth=1.3, zorder=4.0
@@ -171,7 +171,7 @@ def draw_map(
     _mark_ratios(bar, limit)
     bar.ax.set_title(f"{above}\ncheaper", fontsize=9)
     bar.ax.set_xlabel(f"{below}\ncheaper", fontsize=9)
-    bar.set_label("work of the dearer grip over the cheaper one's")
+    bar.set_label("absolute work of the dearer grip over the cheaper one's")
     return figure
 
 

@@ -88,12 +88,16 @@ def build_tree(description: Description) -> RobotTree:
         except (RuntimeError, ValueError) as error:
             problem = " ".join(str(error).split()).replace("<literal-string>", "")
             raise ModelFileError(description.path, f"cannot be parsed: {problem}") from error
-    joints_above = {}
-    for joint in map(plant.get_joint, plant.GetJointIndices()):
-        joints_above[joint.child_body().index()] = joint
+    joints_above = list_joints_above(plant)
     if not any(joint.num_velocities() for joint in joints_above.values()):
         raise ModelFileError(description.path, "has no joint that moves")
     return RobotTree(description, plant, joints_above, tuple(dict.fromkeys(remarks)))
+
+
+def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:
+    """Lists the joint that each body of a finalized plant hangs on."""
+    joints = map(plant.get_joint, plant.GetJointIndices())
+    return {joint.child_body().index(): joint for joint in joints}
 
 
 class _Collector(logging.Handler):

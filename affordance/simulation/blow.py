@@ -41,7 +41,7 @@ class Blow:
         strike: What was planned.
         record: The arm's motion, one row a control period.
         nail: What happened to the nail.
-        work: Mechanical work without recovery, from rest to the strike, [J].
+        work: Absolute work of the joints, from rest to the strike, [J].
         work_raising: The part of it up to where the striking point is highest, [J].
         effort: Integral of |tau|^2 dt from rest to the strike, [N^2 m^2 s].
         kinetic_energy: Of arm and tool where the strike was planned, [J].

@@ -5,8 +5,9 @@ feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> pla
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-Contact needs shapes, so there is a scene graph only where a tool is given. Where there is a nail, it is part of the
-plant, and the resistance of the wood is a system of its own.
+The posterior is logged within the trial where that is asked for. Contact needs shapes, so there is a scene graph only
+where a tool is given. Where there is a nail, it is part of the plant, and the resistance of the wood is a system of
+its own.
 """
 
 from dataclasses import dataclass
@@ -29,6 +30,7 @@ from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings
+from affordance.simulation.posterior_log import PosteriorLog
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
 # A presentation less probable than this, given what was believed before it, is a 5-sigma outlier (one-sided), the
@@ -51,8 +53,9 @@ class NailLogs(NamedTuple):
 class TrialDiagram:
     """A built Diagram, with the handles needed to set it up and read it out.
 
-    One serves any number of presentations: what a presentation changes lives in its Context. Without a nail
-    ``nail_logs`` is None. An arm is stiff if damping brings a joint to rest within a tick of the controller.
+    One serves any number of presentations: what a presentation changes lives in its Context. ``posterior_log`` is
+    None unless the settings give it a period, ``nail_logs`` unless there is a nail. An arm is stiff if damping brings
+    a joint to rest within a tick of the controller.
     """
 
     diagram: Diagram
@@ -70,6 +73,7 @@ class TrialDiagram:
     hold: Hold
     state_log: VectorLogSink
     tau_log: VectorLogSink
+    posterior_log: PosteriorLog | None
     nail_logs: NailLogs | None
     is_stiff: bool
 
@@ -80,7 +84,12 @@ class TrialDiagram:
 
 
 def build_trial_diagram(
-    settings: Settings, duration: float, *, tool: Tool | None = None, nail: NailPlacement | None = None
+    settings: Settings,
+    duration: float,
+    *,
+    tool: Tool | None = None,
+    nail: NailPlacement | None = None,
+    has_clamp: bool = False,
 ) -> TrialDiagram:
     """Builds the Diagram of presentations of one duration.
 
@@ -89,13 +98,14 @@ def build_trial_diagram(
         duration: Of a presentation, at the end of which the memory learns, [s].
         tool: Gives the shapes for contact; None for none, as when an object is only held.
         nail: The nail and where it stands; None for none.
+        has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
         BadValueError: A fault is that of a joint the arm does not have.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool, nail)
+    arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
     model = load_arm(settings.arm)
     n = arm.num_joints
     plant = arm.plant
@@ -157,6 +167,10 @@ def build_trial_diagram(
     builder.Connect(vdot, proprioception.GetInputPort("vdot"))
     connect(proprioception, "measurement", estimator, "measurement")
 
+    posterior_log = None
+    if settings.posterior_log_period is not None:
+        posterior_log = add("posterior_log", PosteriorLog(settings.posterior_log_period, end))
+        connect(estimator, "posterior", posterior_log, "posterior")
     nail_logs = None if nail is None else _add_nail_resistance(builder, arm, nail)
     state_log = _log(builder, state, "state_log", settings.log_period)
     tau_log = _log(builder, plant.GetOutputPort("net_actuation"), "tau_log", settings.log_period)
@@ -178,6 +192,7 @@ def build_trial_diagram(
         hold=Hold(arm.home),
         state_log=state_log,
         tau_log=tau_log,
+        posterior_log=posterior_log,
         nail_logs=nail_logs,
         is_stiff=compute_stiffness(model, settings.control_period) > 1.0,
     )

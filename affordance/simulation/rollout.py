@@ -20,7 +20,7 @@ class Rollout(NamedTuple):
     """What a simulated motion cost.
 
     Attributes:
-        work: Mechanical work without recovery, [J].
+        work: Absolute work of the joints, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
         path: Where the free end went, p_WF at every control period, (N, 3), [m].
         reference: Where it was to go, (N, 3), [m].

@@ -19,6 +19,7 @@ from affordance.plant.nail import NailPlacement
 from affordance.proprioception.systems import SampleCounts
 from affordance.settings import Settings
 from affordance.simulation.diagram import END_MARGIN, OUTLIER_P_VALUE, TrialDiagram, build_trial_diagram
+from affordance.simulation.posterior_log import LoggedPosterior
 from affordance.vision.observe import observe
 
 _LOG = logging.getLogger(__name__)
@@ -40,9 +41,13 @@ class TrialRecord(NamedTuple):
         height_com: The same of the true centre of mass, (N,), [m].
         memory: What is believed of all materials after the trial.
         log_evidence: Log probability density of the measurements before they were made.
-        counts: In how many control periods a limit was active, and in how many the solver failed.
+        counts: In how many control periods a limit was active, and in how many the solver failed to find a plan. A
+            plan is found whatever the object weighs; whether it can be held at all is said by ``overloaded``.
         p_value: Probability of measurements as surprising as these, under what was believed before the trial.
         samples: How many samples of the torques were accepted, and how many rejected and why.
+        overloaded: Names of joints that cannot bear the arm with the object at rest where the trial begins: it sinks
+            whatever is believed.
+        posteriors: What was believed of the object as the trial went on, if the settings ask for that log.
     """
 
     times: Array
@@ -57,6 +62,8 @@ class TrialRecord(NamedTuple):
     counts: ControlCounts
     p_value: float = 1.0
     samples: SampleCounts = SampleCounts(0, 0, 0, 0)
+    overloaded: tuple[str, ...] = ()
+    posteriors: tuple[LoggedPosterior, ...] = ()
 
     @property
     def is_outlier(self) -> bool:
@@ -73,14 +80,21 @@ class TrialRunner:
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     def get_diagram(
-        self, duration: float, tool: Tool | None = None, nail: NailPlacement | None = None
+        self,
+        duration: float,
+        tool: Tool | None = None,
+        nail: NailPlacement | None = None,
+        *,
+        has_clamp: bool = False,
     ) -> TrialDiagram:
-        """Returns the Diagram of presentations of a duration, [s], with the shapes of a tool and a nail if given."""
+        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if asked."""
         shapes = () if tool is None else tool.appearance
         placement = () if nail is None else nail.key
-        key = (duration, *shapes, *placement)
+        key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
-            self._diagrams[key] = build_trial_diagram(self.settings, duration, tool=tool, nail=nail)
+            self._diagrams[key] = build_trial_diagram(
+                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp
+            )
             if len(self._diagrams) > _MAX_DIAGRAMS:
                 self._diagrams.popitem(last=False)
         self._diagrams.move_to_end(key)
@@ -194,6 +208,9 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         _LOG.info("%d of %d samples were rejected: %s", samples.rejected, sum(samples), samples)
     if p_value < OUTLIER_P_VALUE:
         _LOG.info("the trial with %s is a 5-sigma outlier, p = %.1e", tool.name, p_value)
+    posteriors = trial.posterior_log and trial.posterior_log.get_entries(
+        trial.posterior_log.GetMyContextFromRoot(context)
+    )
     log = trial.state_log.FindLog(context)
     times = np.array(log.sample_times())
     # A simulation whose integrator is changed on the way logs that moment twice: of equal times the last counts.
@@ -213,7 +230,25 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
         counts=trial.controller.get_counts(trial.controller.GetMyContextFromRoot(context)),
         p_value=p_value,
         samples=samples,
+        overloaded=_find_overloaded(trial, tool, q[0]),
+        posteriors=posteriors or (),
     )
+
+
+def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[str, ...]:
+    """Names joints that cannot bear arm and tool at rest at q_start, (num_joints,), [rad], and warns of them."""
+    trial.model.set_payload(tool.parameters)
+    trial.model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+    tau = np.abs(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
+    loads = [
+        (name, f"{name} with {torque:.3g} N m, must be at most {bound:.3g}")
+        for name, torque, bound in zip(trial.arm.joint_names, tau, trial.arm.limits.tau_max, strict=True)
+        if torque > bound
+    ]
+    if loads:
+        texts = "; ".join(text for _, text in loads)
+        _LOG.warning("the arm cannot hold the %s: at rest its %.3g kg load %s", tool.name, tool.mass, texts)
+    return tuple(name for name, _ in loads)
 
 
 def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:

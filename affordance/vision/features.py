@@ -12,8 +12,10 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
+from affordance.objects.striking_face import StrikingFace
 from affordance.objects.tool import Tool
 
 
@@ -50,8 +52,11 @@ class ComponentFeatures:
         position_sd: Standard deviation of each coordinate's error, [m].
         rotation_sd: Standard deviation of the error about each axis, [rad].
         colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
+        lightness_sd: Standard deviation of a further error of the colour's brightness, as of the light it is seen
+            in, in units of L*.
         deformations: Further errors, each an affine map of points in T by which the part is off, one standard
             deviation of it, less the identity, shape (G, 4, 4): what a picture leaves open, correlations included.
+        strikes: Its faces that are made to strike, which the eye is told.
     """
 
     colour: Colour
@@ -61,7 +66,18 @@ class ComponentFeatures:
     position_sd: float = 0.0
     rotation_sd: float = 0.0
     colour_sd: float = 0.0
+    lightness_sd: float = 0.0
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
+    strikes: tuple[StrikingFace, ...] = ()
+
+    @property
+    def appearance(self) -> PartAppearance:
+        """What of it tells which object it belongs to."""
+        x, y, z = (float(value) for value in self.X_TE[:3, 3])
+        sizes = tuple(float(size) for size in self.shape.sizes)
+        return PartAppearance(
+            self.colour, sizes, (x, y, z), self.colour_sd, self.size_sd, self.position_sd, self.lightness_sd
+        )
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
@@ -84,6 +100,7 @@ def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -
                 error.size,
                 error.position,
                 error.rotation,
+                strikes=component.strikes,
             )
         )
     return tuple(features)

@@ -1,7 +1,8 @@
 """Features of an object, from the source that the settings name.
 
-Either the true features with a stated error, or features from a colour and depth picture of the object on its stand
-and from nothing else. Both come out of the same port.
+Either the true features with a stated error, or features from colour and depth pictures of the object on its stand
+and from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is turned over in
+between. All come out of the same port.
 """
 
 import numpy as np
@@ -10,6 +11,8 @@ from affordance.exceptions import SeeingError
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
+from affordance.vision.pixels.seen_tool import observe_tool
+from affordance.vision.pixels.turning_stand import get_turning_stand, needs_turning
 
 
 def observe(
@@ -29,6 +32,8 @@ def observe(
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)
     try:
+        if needs_turning(tool):
+            return observe_tool(tool, get_turning_stand(), rng)
         return get_camera_sensor().observe(tool, rng)
     except SeeingError as failure:
         raise type(failure)(f"{tool.name}: {failure.reason}", failure.colour, failure.depth) from failure

@@ -38,27 +38,38 @@ class DaskCluster:
         """
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "scheduler.json"
-        self._log = (folder / "log.txt").open("w")
+        self._log = (folder / "log.txt").open("w", encoding="utf-8")
         self._environment = {**os.environ, "OMP_NUM_THREADS": "1"}
         if imports is not None:
             self._environment["PYTHONPATH"] = str(imports)
+        self._scheduler: subprocess.Popen[bytes] | None = None
+        self.workers: list[subprocess.Popen[bytes]] = []
         options = ["--no-dashboard", "--scheduler-file", str(self._file)]
-        self._scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", *options)
         threads = ["--nthreads", str(num_threads), "--no-nanny", "--local-directory", str(folder)]
-        self.workers = [self._start("worker", *threads, *options) for _ in range(num_workers)]
+        try:
+            self._scheduler = self._start("scheduler", "--host", "127.0.0.1", "--port", "0", *options)
+            for _ in range(num_workers):
+                self.workers.append(self._start("worker", *threads, *options))
+            self.address = self._wait_for_scheduler()
+            self._wait_for_workers(num_workers)
+        except BaseException:  # an interruption, too, leaves nothing running
+            self.stop()
+            raise
+
+    def _wait_for_scheduler(self) -> str:
         deadline = time.monotonic() + _PATIENCE
         while not self._file.exists():
             if time.monotonic() > deadline:
-                self.stop()
                 raise TimeoutError(f"no Dask scheduler after {_PATIENCE:g} s")
             time.sleep(0.05)
-        self.address = str(json.loads(self._file.read_text())["address"])
+        return str(json.loads(self._file.read_text(encoding="utf-8"))["address"])
+
+    def _wait_for_workers(self, num_workers: int) -> None:
         try:
             with self.connect() as client:
                 if num_workers:
                     client.wait_for_workers(num_workers, timeout=_PATIENCE)
         except (TimeoutError, OSError) as error:
-            self.stop()
             raise TimeoutError(f"no {num_workers} Dask workers after {_PATIENCE:g} s") from error
 
     def connect(self) -> Any:
@@ -77,7 +88,7 @@ class DaskCluster:
 
     def stop(self) -> None:
         """Ends what is left of it."""
-        for process in (*self.workers, self._scheduler):
+        for process in (*self.workers, *([self._scheduler] if self._scheduler else [])):
             process.kill()
             process.wait()
         self._log.close()

@@ -1,5 +1,6 @@
 """Runs killed at random moments and taken up again: are their files those of a run that was left alone?"""
 
+import contextlib
 import itertools
 import json
 import os
@@ -80,12 +81,19 @@ def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], 
     rng = np.random.default_rng(seed)
     identical, failures = 0, []
     moments: dict[str, list[float]] = {" ".join(arguments): [] for arguments in RUNS}
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
+
+        def launch(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
+            """Starts a run that ends with this study, whatever becomes of it."""
+            process = start(out, arguments)
+            stack.callback(kill, process)
+            return process
+
         whole, durations = {}, {}
         for number, arguments in enumerate(RUNS):
             whole[arguments] = Path(folder) / f"whole_{number}"
             begun = time.monotonic()
-            start(whole[arguments], arguments).wait()
+            launch(whole[arguments], arguments).wait()
             durations[arguments] = time.monotonic() - begun
         for run, arguments in enumerate(itertools.cycle(RUNS)):
             done = sum(map(len, moments.values()))
@@ -93,11 +101,11 @@ def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], 
                 break
             out, killed = Path(folder) / f"run_{run}", []
             for _ in range(min(_KILLS_PER_RUN, kills - done)):
-                process, moment = start(out, arguments), rng.random()
+                process, moment = launch(out, arguments), rng.random()
                 time.sleep(durations[arguments] * moment)
                 if kill(process):
                     killed.append(moment)
-            status = start(out, arguments).wait()
+            status = launch(out, arguments).wait()
             differences = list_differences(whole[arguments], out)
             moments[" ".join(arguments)] += killed
             if status == 0 and not differences:

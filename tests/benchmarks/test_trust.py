@@ -30,7 +30,7 @@ def test_bar_is_as_long_and_heavy_whatever_it_is_made_of(num_components, num_mat
 @pytest.mark.parametrize("text", ["", "{", "[1]", "null", "[" * 100_000, '{"kills": 20}'])
 def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
     path = tmp_path / "soak.json"
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     assert run.read_numbers(tmp_path, "soak") is None
     assert "soak.json is not what a study found" in caplog.text
     assert not path.exists()
@@ -41,10 +41,10 @@ def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
 def test_study_without_one_of_its_keys_is_set_aside(tmp_path, caplog, missing):
     study, key = missing.split(".")
     found = dict.fromkeys((*run.KEYS[study], "program"), 1.0)
-    (tmp_path / f"{study}.json").write_text(json.dumps(found))
+    (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
     assert run.read_numbers(tmp_path, study) == found
     del found[key]
-    (tmp_path / f"{study}.json").write_text(json.dumps(found))
+    (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
     assert run.read_numbers(tmp_path, study) is None
     assert f"{study}.json is not what a study found (it has no {key}); set aside as {study}.broken" in caplog.text
 

@@ -213,8 +213,12 @@ def test_goals_lie_on_the_swing_and_then_on_the_way_back(hammer, planned, own_mo
 
 
 def test_direction_of_the_blow_is_made_a_unit_vector(tmp_path):
-    text = (MODELS / "nail.yaml").read_text().replace("direction: [0, 0, -1]", "direction: [0, 0.3, -0.4]")
-    (tmp_path / "nail.yaml").write_text(text)
+    text = (
+        (MODELS / "nail.yaml")
+        .read_text(encoding="utf-8")
+        .replace("direction: [0, 0, -1]", "direction: [0, 0.3, -0.4]")
+    )
+    (tmp_path / "nail.yaml").write_text(text, encoding="utf-8")
     np.testing.assert_allclose(load_hammer(tmp_path / "nail.yaml").direction, [0.0, 0.6, -0.8])
 
 

@@ -113,6 +113,25 @@ def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model
     assert compared > 20
 
 
+def test_program_that_is_always_used_gives_the_same_plans_and_says_as_well_where_a_limit_is_active(
+    mpc, arm, model, hold, rng, monkeypatch
+):
+    always = MinimumAccelerationMpc(arm.limits, SETTINGS._replace(always_program=True))
+    monkeypatch.setattr(always, "solve_free", None)
+    found = []
+    for scale in np.linspace(0.02, 1.0, 40):
+        x = draw_state(arm, rng, 0.1 * scale, 5.0 * scale)
+        x[:7] = np.clip(x[:7], arm.limits.q_lower, arm.limits.q_upper)
+        model.set_state(x)
+        goal = hold.compute_goal(model, x, 0.0, 0.24)
+        one, other = mpc.solve(x, goal, model), always.solve(x, goal, model)
+        np.testing.assert_allclose(other.vdot, one.vdot, rtol=1e-6, atol=1e-7)
+        np.testing.assert_allclose(other.tau, one.tau, rtol=1e-6, atol=1e-7)
+        assert other.status is one.status
+        found.append(one.status)
+    assert min(found.count(status) for status in (MpcStatus.FREE, MpcStatus.LIMITED)) > 5
+
+
 def test_goal_of_fewer_rows_than_joints_is_met_and_equals_the_program(mpc, arm, model, rng):
     """A point goal for the hand: three rows of position, three of velocity, the rest free."""
     x = draw_state(arm, rng, 0.02, 0.1)
@@ -177,7 +196,7 @@ def test_limited_plan_is_the_optimum_another_solver_finds(limits, x, d_q):
     M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.array([0.3, -0.4])
     goal = TerminalGoal(np.eye(2), np.array(d_q), np.eye(2), np.zeros(2))
     free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
-    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, guess=free)
     found = solve_with_snopt(limits, x, goal, settings, M=M, bias=bias)
     costs = [compute_cost(plan, x, goal, settings) for plan in (vdot, found)]
     assert costs[0] == pytest.approx(costs[1], rel=1e-6)
@@ -196,7 +215,7 @@ def test_limits_that_cannot_be_kept_are_overstepped_as_little_as_possible():
     M, bias = np.array([[0.5, 0.1], [0.1, 0.2]]), np.zeros(2)
     goal = TerminalGoal(np.eye(2), np.array([0.5, 0.2]), np.eye(2), np.zeros(2))
     free = MinimumAccelerationMpc(limits, settings).solve_free(x, goal)[:5]
-    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, free=free)
+    vdot = AccelerationProgram(limits, settings, (2, 2)).solve(x, goal, M=M, bias=bias, guess=free)
     violation = measure_overstep(vdot, x, limits, settings)
     # In one step of 0.06 s at no more than 2 rad/s, and from rest, 0.06 of the 0.1 rad can be made good.
     assert violation[0] == pytest.approx(0.04, abs=1e-6)
@@ -303,7 +322,7 @@ def test_earlier_plan_goes_on_step_by_step(mpc):
         np.testing.assert_array_equal(mpc.continue_plan(plan, elapsed), expected)
 
 
-@pytest.mark.parametrize("name", MpcSettings._fields)
+@pytest.mark.parametrize("name", ["horizon", "num_steps", "goal_weight"])
 def test_settings_must_be_positive(arm, name):
     with pytest.raises(ValueError, match=f"{name} is 0, must be greater than 0"):
         MinimumAccelerationMpc(arm.limits, SETTINGS._replace(**{name: 0}))

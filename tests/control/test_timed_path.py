@@ -73,13 +73,13 @@ def test_path_of_the_experiment_is_read():
 )
 def test_bad_path_is_named_with_key_value_and_bound(tmp_path, old, new, message):
     assert old in GOOD
-    (tmp_path / "path.yaml").write_text(GOOD.replace(old, new))
+    (tmp_path / "path.yaml").write_text(GOOD.replace(old, new), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
         load_path(tmp_path / "path.yaml")
 
 
 def test_path_without_points_is_refused(tmp_path):
-    (tmp_path / "path.yaml").write_text("duration: 1\ntolerance: 0.1\npoints: []\n")
+    (tmp_path / "path.yaml").write_text("duration: 1\ntolerance: 0.1\npoints: []\n", encoding="utf-8")
     with pytest.raises(BadValueError, match=r"points: is \[\], must be a list with at least one entry"):
         load_path(tmp_path / "path.yaml")
 

@@ -70,13 +70,13 @@ def test_masses_are_equal_and_centres_of_mass_mirror_each_other(experiment):
 
 
 def test_decoy_rises_and_the_honest_objects_stay(folder):
-    numbers = json.loads((folder / "metrics.json").read_text())
+    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["height_extreme_m"][2] > 2 * max(numbers["deviation_m"][:2])
 
 
 def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
     """Measured within what so rough a sense allows: far from probable, yet no 5-sigma outlier."""
-    numbers = json.loads((folder / "metrics.json").read_text())
+    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["p_value_test"][2] < 1e-3 < 0.05 < min(numbers["p_value_test"][:2])
     assert numbers["trials_outlier_test"][:2] == [0, 0]
     assert numbers["samples_rejected_test"] == [0, 0, 0]
@@ -87,14 +87,14 @@ def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, cap
     faults = dataclasses.replace(experiment.settings, faults=Faults(drop_probability=1.0))
     faulty = dataclasses.replace(experiment, experience=short).with_settings(faults)
     run_experiment(faulty, None, tmp_path / "com", repeats=1, jobs=1)
-    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text())
+    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["samples_rejected_test"] == [3, 3, 3]
     assert numbers["samples_rejected"] == 6
     assert "experience: 6 samples were rejected, and 0 of 2 trials are 5-sigma outliers" in caplog.text
     assert "com: 9 samples were rejected, and 0 trials with honest objects are 5-sigma outliers" in caplog.text
     remarks = read_section(tmp_path / "com").remarks
     assert any(remark.startswith("Run with faults: drop_probability 1.0.") for remark in remarks)
-    kept = json.loads((tmp_path / "com" / "numbers_features.json").read_text())["shared"]
+    kept = json.loads((tmp_path / "com" / "numbers_features.json").read_text(encoding="utf-8"))["shared"]
     assert (kept["faults"]["drop_probability"], kept["seed"], kept["repeats"]) == (1.0, 0, 1)
 
 
@@ -110,7 +110,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 
 def test_error_is_seen_on_its_side_of_the_bound(experiment, folder):
-    numbers = json.loads((folder / "metrics.json").read_text())
+    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
     claims = {claim.key: claim for claim in render(experiment, None, numbers, inertia_error=0.1002).claims}
     assert not claims["inertia"].met
     assert claims["inertia"].criteria[0].value == "10.02 %"
@@ -175,8 +175,8 @@ def test_experience_is_kept_for_other_experiments(experiment, folder, tmp_path):
 def test_objects_that_do_not_make_the_experiment_are_refused(tmp_path, old, new, message):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "com.yaml"
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new, 1))
+    assert old in path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
         com.load(tmp_path / "models")
 
@@ -184,7 +184,7 @@ def test_objects_that_do_not_make_the_experiment_are_refused(tmp_path, old, new,
 def test_two_objects_are_refused(tmp_path):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "com.yaml"
-    path.write_text(path.read_text()[: path.read_text().index("  - name: decoy")])
+    path.write_text(path.read_text(encoding="utf-8")[: path.read_text(encoding="utf-8").index("  - name: decoy")])
     with pytest.raises(BadValueError, match=r"has 2 entries, must have 3: two objects and the decoy"):
         com.load(tmp_path / "models")
 
@@ -265,8 +265,8 @@ def test_densities_are_listed_by_colour_in_the_order_of_the_components(experimen
 def paint_beech(tmp_path, colour):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "materials.yaml"
-    assert 'colour: "#c98f5a"' in path.read_text()
-    path.write_text(path.read_text().replace("#c98f5a", colour))
+    assert 'colour: "#c98f5a"' in path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace("#c98f5a", colour), encoding="utf-8")
     return tmp_path / "models"
 
 

@@ -87,21 +87,21 @@ class MadeUp:
             figures={"line": draw},
             trajectories=Trajectories({"drawn": drawn}, {}),
             diagram=fail,
-            replay=lambda path: path.write_text("a replay"),
-            writers={"note": lambda folder: (folder / "note.txt").write_text("noted")},
+            replay=lambda path: path.write_text("a replay", encoding="utf-8"),
+            writers={"note": lambda folder: (folder / "note.txt").write_text("noted", encoding="utf-8")},
         )
 
 
 @pytest.fixture
 def experiment(tmp_path):
     section = tmp_path / "made_up.yaml"
-    section.write_text(SECTION)
+    section.write_text(SECTION, encoding="utf-8")
     return MadeUp(section)
 
 
 def run(experiment, out, repeats=4):
     run_experiment(experiment, "plan", out / experiment.name, repeats=repeats, jobs=1)
-    return json.loads((out / experiment.name / "metrics.json").read_text())
+    return json.loads((out / experiment.name / "metrics.json").read_text(encoding="utf-8"))
 
 
 def test_everything_is_written_by_its_name_and_numbers_come_last(experiment, tmp_path, monkeypatch):
@@ -144,14 +144,14 @@ def test_what_is_unavailable_is_left_out_in_one_line_and_the_rest_is_there(exper
     assert line.startswith("made_up: diagram is left out: pictures of Diagrams are")
     assert "libnothing.so is missing" in line
     assert "\n" not in line
-    section = json.loads((tmp_path / "made_up" / "section.json").read_text())
+    section = json.loads((tmp_path / "made_up" / "section.json").read_text(encoding="utf-8"))
     assert [figure["file"] for figure in section["figures"]] == ["line.png"]
-    assert "<h2>Made up</h2>" in write_report(tmp_path).read_text()
+    assert "<h2>Made up</h2>" in write_report(tmp_path).read_text(encoding="utf-8")
 
 
 def test_section_is_filled_in_with_numbers_and_facts(experiment, tmp_path):
     run(experiment, tmp_path)
-    section = json.loads((tmp_path / "made_up" / "section.json").read_text())
+    section = json.loads((tmp_path / "made_up" / "section.json").read_text(encoding="utf-8"))
     assert section["summary"] == "4 observers, seed 3, planned: plan."
     assert section["claims"][0]["met"] is True
     assert section["remarks"] == ["Claims want about 20 observers or more; these are of 4."]

@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
@@ -44,7 +45,7 @@ def made_up(monkeypatch):
         said = (
             f"{experiment.name}: {experiment.seed}, {source}, {plan}, {repeats} repeats, {jobs} jobs; found {found}"
         )
-        (folder / "ran.txt").write_text(said)
+        (folder / "ran.txt").write_text(said, encoding="utf-8")
 
     monkeypatch.setattr(suite, "run_experiment", run_experiment)
 
@@ -55,8 +56,8 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
     assert report == out / "report.html"
     assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
     said = "models, 3, features, planned in 2 jobs, 7 repeats, 2 jobs; found "
-    assert (out / "other" / "ran.txt").read_text() == f"other: {said}"
-    assert (out / "one" / "ran.txt").read_text() == f"one: {said}other/ran.txt"
+    assert (out / "other" / "ran.txt").read_text(encoding="utf-8") == f"other: {said}"
+    assert (out / "one" / "ran.txt").read_text(encoding="utf-8") == f"one: {said}other/ran.txt"
 
 
 def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
@@ -68,6 +69,17 @@ def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path
     assert settings.arm == MODELS / "arm.dmd.yaml"
     assert settings.feature_source is FeatureSource.PIXELS
     assert settings.faults == Faults(bias_sd=3.0, drop_probability=0.3)
+
+
+def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings.learner)
+    )
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
+    suite.run_suite(["one"], tmp_path, **arguments)
+    suite.run_suite(["one"], tmp_path, **arguments, learner=Learner.KINDS_MAP)
+    assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
 
 
 def test_nothing_is_written_where_one_of_them_cannot_be_planned(made_up, tmp_path, monkeypatch):
@@ -103,20 +115,24 @@ def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_
 def test_leftovers_of_a_killed_run_are_removed_wherever_they_lie_before_anything_is_run(made_up, tmp_path):
     kept = tmp_path / "experience" / "0123" / "repeat_00000.npz"
     kept.parent.mkdir(parents=True)
-    kept.write_text("kept")
+    kept.write_text("kept", encoding="utf-8")
     for folder in (tmp_path, kept.parent, tmp_path / "one"):
         folder.mkdir(exist_ok=True)
-        (folder / ".writing.123.repeat_00001.npz").write_text("half")
+        (folder / ".writing.123.repeat_00001.npz").write_text("half", encoding="utf-8")
     suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
-    assert (tmp_path / "one" / "ran.txt").read_text().endswith("found experience/0123/repeat_00000.npz")
-    assert kept.read_text() == "kept"
+    assert (
+        (tmp_path / "one" / "ran.txt").read_text(encoding="utf-8").endswith("found experience/0123/repeat_00000.npz")
+    )
+    assert kept.read_text(encoding="utf-8") == "kept"
 
 
 def test_models_of_which_one_experiment_is_wrong_start_none(tmp_path):
     """Weight's own files are right; what reach chooses about is not."""
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "novel.yaml"
-    path.write_text(path.read_text().replace("material: steel}", "material: brass}"))
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("material: steel}", "material: brass}"), encoding="utf-8"
+    )
     with pytest.raises(BadValueError, match=r"novel.yaml: tools: stick: looks like brass, must look like what"):
         suite.run_suite(["weight", "reach"], tmp_path / "out", models=tmp_path / "models", seed=0, repeats=1, jobs=1)
     assert not (tmp_path / "out").exists()

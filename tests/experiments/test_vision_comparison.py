@@ -30,7 +30,7 @@ def test_both_sources_of_features_stand_side_by_side(tmp_path, seen, met, shown)
     keep(tmp_path, DEFAULT_SETTINGS, [3000.0, 8500.0])
     keep(tmp_path, PIXELS, seen)
     compare_feature_sources(tmp_path)
-    section = json.loads((tmp_path / NAME / "section.json").read_text())
+    section = json.loads((tmp_path / NAME / "section.json").read_text(encoding="utf-8"))
     assert (tmp_path / NAME / "comparison.png").exists()
     (claim,) = section["claims"]
     assert claim["met"] is met
@@ -66,10 +66,10 @@ def test_file_that_no_experiment_wrote_is_named_and_set_aside(tmp_path, caplog, 
     path = tmp_path / "weight" / f"numbers_{feature_source.value}.json"
     if text.startswith("GOOD "):
         good, bad = text.removeprefix("GOOD ").split(" -> ")
-        found = json.dumps(json.loads(path.read_text()))
+        found = json.dumps(json.loads(path.read_text(encoding="utf-8")))
         assert good in found
         text = found.replace(good, bad)
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     compare_feature_sources(tmp_path)
     assert not (tmp_path / NAME).exists()
     assert f"{path.name} is not what an experiment found (" in caplog.text
@@ -107,7 +107,7 @@ def test_runs_that_differ_in_more_than_the_source_of_features_are_not_compared(
 def test_runs_with_other_models_are_not_compared(tmp_path, caplog):
     folder = tmp_path / "models"
     folder.mkdir()
-    (folder / "materials.yaml").write_text("gold: 1")
+    (folder / "materials.yaml").write_text("gold: 1", encoding="utf-8")
     keep(tmp_path, DEFAULT_SETTINGS, [3000.0, 8500.0])
     keep(tmp_path, dataclasses.replace(PIXELS, arm=folder / "arm.dmd.yaml"), [3000.0, 8500.0])
     compare_feature_sources(tmp_path)
@@ -132,7 +132,7 @@ def test_largest_difference_is_that_of_every_judged_number(tmp_path):
         )
         save_vision_metrics(tmp_path / "reach", {"p_correct": chosen}, settings, seed=0, repeats=2)
     compare_feature_sources(tmp_path)
-    (claim,) = json.loads((tmp_path / NAME / "section.json").read_text())["claims"]
+    (claim,) = json.loads((tmp_path / NAME / "section.json").read_text(encoding="utf-8"))["claims"]
     assert claim["met"]
     assert claim["criteria"][0]["value"] == "5.0, 7.0 %"
     assert "density believed, median (kg/m³); correct choices, reach" in claim["criteria"][0]["name"]

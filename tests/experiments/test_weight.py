@@ -60,7 +60,7 @@ def numbers(folder):
 
 
 def test_results_are_as_documented(folder):
-    numbers = check_results(folder, SHAPES, ("figure3", "figure4"), "weight")
+    numbers = check_results(folder, SHAPES, ("figure3", "figure4", "posterior", "sinking"), "weight")
     assert numbers["repeats"] == 3
     assert numbers["config"]["settings"]["noise"] == {"weber_fraction": 0.07, "threshold": 0.097}
 
@@ -127,7 +127,16 @@ def test_section_says_met_or_not_of_every_claim(folder, numbers):
     assert section.claims["first_object"].criteria[0]["value"].startswith(f"{100 * numbers['drop_m'][0]:.1f}")
     (table,) = section.tables
     assert [row[0] for row in table["rows"]] == ["before", "rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
-    assert [figure["file"] for figure in section.figures] == ["figure3.png", "figure4.png", "diagram.svg"]
+    figures = ["figure3.png", "figure4.png", "posterior.png", "sinking.png", "diagram.svg"]
+    assert [figure["file"] for figure in section.figures] == figures
+
+
+def test_what_happens_within_a_trial_is_written(folder):
+    numbers = json.loads((folder / "within_trial.json").read_text(encoding="utf-8"))
+    for values in (*numbers["posterior_sd"].values(), *numbers["posterior_sd_at_rest"].values()):
+        assert len(values) == 32
+        assert np.isfinite(values).all()
+    assert all(np.isfinite(height) for height in numbers["height_end_m"].values())
 
 
 def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):
@@ -183,8 +192,8 @@ def test_experience_is_carried_from_trial_to_trial(weight):
 def write_models(tmp_path, old, new):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "weight.yaml"
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
+    assert old in path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     return tmp_path / "models"
 
 
@@ -209,7 +218,7 @@ def test_decoy_that_is_not_lighter_than_it_looks_is_refused(tmp_path, density):
     models = write_models(tmp_path, "material: beech, looks_like: brass", "material: dense, looks_like: brass")
     materials = models / "materials.yaml"
     entry = f'dense: {{colour: "#112233", density: {density}, density_sd: 87, source: test}}\n'
-    materials.write_text(materials.read_text() + entry)
+    materials.write_text(materials.read_text(encoding="utf-8") + entry)
     message = rf"weight.yaml: tools: decoy: has a density of {density:g} kg/m\^3, must be less than the 8500 of brass"
     with pytest.raises(BadValueError, match=message):
         weight_module.load(models)
@@ -226,10 +235,10 @@ def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
 def test_mesh_that_is_missing_is_refused(tmp_path):
     models = write_models(tmp_path, "", "")
     arm = models / "arm.sdf"
-    text = arm.read_text()
+    text = arm.read_text(encoding="utf-8")
     start = text.index("<ellipsoid>")
     end = text.index("</ellipsoid>") + len("</ellipsoid>")
-    arm.write_text(text[:start] + "<mesh><uri>package://models/none.obj</uri></mesh>" + text[end:])
+    arm.write_text(text[:start] + "<mesh><uri>package://models/none.obj</uri></mesh>" + text[end:], encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: .*none.obj") as error:
         weight_module.load(models, settings=Settings(arm=models / "arm.dmd.yaml"))
     assert "\n" not in str(error.value)
@@ -246,15 +255,17 @@ def test_more_objects_than_colours_are_drawn(weight, tmp_path):
 def test_decoy_alone_is_refused(tmp_path):
     models = write_models(tmp_path, "", "")
     path = models / "tools" / "weight.yaml"
-    head, *_, decoy = path.read_text().split("  - name:")
-    path.write_text(f"{head}  - name:{decoy}")
+    head, *_, decoy = path.read_text(encoding="utf-8").split("  - name:")
+    path.write_text(f"{head}  - name:{decoy}", encoding="utf-8")
     with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entries, must have at least 3"):
         weight_module.load(models)
 
 
 def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(tmp_path):
     for name in ("arm.sdf", "arm.dmd.yaml", "package.xml"):
-        (tmp_path / name).write_text((MODELS / name).read_text().replace("<effort>68.6<", "<effort>1<"))
+        (tmp_path / name).write_text(
+            (MODELS / name).read_text(encoding="utf-8").replace("<effort>68.6<", "<effort>1<"), encoding="utf-8"
+        )
     tools = load_tools(MODELS / "tools" / "weight.yaml", load_materials(MODELS / "materials.yaml"))
     with pytest.raises(ModelFileError, match=r"loads shoulder_elevation with .* empty hand, must be at most 1 N m"):
         check_tools_can_be_held(tmp_path / "weight.yaml", tools, Settings(arm=tmp_path / "arm.dmd.yaml"))

@@ -16,7 +16,7 @@ def test_file_appears_whole_or_not_at_all(tmp_path):
     path = tmp_path / "deep" / "numbers.txt"
 
     def fail_halfway(temporary):
-        temporary.write_text("half")
+        temporary.write_text("half", encoding="utf-8")
         raise RuntimeError("killed")
 
     with pytest.raises(RuntimeError, match="killed"):
@@ -25,12 +25,12 @@ def test_file_appears_whole_or_not_at_all(tmp_path):
     write_text(path, "whole")
     with pytest.raises(RuntimeError, match="killed"):
         write_atomic(path, fail_halfway)
-    assert path.read_text() == "whole"
+    assert path.read_text(encoding="utf-8") == "whole"
 
 
 def test_leftovers_of_a_killed_run_are_removed(tmp_path):
     def leave(temporary):
-        temporary.write_text("half")
+        temporary.write_text("half", encoding="utf-8")
         os.link(temporary, temporary.with_name(temporary.name + "x"))  # survives the clean-up of write_atomic
         raise RuntimeError
 
@@ -54,7 +54,7 @@ def test_configurations_become_plain_json(tmp_path):
     content = {"pair": Pair(1.5, (np.float64(0.1), np.array([1, 2]))), "colour": Colour.RED, "path": Path("a/b.yaml")}
     assert to_plain(content) == {"pair": {"a": 1.5, "b": [0.1, [1, 2]]}, "colour": "red", "path": "b.yaml"}
     write_json(tmp_path / "x.json", content)
-    assert json.loads((tmp_path / "x.json").read_text())["pair"]["b"] == [0.1, [1, 2]]
+    assert json.loads((tmp_path / "x.json").read_text(encoding="utf-8"))["pair"]["b"] == [0.1, [1, 2]]
     with pytest.raises(ValueError, match="not JSON compliant"):
         write_json(tmp_path / "y.json", {"bad": np.nan})
     assert not (tmp_path / "y.json").exists()

@@ -18,7 +18,7 @@ def compute_once[T](tmp_path_factory, name: str, compute: Callable[[], T]) -> T:
     if "PYTEST_XDIST_WORKER" in os.environ:
         folder = folder.parent  # that of all workers of this run
     path = folder / f"{name}.pickle"
-    with (folder / f"{name}.lock").open("w") as lock:
+    with (folder / f"{name}.lock").open("w", encoding="utf-8") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not path.exists():
             path.write_bytes(pickle.dumps(compute()))

@@ -25,8 +25,8 @@ tools:
 @pytest.fixture
 def files(tmp_path):
     def write(materials=GOOD_MATERIALS, tools=GOOD_TOOLS):
-        (tmp_path / "materials.yaml").write_text(materials)
-        (tmp_path / "tools.yaml").write_text(tools)
+        (tmp_path / "materials.yaml").write_text(materials, encoding="utf-8")
+        (tmp_path / "tools.yaml").write_text(tools, encoding="utf-8")
         return load_tools(tmp_path / "tools.yaml", load_materials(tmp_path / "materials.yaml"))
 
     return write
@@ -90,7 +90,11 @@ def test_decoy_appears_as_the_tool_it_imitates():
         ),
         ("looks_like: brass", "looks_like: gold", r"components\[1\].looks_like: is 'gold', must be one of"),
         ("material: beech}", "material: 3}", r"material: is 3, must be a non-empty text"),
-        ("material: beech}", "material: beech, colour: red}", r"components\[0\].colour: is not a key known here"),
+        (
+            "material: beech}",
+            "material: beech, colour: red}",
+            r"components\[0\].colour: is 'red', must be red, green and blue",
+        ),
         ("  - name: hammer", "  - 3\n  - name: hammer", r"tools\[0\]: is 3, must be a mapping"),
         (GOOD_TOOLS, "tools: []", r"tools: is \[\], must be a list with at least one entry"),
         (

@@ -134,7 +134,7 @@ def test_missing_file_is_named(tmp_path):
 
 def test_file_that_is_no_model_is_named(tmp_path):
     path = tmp_path / "arm.dmd.yaml"
-    path.write_text("directives: 3\n")
+    path.write_text("directives: 3\n", encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: ") as error:
         load_arm(path)
     assert "\n" not in str(error.value)
@@ -142,10 +142,10 @@ def test_file_that_is_no_model_is_named(tmp_path):
 
 def write_copy(tmp_path, old, new):
     for name in ("arm.sdf", "arm.dmd.yaml", "package.xml"):
-        (tmp_path / name).write_text((MODELS / name).read_text())
+        (tmp_path / name).write_text((MODELS / name).read_text(encoding="utf-8"))
     sdf = tmp_path / "arm.sdf"
-    assert old in sdf.read_text()
-    sdf.write_text(sdf.read_text().replace(old, new))
+    assert old in sdf.read_text(encoding="utf-8")
+    sdf.write_text(sdf.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     return tmp_path / ARM.name
 
 
@@ -166,15 +166,15 @@ def test_arm_with_a_joint_without_actuator_is_refused(tmp_path):
 
 def test_arm_without_a_moving_joint_is_refused(tmp_path):
     path = write_copy(tmp_path, 'type="revolute"', 'type="fixed"')
-    before, _, rest = path.read_text().partition("      default_joint_positions:")
-    path.write_text(before + rest[rest.index("  - add_weld:") :])
+    before, _, rest = path.read_text(encoding="utf-8").partition("      default_joint_positions:")
+    path.write_text(before + rest[rest.index("  - add_weld:") :], encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: has 0 joints and 0 actuators, must have one for each$"):
         load_arm(path)
 
 
 def test_base_that_floats_is_refused_by_name(tmp_path):
     path = write_copy(tmp_path, "", "")
-    path.write_text(path.read_text().partition("  - add_weld:")[0])
+    path.write_text(path.read_text(encoding="utf-8").partition("  - add_weld:")[0])
     with pytest.raises(
         ModelFileError, match=r"arm.dmd.yaml: leaves base floating, must weld it to the world with add_"
     ):

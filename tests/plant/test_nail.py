@@ -18,7 +18,7 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.nail import CONTACT_STIFFNESS, NailPlacement, add_nail
 from affordance.plant.nail_system import NailResistance
 
-GOOD = (MODELS / "nail.yaml").read_text()
+GOOD = (MODELS / "nail.yaml").read_text(encoding="utf-8")
 DOWN = np.array([0.0, 0.0, -1.0])
 
 
@@ -150,7 +150,7 @@ def test_nail_that_is_pulled_out_resists_no_more(nail):
 )
 def test_bad_nail_is_named_with_key_value_and_bound(tmp_path, old, new, message):
     assert old in GOOD
-    (tmp_path / "nail.yaml").write_text(GOOD.replace(old, new))
+    (tmp_path / "nail.yaml").write_text(GOOD.replace(old, new), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
         load_hammer(tmp_path / "nail.yaml")
 

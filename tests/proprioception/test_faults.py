@@ -214,7 +214,7 @@ def test_faults_are_read_and_put_together(arm):
     ],
 )
 def test_bad_faults_are_refused(tmp_path, arm, text, message):
-    (tmp_path / "faults.yaml").write_text(text)
+    (tmp_path / "faults.yaml").write_text(text, encoding="utf-8")
     with pytest.raises(BadValueError) as caught:
         load_faults(tmp_path / "faults.yaml", ["a", "b"], arm.joint_names)
     assert message in str(caught.value)

@@ -128,7 +128,7 @@ def draw_objects_named(names):
 
 def test_names_are_never_read_as_formulae(tmp_path):
     save_figure(draw_objects_named([r"$5 \foo$ rod", "rod", "decoy"]), tmp_path, "a")
-    assert r"$5 \foo$ rod" in (tmp_path / "a.svg").read_text()
+    assert r"$5 \foo$ rod" in (tmp_path / "a.svg").read_text(encoding="utf-8")
 
 
 def test_twelve_objects_have_room_for_their_names(tmp_path):

@@ -24,7 +24,7 @@ def scenes(weight, arm):
 def test_replay_is_one_page_that_needs_nothing_else(tmp_path, weight, scenes):
     path = tmp_path / "replay.html"
     write_replay(path, weight.settings.arm, scenes, title="A & B")
-    page = path.read_text()
+    page = path.read_text(encoding="utf-8")
     assert "<title>A &amp; B</title>" in page
     assert "0.0 to 0.2 s: rod_10cm &lt;shown&gt;" in page
     assert "0.7 to 0.9 s: rod_15cm" in page
@@ -94,7 +94,7 @@ def unpack(data, at=0):
 
 def read_recording(path):
     """The recording of a page: times and values of every property of every object, by path and property."""
-    for chunk in re.findall("base64,([A-Za-z0-9+/=]+)", path.read_text()):
+    for chunk in re.findall("base64,([A-Za-z0-9+/=]+)", path.read_text(encoding="utf-8")):
         data = base64.b64decode(chunk)
         if b"set_animation" in data[:30]:
             return {
@@ -125,7 +125,7 @@ def blows(scenes):
 def test_recording_lasts_as_long_as_the_slowed_scenes_and_captions_say_so(tmp_path, weight, blows):
     path = tmp_path / "replay.html"
     write_replay(path, weight.settings.arm, blows, title="")
-    page = path.read_text()
+    page = path.read_text(encoding="utf-8")
     # 20 of 200 ms are shown in 1 s; then there is a pause.
     assert "0.0 to 1.2 s: rod_10cm &lt;shown&gt; (50 × slower around the strike, 0.1 to 1.1 s)" in page
     assert "1.7 to 2.9 s: rod_15cm &lt;shown&gt; (50 × slower around the strike, 1.8 to 2.8 s)" in page

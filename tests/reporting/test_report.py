@@ -65,7 +65,7 @@ def write_both(folder):
 
 
 def test_report_holds_all_sections_in_the_papers_order(folder):
-    (folder / "weight" / "replay.html").write_text("a replay")
+    (folder / "weight" / "replay.html").write_text("a replay", encoding="utf-8")
     page = write_both(folder)
     assert page.index("<h2>Simulation I<") < page.index("<h2>Simulation II<")
     assert "drop, last over first: <b>0.012</b> (at most 0.25)" in page
@@ -111,7 +111,7 @@ def test_run_is_named_with_observers_seed_versions_and_time(folder):
     metrics = {"repeats": 20, "seed": 3, "finished": "2026-11-22 00:25"}
     for name, version in (("weight", "1.58.0"), ("com", "1.58.0")):
         versions = {"affordance": "0.2.0", "drake": version}
-        (folder / name / "metrics.json").write_text(json.dumps({**metrics, "versions": versions}))
+        (folder / name / "metrics.json").write_text(json.dumps({**metrics, "versions": versions}), encoding="utf-8")
     page = write_both(folder)
     line = "20 observers or objects, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22 00:25"
     assert f"com, weight: {line}<" in page
@@ -119,18 +119,18 @@ def test_run_is_named_with_observers_seed_versions_and_time(folder):
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"repeats": 3}', '{"versions": []}'])
 def test_numbers_that_do_not_say_what_was_run_leave_the_report_without(folder, text):
-    (folder / "weight" / "metrics.json").write_text(text)
+    (folder / "weight" / "metrics.json").write_text(text, encoding="utf-8")
     assert "observers or objects" not in write_both(folder)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"order": 2}', "\x00", "[" * 100_000])
 def test_section_that_is_none_is_named_and_quarantined(folder, caplog, text):
     write_section(folder / "weight", make_section(1, "Simulation I"))
-    (folder / "com" / "section.json").write_text(text)
+    (folder / "com" / "section.json").write_text(text, encoding="utf-8")
     page = write_report(folder).read_text(encoding="utf-8")
     assert "<h2>Simulation I<" in page
     assert "com/section.json is left out of the report: it is not a section" in caplog.text
-    assert (folder / "com" / "section.broken").read_text() == text
+    assert (folder / "com" / "section.broken").read_text(encoding="utf-8") == text
     assert not (folder / "com" / "section.json").exists()
 
 
@@ -164,12 +164,12 @@ def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog):
     path = folder / "com" / "section.json"
     write_section(path.parent, make_section(2, "Simulation II"))
     (folder / "com" / "x").write_bytes(b"a figure of this name")
-    good = json.loads(path.read_text())
+    good = json.loads(path.read_text(encoding="utf-8"))
     places = list(list_places(good))
     assert len(places) > 30
     for place in places:
         for other in (*WRONG, put) if place else WRONG:
-            path.write_text(json.dumps(put(good, place, other)))
+            path.write_text(json.dumps(put(good, place, other)), encoding="utf-8")
             page = write_report(folder).read_text(encoding="utf-8")
             assert "<h2>Simulation I<" in page, (place, other)
             assert path.exists() == ('<section id="com">' in page), (place, other)

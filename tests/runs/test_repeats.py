@@ -89,7 +89,7 @@ def test_unreadable_repeat_is_set_aside_and_run_again(tmp_path, caplog):
     run(tmp_path)
     victim = tmp_path / "repeat_00003.npz"
     victim.write_bytes(victim.read_bytes()[:40])
-    (tmp_path / "repeat_00001.npz").write_text("not an archive")
+    (tmp_path / "repeat_00001.npz").write_text("not an archive", encoding="utf-8")
     with caplog.at_level(logging.WARNING):
         np.testing.assert_array_equal(run(tmp_path)["square"], [[0], [1], [4], [9], [16]])
     assert "repeat_00003.npz could not be read" in caplog.text
@@ -106,9 +106,11 @@ def test_key_changes_with_configuration_and_models(weight, tmp_path):
     copy = tmp_path / "models"
     shutil.copytree(MODELS, copy)
     assert compute_key(weight, copy) == key
-    (copy / "README.md").write_text("not a model")
+    (copy / "README.md").write_text("not a model", encoding="utf-8")
     assert compute_key(weight, copy) == key
-    (copy / "arm.sdf").write_text((copy / "arm.sdf").read_text().replace("0.3274", "0.3275"))
+    (copy / "arm.sdf").write_text(
+        (copy / "arm.sdf").read_text(encoding="utf-8").replace("0.3274", "0.3275"), encoding="utf-8"
+    )
     assert compute_key(weight, copy) != key
 
 
@@ -132,8 +134,8 @@ def test_key_stays_where_only_what_reports_changes(program):
     key = compute_key("", MODELS)
     for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/weight.yaml"):
         path = program / name
-        path.write_text(f"{path.read_text()}# another caption")
-    (program / "reporting" / "more.py").write_text("MORE = True")
+        path.write_text(f"{path.read_text(encoding='utf-8')}# another caption")
+    (program / "reporting" / "more.py").write_text("MORE = True", encoding="utf-8")
     assert compute_key("", MODELS) == key
 
 
@@ -142,11 +144,11 @@ def test_key_changes_with_every_other_source(program):
     for name in SOURCES:
         if name not in ONLY_REPORT:
             path = program / name
-            path.write_text(f"{path.read_text()}# another number")
+            path.write_text(f"{path.read_text(encoding='utf-8')}# another number")
             keys.append(compute_key("", MODELS))
     assert len(keys) > 80
     assert len(set(keys)) == len(keys)
-    (program / "belief" / "more.py").write_text("MORE = True")
+    (program / "belief" / "more.py").write_text("MORE = True", encoding="utf-8")
     assert compute_key("", MODELS) not in keys
     moved = program / "belief" / "moved.py"
     (program / "belief" / "more.py").rename(moved)
@@ -171,10 +173,10 @@ def test_key_changes_with_the_versions_of_libraries(monkeypatch):
 
 
 def test_key_depends_on_further_sources(weight, tmp_path):
-    (tmp_path / "study.py").write_text("DURATION = 3.0")
+    (tmp_path / "study.py").write_text("DURATION = 3.0", encoding="utf-8")
     key = compute_key(weight, MODELS, tmp_path)
     assert key != compute_key(weight, MODELS)
-    (tmp_path / "study.py").write_text("DURATION = 2.0")
+    (tmp_path / "study.py").write_text("DURATION = 2.0", encoding="utf-8")
     assert compute_key(weight, MODELS, tmp_path) != key
 
 
@@ -185,11 +187,11 @@ def test_folder_for_results_is_made(tmp_path):
 
 def test_path_that_is_or_lies_below_a_file_is_refused(tmp_path):
     file = tmp_path / "file"
-    file.write_text("")
+    file.write_text("", encoding="utf-8")
     for path in (file, file / "below"):
         with pytest.raises(BadValueError, match=r"--out: is '.*', which is or lies below a file, must be a folder"):
             prepare_folder(path)
-    assert file.read_text() == ""
+    assert file.read_text(encoding="utf-8") == ""
 
 
 def test_folder_that_cannot_be_written_is_refused(tmp_path, monkeypatch):

@@ -76,7 +76,7 @@ def list_drawn(path):
 def test_committed_picture_is_up_to_date(trial, tmp_path):
     """If this fails: make diagrams, look at the picture, commit it."""
     save_diagram(trial.diagram, tmp_path, "weight")
-    assert (DIAGRAMS / "weight.dot").read_text() == describe_diagram(trial.diagram)
+    assert (DIAGRAMS / "weight.dot").read_text(encoding="utf-8") == describe_diagram(trial.diagram)
     assert list_drawn(DIAGRAMS / "weight.svg") == list_drawn(tmp_path / "weight.svg")
 
 

@@ -62,6 +62,47 @@ def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, rati
     assert record.counts.failed == 0
 
 
+def weigh(tool, mass):
+    """The tool, made of something that looks the same and weighs more or less."""
+    (part,) = tool.components
+    material = dataclasses.replace(part.material, density=part.material.density * mass / tool.mass)
+    return dataclasses.replace(
+        tool, components=(dataclasses.replace(part, material=material, looks_like=part.material),)
+    )
+
+
+def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, caplog):
+    """It is no failure of the solver, which finds a plan; the record names the joints, and a line says by how much.
+
+    The largest mass that can be held is found by the torques of the arm at rest; a percent decides.
+    """
+    tool, arm = weight.tools[3], load_arm()
+    hold = StaticHold(arm)
+    per_kg = hold.Y @ tool.parameters / tool.mass
+    bounds = (arm.limits.tau_max - np.abs(hold.tau_arm)) / np.maximum(1e-12, np.abs(per_kg))
+    worst = int(np.argmin(bounds))
+
+    light = runner.run_hold(weigh(tool, 0.99 * bounds[worst]), MaterialMemory(), duration=0.1, seed=(0,))
+    assert light.overloaded == ()
+    assert not caplog.records
+    heavy = runner.run_hold(weigh(tool, 1.01 * bounds[worst]), MaterialMemory(), duration=0.1, seed=(0,))
+    assert heavy.overloaded == (arm.joint_names[worst],)
+    assert heavy.counts.failed == 0
+    (warning,) = caplog.records
+    assert warning.levelname == "WARNING"
+    text = warning.getMessage()
+    for part in (tool.name, arm.joint_names[worst], f"must be at most {arm.limits.tau_max[worst]:.3g}"):
+        assert part in text
+
+
+def test_arm_that_is_overloaded_falls_whatever_it_believes(runner, weight):
+    tool = weigh(weight.tools[3], 6.7)
+    density = tool.components[0].material.density
+    record = runner.run_hold(tool, certain_of(weight, density), duration=2.0, seed=(0,))
+    assert record.overloaded == ("shoulder_elevation", "wrist_flexion")
+    assert record.height_centre.min() < -0.1
+
+
 def test_logged_motion_is_consistent(runner, weight):
     record = runner.run_hold(weight.tools[0], MaterialMemory(), duration=1.0, seed=(0,))
     np.testing.assert_allclose(record.times, np.arange(101) * 0.01, atol=1e-12)

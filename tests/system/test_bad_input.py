@@ -1,12 +1,12 @@
 """Spoilt files: a small version of benchmarks/trust/bad_input.py, a corpus kept for ever, and files of results."""
 
 import logging
-import subprocess
 import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.children import PATIENCE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -139,7 +139,7 @@ def test_only_distinct_files_are_counted(monkeypatch):
 @given(data=st.data())
 def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
     """But for the angles of its start, of which any may be left out and most may be asked for."""
-    lines = (MODELS / "nail.yaml").read_text().splitlines()
+    lines = (MODELS / "nail.yaml").read_text(encoding="utf-8").splitlines()
     joints = dict(load_hammer(MODELS / "nail.yaml").start)
     keys = [
         number
@@ -150,7 +150,7 @@ def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
     name = lines[number].split(":")[0]
     wrong = [f"{name}: {value}" for value in ("-1", "1e9", ".nan", "long", "[1]", "{}")]
     lines[number] = data.draw(st.sampled_from([*wrong, f"{name}x: 1", ""]))
-    (tmp_path / "nail.yaml").write_text("\n".join(lines))
+    (tmp_path / "nail.yaml").write_text("\n".join(lines), encoding="utf-8")
     with pytest.raises(AffordanceError, match=r"nail\.yaml: ") as caught:
         load_hammer(tmp_path / "nail.yaml")
     assert "\n" not in str(caught.value)
@@ -163,12 +163,13 @@ def test_spoilt_arm_is_refused(number):
     assert found.refused, found
 
 
-def test_fault_of_no_name_is_refused(tmp_path):
+def test_fault_of_no_name_is_refused(tmp_path, children):
     command = [sys.executable, "run_experiments.py", "weight", "--fault", "gremlins", "--out", str(tmp_path / "out")]
-    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
-    assert done.returncode == 2
-    assert "--fault: is 'gremlins', must be one of nan_samples, " in done.stderr
-    assert done.stderr.count("\n") == 1
+    child = children(command)
+    _, err = child.communicate(timeout=PATIENCE)
+    assert child.returncode == 2
+    assert "--fault: is 'gremlins', must be one of nan_samples, " in err
+    assert err.count("\n") == 1
     assert not (tmp_path / "out").exists()
 
 
@@ -255,4 +256,4 @@ def test_damaged_section_never_stops_the_report(tmp_path_factory, data):
         content = content[:start] + f'"{key}": {data.draw(st.sampled_from(values))},'.encode() + content[start:]
         content = content.replace(f'"{key}":'.encode(), b'"odd":') if data.draw(st.booleans()) else content
     path.write_bytes(content)
-    assert "Good" in write_report(folder).read_text()
+    assert "Good" in write_report(folder).read_text(encoding="utf-8")

@@ -4,40 +4,46 @@ import json
 import os
 import shutil
 import signal
-import subprocess
 import sys
 import time
-from pathlib import Path
 
 import numpy as np
 import pytest
+from helpers.children import PATIENCE, ROOT
 
 from affordance.files.model_folder import MODELS
 from benchmarks.trust.kills import list_differences
 
-ROOT = Path(__file__).parents[2]
+
+@pytest.fixture
+def start(children):
+    """Starts run_experiments.py with arguments."""
+    return lambda *arguments: children([sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)])
 
 
-def start(*arguments):
-    command = [sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)]
-    return subprocess.Popen(
-        command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
-    )
+@pytest.fixture
+def run(start):
+    """Runs it to its end; returns its status, and what it wrote."""
+
+    def run(*arguments):
+        process = start(*arguments)
+        out, err = process.communicate(timeout=PATIENCE)
+        return process.returncode, out, err
+
+    return run
 
 
-def run(*arguments):
-    process = start(*arguments)
-    out, err = process.communicate(timeout=300)
-    return process.returncode, out, err
+@pytest.fixture
+def check_refusal(run):
+    def check(arguments, message, out):
+        status, printed, err = run(*arguments, "--out", out)
+        assert status == 2
+        assert printed == ""
+        assert message in err
+        assert err.count("\n") == 1
+        assert not out.exists() or out.is_file()
 
-
-def check_refusal(arguments, message, out):
-    status, printed, err = run(*arguments, "--out", out)
-    assert status == 2
-    assert printed == ""
-    assert message in err
-    assert err.count("\n") == 1
-    assert not out.exists() or out.is_file()
+    return check
 
 
 @pytest.mark.parametrize(
@@ -53,36 +59,38 @@ def check_refusal(arguments, message, out):
         (["--colour"], "unrecognized arguments: --colour"),
     ],
 )
-def test_bad_arguments_are_refused_in_one_line(tmp_path, arguments, message):
+def test_bad_arguments_are_refused_in_one_line(tmp_path, check_refusal, arguments, message):
     check_refusal(arguments, message, tmp_path / "results")
 
 
-def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path):
+def test_bad_tool_file_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "tools" / "weight.yaml"
-    path.write_text(path.read_text().replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"))
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("0.050, 0.015, 0.015", "0.050, -0.015, 0.015"), encoding="utf-8"
+    )
     message = "tools[0].components[0].semi_axes[1]: is -0.015, must be from 0.0001 to 1"
     check_refusal(["--models", tmp_path / "models"], message, tmp_path / "results")
 
 
-def test_bad_arm_is_refused_before_anything_is_written(tmp_path):
+def test_bad_arm_is_refused_before_anything_is_written(tmp_path, check_refusal):
     shutil.copytree(MODELS, tmp_path / "models")
-    (tmp_path / "models" / "arm.sdf").write_text("<sdf")
+    (tmp_path / "models" / "arm.sdf").write_text("<sdf", encoding="utf-8")
     check_refusal(["--models", tmp_path / "models"], "arm.dmd.yaml: ", tmp_path / "results")
 
 
-def test_missing_models_are_refused(tmp_path):
+def test_missing_models_are_refused(tmp_path, check_refusal):
     check_refusal(["--models", tmp_path / "nowhere"], "materials.yaml: cannot be read", tmp_path / "results")
 
 
-def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path):
+def test_output_path_that_is_a_file_is_refused_and_kept(tmp_path, check_refusal):
     out = tmp_path / "results"
-    out.write_text("precious")
+    out.write_text("precious", encoding="utf-8")
     check_refusal([], "which is or lies below a file, must be a folder", out)
-    assert out.read_text() == "precious"
+    assert out.read_text(encoding="utf-8") == "precious"
 
 
-def test_help_explains_every_option():
+def test_help_explains_every_option(run):
     status, out, _ = run("--help")
     assert status == 0
     options = ("--repeats", "--seed", "--jobs", "--out", "--models", "--vision", "--fault", "--cluster", "weight")
@@ -97,7 +105,7 @@ def wait_for(out, pattern):
         time.sleep(0.01)
 
 
-def test_killed_run_resumes_to_the_same_numbers(tmp_path):
+def test_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
     # While repeats are run, and while their results are written; benchmarks/trust/kills.py kills at random moments.
     for written in ("repeat_*.npz", "figure3.png"):
@@ -122,24 +130,23 @@ def test_files_that_differ_are_named(tmp_path):
     for name, metrics in (("one", {"a": 1, "wall_s": 2.0}), ("other", {"a": 1, "wall_s": 3.0})):
         folder = tmp_path / name
         folder.mkdir()
-        (folder / "metrics.json").write_text(json.dumps(metrics))
+        (folder / "metrics.json").write_text(json.dumps(metrics), encoding="utf-8")
         (folder / "figure.png").write_bytes(b"same")
         np.savez(folder / "repeat.npz", x=np.arange(3))
     one, other = tmp_path / "one", tmp_path / "other"
     assert list_differences(one, other) == []
-    (other / "metrics.json").write_text(json.dumps({"a": 2, "wall_s": 2.0}))
+    (other / "metrics.json").write_text(json.dumps({"a": 2, "wall_s": 2.0}), encoding="utf-8")
     (other / "figure.png").write_bytes(b"other")
     np.savez(other / "repeat.npz", x=np.arange(3) + 1e-16)
     (one / "more.txt").touch()
     assert list_differences(one, other) == ["figure.png", "metrics.json", "more.txt", "repeat.npz"]
 
 
-def test_interruption_ends_in_one_line(tmp_path):
+def test_interruption_ends_in_one_line(tmp_path, start):
     process = start("weight", "--repeats", 1000, "--jobs", 1, "--out", tmp_path)
-    while not list(tmp_path.rglob("*.npz")) and process.poll() is None:
-        time.sleep(0.1)
+    wait_for(tmp_path, "*.npz")
     process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130
     assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
     assert "Traceback" not in err

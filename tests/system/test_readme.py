@@ -36,7 +36,7 @@ def test_example_of_ranking_runs(capsys):
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
-    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0])
+    (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0], encoding="utf-8")
     report = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
     assert "dumb-bell" in report.read_text(encoding="utf-8")
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()

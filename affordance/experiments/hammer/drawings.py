@@ -51,7 +51,7 @@ def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: f
         case=(force, densest.density),
         case_label="simulation IV",
         value_label=f"density of the {densest.name} part (kg/m³)",
-        title=f"Work of driving the nail with the {tool.name}",
+        title=f"Absolute work of driving the nail with the {tool.name}",
     )
 
 
@@ -94,7 +94,7 @@ def write_slow_replay(path: Path, arm: Path, tool: Tool, blows: Mapping[str, Blo
                 held[grip],
                 times,
                 blow.record.q,
-                f"held by {grip}: {blow.work:.1f} J, {blow.force:.0f} N",
+                f"held by {grip}: absolute work {blow.work:.1f} J, {blow.force:.0f} N",
                 placement=blow.strike.placement,
                 travel=np.interp(times, blow.nail.times, blow.nail.travel),
                 slow=(strike - _SLOW_BEFORE, strike + _SLOW_AFTER, _SLOWER),

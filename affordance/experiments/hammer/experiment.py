@@ -1,8 +1,8 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering.
 
 Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
-driving a nail with a demanded peak force takes the least work. They never hold it. Which grip really is the cheaper
-one is found by simulating both blows with the true densities, contact included.
+driving a nail with a demanded peak force takes the least absolute work. They never hold it. Which grip really is the
+cheaper one is found by simulating both blows with the true densities, contact included.
 """
 
 from collections.abc import Mapping
@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.control.start_posture import check_start
+from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.hammer.drawings import (
     draw_start_and_strike,
@@ -190,6 +191,17 @@ class HammerExperiment:
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_slow_replay(path, arm, first, blows),
+            writers={
+                "choices": partial(
+                    save_choices,
+                    novel=self.novel,
+                    choices=plan.blows.choices,
+                    chosen=arrays["paper"],
+                    numbers=numbers,
+                    settings=self.settings,
+                    seed=self.seed,
+                )
+            },
         )
 
 

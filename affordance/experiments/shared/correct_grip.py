@@ -24,7 +24,7 @@ class Simulated(Protocol):
 
     @property
     def work(self) -> float:
-        """Mechanical work without recovery, [J]."""
+        """Absolute work of the joints, [J]."""
 
 
 def remove_errors(settings: Settings) -> Settings:
@@ -33,7 +33,7 @@ def remove_errors(settings: Settings) -> Settings:
 
 
 def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
-    """Names the grip of least work; all are known to do what is asked."""
+    """Names the grip of least absolute work; all are known to do what is asked."""
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 

@@ -42,7 +42,7 @@ def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: 
 def choose_by_expectation(
     choice: Choice, experience: Experience, seed: int, repeat: int
 ) -> tuple[Chosen, NDArray[np.bool_]]:
-    """Chooses by least expected work, before the first and after each trial.
+    """Chooses by least expected absolute work, before the first and after each trial.
 
     Returns: The choices, and whether the least expected integral of |tau|^2 would choose otherwise, (K + 1,) each.
     """
@@ -102,6 +102,6 @@ def label_choices(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray
             ("repeat", "tool", "moment"), arrays["paper"], "1", f"{meaning}; one density drawn a choice"
         ),
         "chosen_by_expectation": LabelledArray(
-            ("repeat", "moment"), arrays["bayes"], "1", f"{meaning}; least expected work, first tool"
+            ("repeat", "moment"), arrays["bayes"], "1", f"{meaning}; least expected absolute work, first tool"
         ),
     }

@@ -106,7 +106,7 @@ def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: s
         for name, each in numbers["tools"].items()
     }
     first = tools[0].name
-    estimates[f"{first}, least expected work"] = Estimate(
+    estimates[f"{first}, least expected absolute work"] = Estimate(
         numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0)
     )
     return figures.draw_choices(estimates, title=f"{title}, {count_observers(num_observers)}, 95 % intervals")

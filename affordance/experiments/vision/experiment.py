@@ -172,7 +172,7 @@ class VisionExperiment:
         }
 
     def rank_uncommon(self) -> Rankings:
-        """Ranks the uncommon objects for mashing by their expected work, from their pictures."""
+        """Ranks the uncommon objects for mashing by their expected absolute work, from their pictures."""
         options = [
             option
             for tool in self.uncommon

@@ -27,7 +27,6 @@ from pydrake.geometry import (
     Rgba,
     SceneGraph,
 )
-from pydrake.geometry import Ellipsoid as DrakeEllipsoid
 from pydrake.math import RigidTransform
 from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
@@ -35,6 +34,7 @@ from pydrake.systems.sensors import CameraInfo, RgbdSensor
 from affordance.arrays import Array
 from affordance.drake_renderer import make_renderer
 from affordance.objects.colour import Colour
+from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Tool
 from affordance.vision.pixels.rgbd import Camera, Labels, Picture
@@ -134,9 +134,6 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     Args:
         tool: The object; of each part, shape, pose and the colour it shows.
         rig: The stand.
-
-    Raises:
-        ValueError: A part is no ellipsoid.
     """
     builder = DiagramBuilder()
     scene_graph = SceneGraph()
@@ -161,10 +158,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     show(Box(*_STAND_SIZE), X_stand, "stand", rig.colour, RenderLabel.kDontCare)
     X_WT = rig.place(tool)
     for i, part in enumerate(tool.components):
-        if not isinstance(part.shape, Ellipsoid):
-            raise ValueError(f"part {i} of {tool.name} is a {type(part.shape).__name__}, must be an Ellipsoid")
-        shape = DrakeEllipsoid(*(_FACETS * size for size in part.shape.semi_axes))
-        show(shape, X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
+        shape = part.shape.with_sizes(_FACETS * part.shape.sizes) if isinstance(part.shape, Ellipsoid) else part.shape
+        show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
 
     camera = rig.camera
     # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), we from its

@@ -178,7 +178,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     modes: list[Array] = []
     while left.sum() >= MIN_PIXELS // 4:
         pool = left & lit if (left & lit).sum() >= MIN_PIXELS // 4 else left
-        mode = _find_mode(points[pool])
+        mode = find_mode(points[pool])
         near = np.linalg.norm(points - mode, axis=1) <= radius
         if (near & pool).sum() < MIN_PIXELS // 4:
             break
@@ -200,15 +200,15 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     return _grow(regions, mask) if regions else []
 
 
-def _find_mode(points: Array) -> Array:
-    """The most frequent tint, (2,)."""
+def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
+    """The most frequent of points in a plane, such as tints, (N, 2); by a histogram of some bin width. Shape (2,)."""
     low, high = points.min(axis=0), points.max(axis=0)
-    shape = np.maximum(1, np.ceil((high - low) / _TINT_BIN)).astype(int) + 1
-    index = ((points - low) / _TINT_BIN).astype(int)
+    shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
+    index = ((points - low) / bin_width).astype(int)
     counts = np.zeros(shape)
     np.add.at(counts, tuple(index.T), 1.0)
     peak = np.unravel_index(np.argmax(cv2.GaussianBlur(counts, (5, 5), 1.0)), counts.shape)
-    mode: Array = low + (np.array(peak) + 0.5) * _TINT_BIN
+    mode: Array = low + (np.array(peak) + 0.5) * bin_width
     return mode
 
 

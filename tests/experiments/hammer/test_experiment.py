@@ -71,7 +71,7 @@ def folder(experiment, plan, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def numbers(folder):
-    return json.loads((folder / "metrics.json").read_text())
+    return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
 def test_results_are_as_documented(folder):
@@ -192,7 +192,7 @@ def test_run_without_any_choice_ends_as_others_do(experiment, plan, numbers, tmp
     ends = {"near": np.array([0, 1]), "far": np.array([1, 0])}
     share = compute_share_of_light_ends(nothing, rho=np.ones((4, 2)), **ends)
     write_json(tmp_path / "metrics.json", {**numbers, "p_light_end_held": share})
-    assert json.loads((tmp_path / "metrics.json").read_text())["p_light_end_held"] is None
+    assert json.loads((tmp_path / "metrics.json").read_text(encoding="utf-8"))["p_light_end_held"] is None
     remarks = render(experiment, plan, numbers, p_light_end_held=share).remarks
     assert any("No density drawn from the prior" in remark for remark in remarks)
 
@@ -289,8 +289,8 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
 def test_blow_that_cannot_be_carried_out_is_rejected(tmp_path, old, new, message):
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "nail.yaml"
-    assert old in path.read_text()
-    path.write_text(path.read_text().replace(old, new))
+    assert old in path.read_text(encoding="utf-8")
+    path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
         hammer.load(tmp_path / "models").plan(jobs=1)
 
@@ -322,6 +322,8 @@ def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(tmp_path, monkey
     monkeypatch.setattr(BlowCost, "find_greatest_depth", lambda self, pi: self.nail.depth_set)
     shutil.copytree(MODELS, tmp_path / "models")
     path = tmp_path / "models" / "nail.yaml"
-    path.write_text(path.read_text().replace("depth_demanded: 0.01722", "depth_demanded: 0.05"))
+    path.write_text(
+        path.read_text(encoding="utf-8").replace("depth_demanded: 0.01722", "depth_demanded: 0.05"), encoding="utf-8"
+    )
     with pytest.raises(BadValueError, match=r"2\.56 times its torque limit; no depth is within the joints' limits$"):
         plan_stick(tmp_path / "models")

@@ -1,0 +1,195 @@
+"""``affordance identify``: given recordings of a robot, what did it hold?"""
+
+import argparse
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import read_memory, write_memory
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.files.model_folder import MODELS
+from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
+from affordance.identification.gains import read_gains, write_gains
+from affordance.identification.half_check import HalfCheck, check_halves
+from affordance.identification.identify import Runs, identify_in_detail
+from affordance.identification.inference import Identification
+from affordance.identification.part_posterior import SeenObject, find_box
+from affordance.identification.payload_belief import PayloadBelief
+from affordance.identification.payload_settings import list_payload_settings
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run
+from affordance.identification.run_file import read_run
+from affordance.identification.settings import IdentificationSettings
+from affordance.objects.load import load_materials, load_tools
+from affordance.reporting.figures import save_figure
+from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+from affordance.robots.recorded_arm import load_robot
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+
+HELP = "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings"
+# What can be switched off, and its name in the settings.
+NUISANCES = {
+    "gains": "gains",
+    "load-friction": "load_friction",
+    "friction": "friction",
+    "tare": "tare",
+    "floor": "floor",
+    "correlated-noise": "correlated_noise",
+}
+_MASSES = (1e-3, 1e3)  # [kg]
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add = parser.add_argument
+    add("robot", type=Path, help="URDF, SDF or MJCF file of the robot, or Drake model directives (.dmd.yaml)")
+    add("--tip", help="link that carries the payload, or the wrist sensor (default: the run's description)")
+    add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
+    add("--loaded", type=Path, required=True, metavar="RUN", help="recording with the load")
+    add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
+    add("--description", type=Path, help="YAML file that describes all runs (default: the one beside each)")
+    add("--unpaired", action="store_true", help="the loaded run repeats none of the empty ones")
+    add(
+        "--object", type=Path, help="tools file with what a camera saw of the object, its first tool or --object-name"
+    )
+    add("--object-name", help="which tool of that file")
+    add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
+    add("--memory", type=Path, help="JSON file of densities learned before; it learns from this run (--learned)")
+    add("--learned", type=Path, help="where the memory is written (default: back to --memory)")
+    add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
+    add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
+    add("--off", nargs="+", default=[], choices=list(NUISANCES), help="nuisances to leave out")
+    add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
+    add("--samples", type=int, default=IdentificationSettings().num_samples, help="of the posterior (default 2000)")
+    add("--seed", type=int, default=0, help="of the samples (default 0)")
+    add("--out", type=Path, help="folder for belief.json, samples.nc, gains.yaml and figures (default: none)")
+    add("--json", action="store_true", help="print the belief as JSON")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Identifies, prints and writes.
+
+    Raises:
+        AffordanceError: An argument, a file or a run is wrong.
+    """
+    settings = _build_settings(arguments)
+    loaded = read_run(arguments.loaded, arguments.description)
+    empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
+    robot = _load_robot(arguments, loaded)
+    gains = None if arguments.gains is None else read_gains(arguments.gains)
+    memory = MaterialMemory() if arguments.memory is None else read_memory(arguments.memory)
+    seen = None if arguments.object is None else _see(arguments, memory)
+    mass = arguments.reference_mass
+    if mass is not None and not _MASSES[0] <= mass <= _MASSES[1]:
+        raise BadValueError("--reference-mass", "", f"is {mass:g}, must be from {_MASSES[0]:g} to {_MASSES[1]:g} kg")
+    found = identify_in_detail(
+        robot,
+        Runs(loaded, empty),
+        paired=not arguments.unpaired,
+        gains=gains,
+        reference_mass=mass,
+        seen=seen,
+        deviation_sd=DEFAULT_SETTINGS.prior.deviation_sd,
+        settings=settings,
+    )
+    belief = found.belief
+    halves = None
+    if belief.calibration is not None and belief.reference_mass is not None:
+        halves = check_halves(found.fit.evidence, belief.reference_mass, settings)
+    content = belief.to_dict() | {"payload_settings": list_payload_settings(belief.parameters)}
+    if halves is not None:
+        content["halves"] = halves._asdict()
+    if arguments.out is not None:
+        _write(arguments.out, found, content)
+    learned = arguments.learned or arguments.memory
+    if belief.seen is not None and learned is not None and isinstance(belief.seen.memory, MaterialMemory):
+        write_memory(learned, belief.seen.memory)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief, halves))
+    return 0
+
+
+def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
+    """Says what is believed, in lines for a terminal."""
+    m = belief.marginals
+    lines = [f"{belief.source}: {belief.analysis}", ""]
+    units = ["kg", *["m"] * 3, *["kg m^2"] * 6]
+    names = ["mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
+    lines.append(f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}")
+    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+        intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
+        lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
+    if halves is not None and belief.reference_mass is not None:
+        masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
+        lines += ["", f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})"]
+    for title, sentences in (
+        ("Not seen", belief.unseen),
+        ("Warnings", belief.warnings),
+        ("Found", belief.notes),
+        ("Assumed", belief.assumptions),
+    ):
+        if sentences:
+            lines += ["", f"{title}:", *(f"  {sentence}" for sentence in sentences)]
+    lines += ["", "For the robot, if the tip is its flange:"]
+    lines += [f"  {robot}: {line}" for robot, line in list_payload_settings(belief.parameters).items()]
+    return "\n".join(lines)
+
+
+def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
+    if not 100 <= arguments.samples <= 1_000_000:
+        raise BadValueError("--samples", "", f"is {arguments.samples}, must be from 100 to 1000000")
+    if not 0 <= arguments.seed < 2**32:
+        raise BadValueError("--seed", "", f"is {arguments.seed}, must be from 0 to {2**32 - 1}")
+    settings = IdentificationSettings(num_samples=arguments.samples, seed=arguments.seed)
+    if arguments.min_speed is not None:
+        if not 0.0 <= arguments.min_speed <= 10.0:
+            raise BadValueError("--min-speed", "", f"is {arguments.min_speed:g}, must be from 0 to 10 rad/s")
+        settings = replace(settings, min_speed=arguments.min_speed)
+    off = {NUISANCES[name]: False for name in arguments.off}
+    return replace(settings, **off)  # type: ignore[arg-type]
+
+
+def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
+    tip = arguments.tip or loaded.description.tip
+    if not tip:
+        raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
+    return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
+
+
+def _see(arguments: argparse.Namespace, memory: MaterialMemory) -> SeenObject:
+    """What a camera says of the object: the features of a tools file, exact."""
+    tools = load_tools(arguments.object, load_materials(arguments.materials))
+    names = [tool.name for tool in tools]
+    name = arguments.object_name or names[0]
+    if name not in names:
+        raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(names)}")
+    tool = tools[names.index(name)]
+    features = measure_features(tool, VisionError(), np.random.default_rng(0))
+    prior: Prior = DEFAULT_SETTINGS.prior
+    return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
+
+
+def _write(folder: Path, found: Identification, content: dict[str, object]) -> None:
+    belief = found.belief
+    save_figure(draw_fit(found.fit), folder, "fit")
+    save_figure(draw_posteriors(belief), folder, "posteriors")
+    save_figure(draw_whiteness(found.fit), folder, "whiteness")
+    if belief.calibration is not None:
+        write_gains(folder / "gains.yaml", belief.calibration)
+    meaning = "mass, first moment, moments and products of inertia about the tip"
+    samples = Trajectories(
+        {
+            "parameters": LabelledArray(("sample", "parameter"), belief.bodies.pi, "kg, kg m, kg m^2", meaning),
+            "weight": LabelledArray(("sample",), belief.bodies.weights, "1", "weight of a sample, sum one"),
+        },
+        {"parameter": ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]},
+    )
+    write_trajectories(folder / "samples.nc", samples)
+    write_text(folder / "belief.txt", describe(belief) + "\n")
+    write_json(folder / "belief.json", content)

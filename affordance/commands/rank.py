@@ -1,0 +1,136 @@
+"""``affordance rank``: which tool to take, and which end of it to hold."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+from affordance.choice.hammer import load_hammer
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import load_path
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.experiments.tools.which_end import (
+    AFTER,
+    BEFORE,
+    ONE_DENSITY,
+    GripRanking,
+    build_beliefs,
+    gain_experience,
+    list_options,
+    rank_grips,
+)
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
+from affordance.settings import Settings
+
+HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"
+TASKS = ("hammer", "reach", "mash")
+_BELIEFS = {
+    BEFORE: "before any experience",
+    AFTER: "after holding other things",
+    ONE_DENSITY: "with one density for everything",
+}
+_MAX_SAMPLES, _MAX_HOLDS = 1_000_000, 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    workshop = MODELS / "workshop"
+    parser.add_argument("task", choices=TASKS, help="drive a nail, reach with the free end, or mash with it")
+    parser.add_argument(
+        "--tools", type=Path, default=workshop / "tools.yaml", metavar="FILE", help="tools with grips (default: ours)"
+    )
+    parser.add_argument("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
+    parser.add_argument(
+        "--meshes", type=Path, metavar="DIR", help="where paths of mesh files begin (default: beside the tools file)"
+    )
+    parser.add_argument(
+        "--materials",
+        type=Path,
+        default=workshop / "materials.yaml",
+        metavar="FILE",
+        help="materials (default: ours)",
+    )
+    parser.add_argument(
+        "--by", choices=("drawing", "pictures"), default="drawing", help="how their form is known (default: drawing)"
+    )
+    parser.add_argument(
+        "--held",
+        type=Path,
+        default=workshop / "blanks.yaml",
+        metavar="FILE",
+        help="what was held before (default: ours)",
+    )
+    parser.add_argument("--holds", type=int, default=2, metavar="N", help="how often each of it was (default: 2)")
+    parser.add_argument("--samples", type=int, default=4000, metavar="N", help="densities drawn (default: 4000)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="root of every random draw (default: 0)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Ranks, and prints a table for each of three beliefs.
+
+    Raises:
+        AffordanceError: An argument or a file is wrong, or a motion cannot be planned.
+    """
+    for name, high in (("samples", _MAX_SAMPLES), ("holds", _MAX_HOLDS)):
+        if not 1 <= getattr(arguments, name) <= high:
+            raise BadValueError(f"--{name}", "", f"is {getattr(arguments, name)}, must be from 1 to {high}")
+    if arguments.seed < 0:
+        raise BadValueError("--seed", "", f"is {arguments.seed}, must be at least 0")
+    settings = Settings()
+    materials = load_materials(arguments.materials)
+    tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
+    experience = gain_experience(
+        load_tools(arguments.held, materials), settings, holds=arguments.holds, seed=arguments.seed
+    )
+    beliefs = build_beliefs(materials, experience, settings)
+    rankings = rank_grips(
+        list_options(tools, by_sight=arguments.by == "pictures", seed=arguments.seed),
+        load_task(arguments.task),
+        {name: beliefs[name] for name in _BELIEFS},
+        settings,
+        seed=arguments.seed,
+        num_samples=arguments.samples,
+    )
+    for name, ranking in rankings.items():
+        print("\n".join(describe_ranking(_BELIEFS[name], ranking)))
+    return 0
+
+
+def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
+    """Chooses tools by their names, all if there are none.
+
+    Raises:
+        BadValueError: There is no such tool.
+        AffordanceError: A tool names no grips.
+    """
+    known = {tool.name: tool for tool in tools}
+    for name in names:
+        if name not in known:
+            raise BadValueError(path, "--only", describe_choice(name, list(known)))
+    chosen = [known[name] for name in names] or list(tools)
+    for tool in chosen:
+        if not tool.grips:
+            raise AffordanceError(f"{path}: {tool.name} has no grips, must name those it can be held by")
+    return chosen
+
+
+def load_task(name: str) -> TaskCostModel:
+    """The task of a name, as the models describe it."""
+    if name == "hammer":
+        return load_hammer(MODELS / "nail.yaml")
+    return Reach(load_path(MODELS / "paths" / f"{name}.yaml"))
+
+
+def describe_ranking(title: str, ranking: GripRanking) -> list[str]:
+    """Lines of a table: options in the order in which they are chosen."""
+    width = max(len(f"{each.tool}, {each.grip}") for each in ranking.ranked)
+    lines = [f"{title}:", f"  {'':<{width}}  work (J)  P(best)  P(best of tool)  P(feasible)"]
+    for each in ranking.ranked:
+        name = f"{each.tool}, {each.grip}"
+        numbers = f"{each.work:8.2f}  {each.p_best:7.2f}  {each.p_best_of_tool:15.2f}  {each.p_feasible:11.2f}"
+        lines.append(f"  {name:<{width}}  {numbers}{f'  {each.problem}' if each.problem else ''}")
+    if ranking.p_none > 0.0:
+        lines.append(f"  with probability {ranking.p_none:.2f} no option is feasible")
+    return lines

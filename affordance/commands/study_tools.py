@@ -1,0 +1,96 @@
+"""The study of real tools."""
+
+import argparse
+import logging
+from pathlib import Path
+
+from affordance.exceptions import BadValueError
+from affordance.experiments.tools import study
+from affordance.experiments.tools.data_set import Half
+from affordance.experiments.tools.drawings import save_figures
+from affordance.experiments.tools.numbers import list_details, list_metrics
+from affordance.experiments.tools.pictures import save_pictures
+from affordance.experiments.tools.section import convert, describe
+from affordance.experiments.tools.study import ToolsConfig, ToolsResult
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+
+HELP = "meshes, materials by part, masses before first touch, and which end of a hammer to hold"
+NAME = "tools"
+
+_LOG = logging.getLogger(__name__)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the command's options."""
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="a clone of github.com/utiasSTARS/inertial-identification-with-part-segmentation; without it, only what "
+        "needs no data is run: our own hammers, and figure 1",
+    )
+    parser.add_argument("--observers", type=int, default=10, metavar="N", help="who hold and predict (default: 10)")
+    parser.add_argument("--seed", type=int, default=0, metavar="N", help="root of everything random (default: 0)")
+    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (default: 1)")
+    parser.add_argument(
+        "--half",
+        choices=("learning", "both"),
+        default="both",
+        help="of which tools masses are predicted; everything was chosen on the learning half (default: both)",
+    )
+    parser.add_argument("--models", type=Path, default=MODELS, metavar="DIR", help="the folder of models")
+    parser.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help="(default: results)")
+
+
+def run_study(config: ToolsConfig, folder: Path) -> int:
+    """Runs the study, and writes numbers, figures and the text of a section into a folder.
+
+    Returns: How many claims are not met.
+    """
+    return write_study(study.run(config), folder)
+
+
+def write_study(result: ToolsResult, folder: Path) -> int:
+    """Writes what was found into a folder, and prints it; returns how many claims are not met."""
+    section = describe(result)
+    write_json(folder / "metrics.json", list_metrics(result))
+    write_json(folder / "details.json", list_details(result))
+    write_json(folder / "section.json", convert(section))
+    save_figures(result, folder)
+    save_pictures(result, folder)
+    missed = 0
+    for claim in section.claims:
+        missed += not claim.met
+        print(f"{'met    ' if claim.met else 'not met'} {claim.text}: {claim.criterion}; found {claim.value:.4g}")
+    for paragraph in section.text:
+        print(paragraph)
+    return missed
+
+
+def check_count(option: str, value: int) -> None:
+    """Refuses a number that is not positive.
+
+    Raises:
+        BadValueError: It is not.
+    """
+    if value < 1:
+        raise BadValueError(option, "", f"is {value}, must be at least 1")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the command; claims that are not met are reported, and are no failure of the program."""
+    check_count("--observers", arguments.observers)
+    check_count("--jobs", arguments.jobs)
+    halves = (Half.LEARNING,) if arguments.half == "learning" else (Half.LEARNING, Half.TEST)
+    config = ToolsConfig(
+        data=arguments.data,
+        models=arguments.models,
+        seed=arguments.seed,
+        observers=arguments.observers,
+        jobs=arguments.jobs,
+        halves=halves,
+    )
+    missed = run_study(config, arguments.out / NAME)
+    _LOG.info("%d claims are not met", missed)
+    return 0

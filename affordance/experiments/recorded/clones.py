@@ -1,0 +1,129 @@
+"""The recordings the study reads, in clones of public repositories; and nothing else of these repositories.
+
+Other recordings of theirs were held back while this was made, for a check by others: no code here opens them.
+"""
+
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run, RunDescription
+from affordance.identification.run_file import read_run
+from affordance.identification.settings import SignalKind
+from affordance.robots.recorded_arm import load_robot
+
+_HERE = Path(__file__).parent
+_UR10E = Path("dynamic_calibration")
+_UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
+_PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
+_LBIPE = Path("lbipe/data")
+LBIPE_OBJECTS = ("white", "red", "black")
+# Of the load, as its owners weighed it, [kg].
+UR10E_LOAD = 2.805
+
+
+class Ur10eData(NamedTuple):
+    """A UR10e that moves with an empty hand, then again with a load."""
+
+    robot: RobotChain
+    empty: Run
+    loaded: Run
+
+
+class PandaData(NamedTuple):
+    """A Panda that moves with a bare flange; its joints have torque sensors."""
+
+    robot: RobotChain
+    empty: Run
+
+
+class WeighedObject(NamedTuple):
+    """A servo arm that was led to a thousand postures with an object in its hand.
+
+    Attributes:
+        regressors: Torques by mass and first moment, shape (N, joints, 4).
+        arm_torque: Torques of the empty arm, shape (N, joints), [N m].
+        deviation: Position errors of the servos, the signal, shape (N, joints), [rad].
+        direction: Whence each posture was approached, shape (N, joints).
+        mass: On a scale, [kg].
+        first_moment: m p_TTcm as its owners give it, shape (3,), [kg m].
+    """
+
+    regressors: Array
+    arm_torque: Array
+    deviation: Array
+    direction: Array
+    mass: float
+    first_moment: Array
+
+
+def load_ur10e(data: Path) -> Ur10eData:
+    """Reads the pair of the UR10e.
+
+    Raises:
+        BadValueError: The clone is not there, or not what it was.
+        ModelFileError: Its URDF is not what it was.
+    """
+    robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
+    description = _HERE / "ur10e.yaml"
+    name = "ur-20_02_19_14harm50sec"
+    empty, loaded = (
+        read_run(_find(data, _UR10E_RUNS / f"{name}{ending}.csv"), description) for ending in ("", "Load")
+    )
+    return Ur10eData(robot, empty, loaded)
+
+
+def load_panda(data: Path) -> PandaData:
+    """Reads the log of the Panda.
+
+    Raises:
+        BadValueError: The clone is not there, or not what it was.
+    """
+    robot = load_robot(_HERE / "panda.urdf", "panda_link8")
+    folder = _find(data, _PANDA)
+    tables = {}
+    for name in ("time", "positions", "velocity", "torques"):
+        path = _find(folder, Path(f"exciting_traj_{name}.txt"))
+        try:
+            tables[name] = np.loadtxt(path)
+        except ValueError as error:
+            raise BadValueError(path, "", f"must be a column of numbers: {error}") from error
+    n = robot.num_joints
+    q, v, tau = (tables[name].reshape(-1, n) for name in ("positions", "velocity", "torques"))
+    description = RunDescription(robot.joint_names, SignalKind.JOINT_TORQUE, tip="panda_link8")
+    return PandaData(robot, Run(str(folder), description, tables["time"], q, tau, v=v))
+
+
+def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
+    """Reads the weighed objects.
+
+    Raises:
+        BadValueError: The clone is not there, or not what it was.
+    """
+    objects = {}
+    for name in LBIPE_OBJECTS:
+        path = _find(data, _LBIPE / f"data_test_{name}.npz")
+        try:
+            with np.load(path) as arrays:
+                joints, A, x = arrays["joint_data"], arrays["A"], arrays["x"]
+        except (OSError, ValueError, KeyError) as error:
+            raise BadValueError(path, "", f"must hold joint_data, A and x: {error}") from error
+        num_joints = joints.shape[2]
+        objects[name] = WeighedObject(
+            A.reshape(len(joints), num_joints, 4), joints[:, 7], joints[:, 2], joints[:, 5], float(x[0]), x[1:]
+        )
+    return objects
+
+
+def _find(folder: Path, path: Path) -> Path:
+    found = folder / path
+    if not found.exists():
+        problem = (
+            f"is not there; --data must hold clones of the repositories by their names, this file of {path.parts[0]}"
+        )
+        raise BadValueError(found, "", problem)
+    return found

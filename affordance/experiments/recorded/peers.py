@@ -1,0 +1,77 @@
+"""What others do with the same samples: least squares, and the same under a positive definite pseudo-inertia.
+
+Both take gains for exact and errors for white and equal at all joints; friction (direction, velocity, offset) of each
+joint is fitted beside the ten parameters, as it is commonly done.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.solvers import ClarabelSolver, MathematicalProgram
+
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
+from affordance.identification.evidence import Evidence
+from affordance.identification.gains import Gains
+from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_parameters
+
+
+class PointPayload(NamedTuple):
+    """An estimate.
+
+    Attributes:
+        parameters: The ten, shape (10,).
+        mass_sd: Standard deviation of the mass if errors were white, [kg].
+    """
+
+    parameters: Array
+    mass_sd: float
+
+
+def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
+    """Ordinary least squares of the ten parameters."""
+    A, b = _stack(evidence, gains)
+    solution, *_ = np.linalg.lstsq(A, b, rcond=None)
+    residual = b - A @ solution
+    variance = float(residual @ residual) / max(len(b) - A.shape[1], 1)
+    covariance = variance * np.linalg.pinv(A.T @ A)
+    return PointPayload(solution[:NUM_PARAMETERS], float(np.sqrt(covariance[0, 0])))
+
+
+def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
+    """The same under a pseudo-inertia that is positive semidefinite (Clarabel); no error comes with it.
+
+    Raises:
+        AffordanceError: The solver fails.
+    """
+    A, b = _stack(evidence, gains)
+    # Friction is unconstrained: its best value given the parameters leaves a smaller quadratic.
+    friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
+    W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
+    y = b - friction @ (friction.T @ b)
+    program = MathematicalProgram()
+    pi = program.NewContinuousVariables(NUM_PARAMETERS, "pi")
+    scale = float(np.trace(W.T @ W)) / NUM_PARAMETERS
+    program.AddQuadraticCost(2.0 * W.T @ W / scale, -2.0 * W.T @ y / scale, pi, is_convex=True)
+    units = pseudo_inertia_from_parameters(np.eye(NUM_PARAMETERS))
+    program.AddLinearMatrixInequalityConstraint([np.zeros((4, 4)), *units], pi)
+    result = ClarabelSolver().Solve(program)
+    if not result.is_success():
+        raise AffordanceError(f"the semidefinite program fails: {result.get_solution_result()}")
+    return PointPayload(result.GetSolution(pi), float("nan"))
+
+
+def _stack(evidence: Evidence, gains: Gains) -> tuple[Array, Array]:
+    """Rows of all joints in newton metres: ten columns of the payload, three of friction for each joint."""
+    samples = evidence.samples
+    num_joints = samples.signal.shape[1]
+    rows, right = [], []
+    for j in range(num_joints):
+        used = samples.used[:, j]
+        friction = np.zeros((used.sum(), 3 * num_joints))
+        friction[:, 3 * j : 3 * j + 3] = np.column_stack(
+            [samples.direction[used, j], samples.velocity[used, j], np.ones(used.sum())]
+        )
+        rows.append(np.hstack([samples.Y[used, j], friction]))
+        right.append(samples.signal[used, j] / gains.mean[j, 0])
+    return np.vstack(rows), np.concatenate(right)

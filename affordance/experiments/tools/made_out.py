@@ -1,0 +1,88 @@
+"""Whether the materials of a tool are told apart in pictures of it, by what the renderer knows of every pixel.
+
+A tool is made out if it is found at all, and at least four fifths of its pixels lie in areas that show mostly the
+material they show: as many as in the least pure of the areas that the segmentation made for ellipsoids lets through.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.colour_recognition import compute_colour_probabilities
+from affordance.belief.material_memory import CERTAIN
+from affordance.exceptions import SeeingError
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Material, Tool
+from affordance.vision.pixels.looks import COLOUR_SD, Look
+from affordance.vision.pixels.seen_tool import detect_tool
+from affordance.vision.pixels.turning_stand import TurningStand
+
+MIN_PURITY = 0.8
+# Materials less probable than this are not named among those that a look may be of.
+_WORTH_NAMING = 0.05
+
+
+class Outcome(NamedTuple):
+    """What became of a tool's pictures.
+
+    Attributes:
+        purity: Part of its pixels that lie in areas which show mostly their own material.
+        unsure: For each look that is not surely of one material, those it may be of.
+        problem: Why it was not found; empty if it was.
+    """
+
+    purity: float
+    unsure: tuple[tuple[str, ...], ...] = ()
+    problem: str = ""
+
+    @property
+    def made_out(self) -> bool:
+        """Whether that is well enough."""
+        return not self.problem and self.purity >= MIN_PURITY
+
+
+def examine(tool: Tool, stand: TurningStand, materials: Mapping[str, Material], rng: np.random.Generator) -> Outcome:
+    """Looks at a tool from two sides, and compares what is found with what is there."""
+    photographs = stand.take_pictures(tool, rng)
+    try:
+        seen = detect_tool(photographs, stand.rig, stand.noise)
+    except SeeingError as error:
+        return Outcome(0.0, problem=error.reason)
+    names = np.array([part.looks_like.name for part in tool.components])
+    own = total = 0
+    for view, labels in zip(seen.views, stand.render_labels(tool), strict=True):
+        column, row = view.surface.corner.astype(int)
+        height, width = view.labels.shape
+        bodies = labels[row : row + height, column : column + width]
+        total += int((labels >= 0).sum())
+        both = (bodies >= 0) & (view.labels >= 0)
+        for number in np.unique(view.labels[both]):
+            shown = names[bodies[both & (view.labels == number)]]
+            own += int(np.unique(shown, return_counts=True)[1].max())
+    candidates = [list_candidates(look, materials) for look in seen.looks]
+    return Outcome(own / total, tuple(each for each in candidates if len(each) > 1))
+
+
+def list_candidates(look: Look, materials: Mapping[str, Material]) -> tuple[str, ...]:
+    """Names of the materials that a look may be of, the most probable first; one if it is certain."""
+    colours = [material.colour for material in materials.values()]
+    probabilities = compute_colour_probabilities(look.colour, COLOUR_SD, colours, look.lightness_sd)
+    names = [*materials, "one never seen"]
+    order = np.argsort(probabilities)[::-1]
+    if probabilities[order[0]] >= CERTAIN:
+        return (names[order[0]],)
+    return tuple(names[index] for index in order if probabilities[index] >= _WORTH_NAMING)
+
+
+def paint(tool: Tool, colours: Sequence[Colour | None]) -> Tool:
+    """The same tool with each part in another colour, that of its own material where there is none.
+
+    What it is made of keeps its name, by which areas are compared.
+    """
+    parts = []
+    for part, colour in zip(tool.components, colours, strict=True):
+        shown = part.looks_like if colour is None else replace(part.looks_like, colour=colour)
+        parts.append(replace(part, looks_like=shown))
+    return replace(tool, components=tuple(parts))

@@ -1,0 +1,115 @@
+"""Reading the force-torque records and results of the workshop tools' authors, who keep them as Python pickles.
+
+A pickle may name any function to be called. Here it may name seven, none of which does anything but hold numbers;
+whatever names another is refused.
+"""
+
+import io
+import pickle
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+
+
+class Recording(NamedTuple):
+    """What a force-torque sensor S recorded while a robot moved a tool, at N times.
+
+    Attributes:
+        X_WS: Pose of the sensor, shape (N, 4, 4).
+        X_WF: Pose of the tool's mesh frame, shape (N, 4, 4).
+        w_WS: Angular velocity of the sensor, shape (N, 3), [rad/s].
+        a_WS: Linear acceleration of its origin, shape (N, 3), [m/s^2].
+        alpha_WS: Angular acceleration, shape (N, 3), [rad/s^2].
+        force_W: Shape (N, 3), [N].
+        torque_W: About So, shape (N, 3), [N m].
+    """
+
+    X_WS: Array
+    X_WF: Array
+    w_WS: Array
+    a_WS: Array
+    alpha_WS: Array
+    force_W: Array
+    torque_W: Array
+
+
+class _Held:
+    """Stands for any of their classes: keeps what it is given, and has no methods."""
+
+    def __init__(self, *arguments: object) -> None:
+        self.arguments = arguments
+
+
+def _make_array(buffer: Any, dtype: Any, shape: Any, order: str) -> Array:
+    array: Array = np.frombuffer(buffer, dtype=dtype).reshape(shape, order="F" if order == "F" else "C")
+    return array
+
+
+def _make_scalar(dtype: Any, buffer: bytes) -> float:
+    return float(np.frombuffer(buffer, dtype=dtype)[0])
+
+
+_ALLOWED: Mapping[tuple[str, str], Callable[..., object]] = {
+    ("numpy", "dtype"): np.dtype,
+    ("numpy.core.numeric", "_frombuffer"): _make_array,
+    ("numpy.core.multiarray", "scalar"): _make_scalar,
+    ("KinoDynamicLoader", "Record"): _Held,
+    ("spatialmath.pose3d", "SE3"): _Held,
+    ("spatialmath.spatialvector", "SpatialVelocity"): _Held,
+    ("spatialmath.spatialvector", "SpatialForce"): _Held,
+}
+
+
+class _Unpickler(pickle.Unpickler):
+    def find_class(self, module_name: str, global_name: str) -> Any:
+        if (module_name, global_name) not in _ALLOWED:
+            raise pickle.UnpicklingError(f"it names {module_name}.{global_name}, which no record is made of")
+        return _ALLOWED[module_name, global_name]
+
+
+def read_pickle(path: Path) -> Any:
+    """Reads a pickle that holds nothing but records, arrays, numbers and texts.
+
+    Raises:
+        BadValueError: It cannot be read, or names anything else.
+    """
+    try:
+        return _Unpickler(io.BytesIO(path.read_bytes())).load()
+    except OSError as error:
+        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+    except Exception as error:  # a spoilt pickle makes the reader stumble over whatever it holds
+        raise BadValueError(path, "", f"is no readable record: {error}") from error
+
+
+def read_recording(path: Path) -> Recording:
+    """Reads what was recorded with one tool.
+
+    Raises:
+        BadValueError: It cannot be read, or is no such record.
+    """
+    rows = read_pickle(path)
+    try:
+        poses = [np.array([_take(row, name).data[0] for row in rows]) for name in ("ft_pose", "object_pose")]
+        velocity, force = (
+            np.array([np.ravel(_take(row, name).data[0]) for row in rows]) for name in ("ft_vel", "ft_value")
+        )
+        acceleration = np.array([np.ravel(_take(row, "ft_acc")) for row in rows])
+    except (AttributeError, TypeError, IndexError, ValueError) as error:
+        raise BadValueError(path, "", f"is no record of forces and torques: {error}") from error
+    wrong = velocity.shape[1:] != (6,) or force.shape[1:] != (6,) or acceleration.shape[1:] != (6,)
+    if wrong or any(pose.shape[1:] != (4, 4) for pose in poses):
+        raise BadValueError(path, "", "is no record of poses, velocities, accelerations and wrenches")
+    (a_WS, alpha_WS), (force_W, torque_W) = np.hsplit(acceleration, 2), np.hsplit(force, 2)
+    return Recording(poses[0], poses[1], velocity[:, 3:], a_WS, alpha_WS, force_W, torque_W)
+
+
+def _take(row: Any, name: str) -> Any:
+    value = row.__dict__[name] if name in getattr(row, "__dict__", {}) else None
+    if value is None:
+        raise ValueError(f"a row has no {name}")
+    return value

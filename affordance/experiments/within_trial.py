@@ -1,0 +1,122 @@
+"""Within a trial of Simulation I: the posterior as it narrows, and an arm that uses it before the trial is over.
+
+One observer who knows nothing holds the first object. The paper's noise, one percept a trial, is shown beside the
+engineer's, an error of its own in every sample; and the paper's control, which believes the visual prior for the
+whole trial, beside one that uses the posterior as it grows.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import NoiseModel, WhiteNoise
+from affordance.reporting.within_trial_figures import Growth, Sinking, draw_growth, draw_sinking
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRecord, get_runner
+
+QUARTILES = (0.25, 0.5, 0.75)
+# One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].
+WHITE = WhiteNoise(0.7)
+ONE_PERCEPT, EVERY_SAMPLE = "one percept a trial", "an error of its own in every sample"
+BY_PRIOR, BY_POSTERIOR = "the visual prior, as in the paper", "the posterior as it grows"
+
+
+class WithinTrial(NamedTuple):
+    """What happened within trials with one object.
+
+    Attributes:
+        growth: How the belief about its density grew, by noise.
+        records: The trials, by what control believes.
+    """
+
+    growth: Mapping[str, Growth]
+    records: Mapping[str, TrialRecord]
+
+
+class WithinTrialStudy:
+    """Trials of one observer, run when they are first asked for."""
+
+    def __init__(self, settings: Settings, tool: Tool, *, duration: float, seed: tuple[int, ...]) -> None:
+        """Takes settings, an object of one material, and duration, [s], and seed of every trial."""
+        self._settings = replace(settings, posterior_log_period=settings.sample_period)
+        self._tool, self._duration, self._seed = tool, duration, seed
+        self.run = cache(self._run)
+
+    def _run(self) -> WithinTrial:
+        records = {
+            BY_PRIOR: self._hold(self._settings),
+            BY_POSTERIOR: self._hold(replace(self._settings, uses_posterior=True)),
+        }
+        growth = {
+            ONE_PERCEPT: self._measure_growth(records[BY_PRIOR], self._settings.noise),
+            EVERY_SAMPLE: self._measure_growth(self._hold(replace(self._settings, noise=WHITE)), WHITE),
+        }
+        return WithinTrial(growth, records)
+
+    def summarise(self) -> dict[str, Any]:
+        """The numbers of within_trial.json: standard deviations of the density and their theory, and heights."""
+        found = self.run()
+        return {
+            "posterior_sd": {name: growth.sd for name, growth in found.growth.items()},
+            "posterior_sd_at_rest": {name: growth.sd_at_rest for name, growth in found.growth.items()},
+            "height_lowest_m": {name: record.height_centre.min() for name, record in found.records.items()},
+            "height_end_m": {name: record.height_centre[-1] for name, record in found.records.items()},
+        }
+
+    def draw_growth(self) -> Figure:
+        """The posterior as it narrows."""
+        return draw_growth(self.run().growth, density_true=self._density, name=self._tool.name)
+
+    def draw_sinking(self) -> Figure:
+        """The arm as it sinks and comes back."""
+        return draw_sinking(
+            {name: self._follow(record, name) for name, record in self.run().records.items()},
+            density_true=self._density,
+            name=self._tool.name,
+        )
+
+    @property
+    def _density(self) -> float:
+        return self._tool.components[0].material.density
+
+    def _hold(self, settings: Settings) -> TrialRecord:
+        return get_runner(settings).run_hold(self._tool, MaterialMemory(), duration=self._duration, seed=self._seed)
+
+    def _follow(self, record: TrialRecord, believed: str) -> Sinking:
+        times = np.array([entry.time for entry in record.posteriors])
+        modes = np.array([entry.belief.densities.compute_mode()[0] for entry in record.posteriors])
+        used = modes if believed == BY_POSTERIOR else np.full(len(modes), modes[0])
+        return Sinking(record.times, record.height_centre, times, used)
+
+    def _measure_growth(self, record: TrialRecord, noise: NoiseModel) -> Growth:
+        """How the belief about the density of the object's material, the only one known of, grew."""
+        times = np.array([entry.time for entry in record.posteriors])
+        densities = [entry.belief.densities for entry in record.posteriors]
+        sd = np.sqrt([belief.covariance[0, 0] for belief in densities])
+        quartiles = np.array([belief.compute_percentiles(QUARTILES)[:, 0] for belief in densities])
+        # An entry has not heard of the sample of its own time; the last entry has.
+        counts = np.append(np.arange(len(times) - 1) - 1, len(times) - 2).clip(0)
+        return Growth(times, quartiles, sd, self._predict_sd(sd[0], noise, record.q[-1], counts))
+
+    def _predict_sd(self, sd_before: float, noise: NoiseModel, q: Array, counts: Array) -> Array:
+        """Standard deviation after counts of samples that an arm at rest at q has taken, (N,), [kg/m^3].
+
+        With h the torques that a unit of density adds, a sample whose error has the standard deviation s_j at joint j
+        says sum_j (h_j / s_j)^2 of precision. Samples of one percept say that once, independent ones every time.
+        """
+        hold = StaticHold(load_arm(self._settings.arm), q)
+        load = hold.Y @ self._tool.parameters
+        h = load / self._density
+        says = float(np.sum((h / noise.compute_sd(hold.tau_arm + load)) ** 2))
+        independent = counts if noise is WHITE else np.minimum(counts, 1)
+        sd: Array = 1.0 / np.sqrt(1.0 / sd_before**2 + independent * says)
+        return sd

@@ -1,0 +1,257 @@
+"""Posterior of a held body that no camera has seen: the most probable one, then weighted samples around it.
+
+Every sample is a possible body, and weights are exact: the likelihood with gains and friction integrated out, over
+the density the sample was proposed with.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import gammaln
+
+from affordance.arrays import Array
+from affordance.identification.log_cholesky import compute_jacobian, parameters_from_theta, theta_from_parameters
+from affordance.identification.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic
+from affordance.identification.solid_prior import SolidPrior
+from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
+
+# Of the proposal, a multivariate t: heavier tails than the posterior's, so that no sample weighs all.
+_DEGREES_OF_FREEDOM = 8.0
+# Samples are good when this share of them counts.
+_ENOUGH = 0.2
+# Share of the proposal that is the prior.
+_DEFENSIVE = 0.05
+# Moves of every sample in each distribution in between, and the step of a random walk that is best in ten dimensions,
+# 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
+_NUM_MOVES, _WALK = 6, 0.75
+_MAX_ITERATIONS = 60
+# Of a climb, after which the likelihood is linearised anew.
+_STEPS_A_ROUND = 5
+_TOLERANCE = 1e-8
+_LONGEST_STEP = 5.0
+# Least eigenvalue of a guessed pseudo-inertia over the largest.
+_LEAST_SHARE = 1e-3
+
+
+class Mode(NamedTuple):
+    """The most probable body.
+
+    Attributes:
+        theta: Log-Cholesky coordinates, shape (10,).
+        covariance: Of theta, by the curvature there, shape (10, 10).
+        pi: The ten parameters, shape (10,).
+        load: The same with what the arm's model gets wrong, as it is most probable then, shape (10,).
+    """
+
+    theta: Array
+    covariance: Array
+    pi: Array
+    load: Array
+
+
+class WeightedBodies(NamedTuple):
+    """Samples of a posterior.
+
+    Attributes:
+        pi: Ten parameters each, shape (N, 10).
+        weights: Shape (N,), sum one.
+    """
+
+    pi: Array
+    weights: Array
+
+    @property
+    def effective_size(self) -> float:
+        """How many equally weighted samples say as much (Kish)."""
+        return float(1.0 / np.sum(self.weights**2))
+
+
+def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
+    """Finds the most probable body by Gauss-Newton, with Levenberg's damping.
+
+    Args:
+        likelihood: Of the run.
+        prior: Before it.
+        start: Theta to start from, shape (10,); None for the possible body nearest to a linear guess.
+    """
+    theta = guess_theta(likelihood, prior) if start is None else start
+    load = parameters_from_theta(theta)
+    for _ in range(_MAX_ITERATIONS):
+        mode = improve_mode(likelihood, prior, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        if measure_step(step, mode) < _TOLERANCE:
+            break
+    return mode
+
+
+def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
+    """Goes from theta, shape (10,), to the most probable body of the quadratic the likelihood is at a load, (10,)."""
+    quadratic = likelihood.linearise(load)
+    phantom = likelihood.prior.phantom_covariance
+    theta, covariance = _climb(quadratic.widen(phantom), prior, theta)
+    pi = parameters_from_theta(theta)
+    return Mode(theta, covariance, pi, quadratic.find_load(pi, phantom))
+
+
+def measure_step(step: Array, mode: Mode) -> float:
+    """Squared length of a step in standard deviations: theta has no unit of its own."""
+    return float(step @ np.linalg.solve(mode.covariance, step))
+
+
+def draw_bodies(
+    likelihood: PayloadLikelihood, prior: SolidPrior, mode: Mode, rng: np.random.Generator, num_samples: int
+) -> WeightedBodies:
+    """Draws weighted samples of the posterior.
+
+    From a proposal about the mode, refitted to its own samples if too few of them count. Posteriors as bent as those
+    of hardly felt bodies are reached from there by degrees: by a sequence of distributions in between, each sample
+    moved about in each (annealed, sequential Monte Carlo; Del Moral, Doucet & Jasra 2006).
+    """
+    of_body = BodyLikelihood(likelihood, mode.load)
+
+    def evaluate(theta: Array) -> Array:
+        return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
+
+    proposal = _Proposal(mode.theta, mode.covariance, prior)
+    for attempt in range(2):
+        theta = proposal.draw(rng, num_samples)
+        log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
+        bodies = _weigh(theta, log_ratios)
+        if bodies.effective_size >= _ENOUGH * num_samples:
+            return bodies
+        if attempt == 0:
+            centre = bodies.weights @ theta
+            away = theta - centre
+            # A share of the curvature's keeps it from collapsing onto a few samples of great weight.
+            covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
+            proposal = _Proposal(centre, covariance, prior)
+    exponent = 0.0
+    while exponent < 1.0:
+        step = _find_step(log_ratios, 1.0 - exponent, num_samples)
+        exponent += step
+        weights = _normalise(step * log_ratios)
+        chosen = _resample(weights, rng)
+        centre = weights @ theta
+        root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
+        theta, log_ratios = theta[chosen], log_ratios[chosen]
+        log_proposals = proposal.compute_log_density(theta)
+        for move in range(_NUM_MOVES):
+            # Scales of random walks in ten dimensions, from the best in theory downwards.
+            moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
+            moved_proposals = proposal.compute_log_density(moved)
+            moved_ratios = evaluate(moved) - moved_proposals
+            gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
+            accepted = np.log(rng.random(num_samples)) < gain
+            theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
+            log_proposals[accepted] = moved_proposals[accepted]
+    return WeightedBodies(parameters_from_theta(theta), np.full(num_samples, 1.0 / num_samples))
+
+
+class _Proposal:
+    """A multivariate t about a centre, and with a small probability the prior, so that no weight is without bound."""
+
+    def __init__(self, centre: Array, covariance: Array, prior: SolidPrior) -> None:
+        self.covariance = covariance
+        self._centre = centre
+        self._root = np.linalg.cholesky(covariance)
+        self._prior = prior
+        size = len(centre)
+        self._log_scale = (
+            gammaln(0.5 * (_DEGREES_OF_FREEDOM + size))
+            - gammaln(0.5 * _DEGREES_OF_FREEDOM)
+            - 0.5 * size * np.log(_DEGREES_OF_FREEDOM / 2.0)
+            - np.log(np.diag(self._root)).sum()
+        )
+        self._log_prior_scale = -0.5 * np.linalg.slogdet(prior.covariance)[1]
+
+    def draw(self, rng: np.random.Generator, num_samples: int) -> Array:
+        num_prior = int(_DEFENSIVE * num_samples)
+        normal = rng.standard_normal((num_samples - num_prior, len(self._centre)))
+        scale = np.sqrt(_DEGREES_OF_FREEDOM / rng.chisquare(_DEGREES_OF_FREEDOM, len(normal)))
+        about = self._centre + (normal * scale[:, None]) @ self._root.T
+        drawn: Array = np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
+        return drawn
+
+    def compute_log_density(self, theta: Array) -> Array:
+        """Up to a constant that both parts share, shape (N,)."""
+        standard = np.linalg.solve(self._root, (theta - self._centre).T)
+        squared = (standard**2).sum(axis=0)
+        power = 0.5 * (_DEGREES_OF_FREEDOM + len(self._centre))
+        about = self._log_scale - power * np.log1p(squared / _DEGREES_OF_FREEDOM)
+        prior = self._log_prior_scale + self._prior.compute_log_density(theta)
+        log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
+        return log_density
+
+
+def _normalise(log_weights: Array) -> Array:
+    weights = np.exp(log_weights - log_weights.max())
+    normalised: Array = weights / weights.sum()
+    return normalised
+
+
+def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
+    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights))
+
+
+def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
+    """The longest step of the exponent, up to ``most``, after which half of the samples still count."""
+
+    def count(step: float) -> float:
+        return float(1.0 / np.sum(_normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
+
+    return most if count(most) >= 0.0 else float(brentq(count, 0.0, most))
+
+
+def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Indices of samples, each as often as its weight says, but for less than one (systematic resampling)."""
+    positions = (rng.random() + np.arange(len(weights))) / len(weights)
+    return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
+
+
+def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
+    """The mean of a normal posterior of the parameters, made possible; to start from, shape (10,)."""
+    pi = parameters_from_theta(prior.mean)
+    D = compute_jacobian(prior.mean)
+    quadratic = likelihood.linearise(pi)
+    spread = D @ prior.covariance @ D.T
+    quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
+    spread[0, 0] += pi[0] ** 2  # masses may be many times the mean's; no other coordinate is a logarithm
+    pi = np.linalg.solve(
+        np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
+    )
+    J = pseudo_inertia_from_parameters(pi)
+    values, vectors = np.linalg.eigh(J)
+    J = vectors * np.maximum(values, _LEAST_SHARE * np.abs(values).max()) @ vectors.T
+    return theta_from_parameters(parameters_from_pseudo_inertia(J))
+
+
+def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array, Array]:
+    """The most probable theta of a quadratic likelihood, and its covariance."""
+    H, b = quadratic.precision, quadratic.information
+
+    def evaluate(theta: Array) -> tuple[float, Array]:
+        pi, away = parameters_from_theta(theta), theta - prior.mean
+        return float(0.5 * pi @ H @ pi - b @ pi + 0.5 * away @ prior.precision @ away), pi
+
+    cost, pi = evaluate(theta)
+    damping = 1e-3
+    for _ in range(_STEPS_A_ROUND):
+        D = compute_jacobian(theta)
+        A = D.T @ H @ D + prior.precision
+        gradient = D.T @ (H @ pi - b) + prior.precision @ (theta - prior.mean)
+        before = cost
+        for _ in range(20):
+            step = np.linalg.solve(A + damping * np.diag(np.diag(A)), gradient)
+            # Longer steps leave the numbers a computer has before they help.
+            new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
+            if new_cost <= cost:
+                theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping
+                break
+            damping *= 4.0
+        if before - cost < _TOLERANCE:
+            break
+    D = compute_jacobian(theta)
+    covariance = np.linalg.inv(D.T @ H @ D + prior.precision)
+    return theta, 0.5 * (covariance + covariance.T)

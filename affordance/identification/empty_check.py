@@ -1,0 +1,64 @@
+"""What does an empty hand seem to hold? If that is not zero within its error, other results are not to be trusted."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence import no_phantom
+from affordance.identification.gains import Gains
+from affordance.identification.joint_samples import restore_compensated
+from affordance.identification.payload_fit import build_channel_prior
+from affordance.identification.payload_likelihood import PayloadLikelihood
+from affordance.identification.preparation import prepare
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run
+from affordance.identification.settings import IdentificationSettings
+from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
+
+# Before it is felt, what an empty hand seems to hold may be of any sign: SDs of mass, first moment, moments.
+_SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
+
+
+class ApparentPayload(NamedTuple):
+    """What an empty hand seems to hold; of any sign, and no possible body.
+
+    Attributes:
+        parameters: Mean of the ten parameters, shape (10,).
+        covariance: Shape (10, 10).
+    """
+
+    parameters: Array
+    covariance: Array
+
+    @property
+    def mass_sd(self) -> float:
+        """Standard deviation of the mass, [kg]."""
+        return float(np.sqrt(self.covariance[0, 0]))
+
+
+def weigh_empty_hand(robot: RobotChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
+    """Takes an empty run for a loaded one: every stretch of it less what an arm fitted to the others predicts.
+
+    Args:
+        robot: The arm.
+        run: With an empty hand.
+        gains: Of the joints, drift included.
+        settings: Of noise and nuisances.
+    """
+    run = run.arrange(robot.joint_names)
+    robot = robot.with_gravity(run.description.gravity)
+    prepared = prepare(run, settings)
+    signal = restore_compensated(robot, run, prepared, gains.mean[:, 0])
+    arm = fit_empty_arm(robot, [prepared], [signal], gains, settings)
+    residual = arm.residual[0]
+    rows = np.flatnonzero(np.isfinite(residual[:, 0]))
+    evidence = build_unpaired_evidence(robot, arm, run, prepared.select(rows), settings)
+    evidence = replace(evidence, samples=evidence.samples._replace(signal=residual[rows]))
+    statistics = evidence.compute_statistics(settings)
+    prior = build_channel_prior(evidence, gains, settings)
+    likelihood = PayloadLikelihood(statistics, prior, arm.least_variance)
+    quadratic = likelihood.linearise(no_phantom()[0]).widen(prior.phantom_covariance)
+    covariance = np.linalg.inv(quadratic.precision + np.diag(_SD**-2))
+    return ApparentPayload(covariance @ quadratic.information, covariance)

@@ -1,0 +1,54 @@
+"""A check that needs one weighed load and no second: gains from one half of a run, the mass from the other."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.calibration import calibrate_gains
+from affordance.identification.evidence import Evidence
+from affordance.identification.inference import infer
+from affordance.identification.settings import IdentificationSettings
+
+
+class HalfCheck(NamedTuple):
+    """Masses by gains of the other half, the first half's mass first, shape (2,) each.
+
+    Attributes:
+        mass: Means, [kg].
+        sd: Standard deviations, [kg].
+        error: Relative to the reference mass.
+        inside: Whether the 90 % interval holds the reference mass, 0 or 1.
+        centre_of_mass: Means, shape (2, 3), [m].
+    """
+
+    mass: Array
+    sd: Array
+    error: Array
+    inside: Array
+    centre_of_mass: Array
+
+
+def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
+    """Identifies the mass of each half of a run with gains found in the other.
+
+    Args:
+        evidence: A run with a load that was weighed.
+        reference_mass: Its mass, [kg].
+        settings: Of the identification.
+    """
+    middle = len(evidence.times) // 2
+    halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, len(evidence.times)))
+    beliefs = []
+    for half, other in (halves, halves[::-1]):
+        gains = calibrate_gains(other, reference_mass, settings).with_drift(settings)
+        beliefs.append(infer(half, gains, settings=settings).belief)
+    mass = np.array([belief.mass for belief in beliefs])
+    intervals = [belief.mass_interval90 for belief in beliefs]
+    return HalfCheck(
+        mass,
+        np.array([belief.mass_sd for belief in beliefs]),
+        mass / reference_mass - 1.0,
+        np.array([float(low <= reference_mass <= high) for low, high in intervals]),
+        np.array([belief.centre_of_mass for belief in beliefs]),
+    )

@@ -1,0 +1,125 @@
+"""From evidence to belief: the part of identification that no longer knows of runs."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.assumptions import list_assumptions
+from affordance.identification.body_posterior import WeightedBodies, draw_bodies
+from affordance.identification.evidence import Evidence
+from affordance.identification.gains import Gains
+from affordance.identification.part_posterior import NotTheSeenObjectError, PlacedObject, SeenObject, infer_parts
+from affordance.identification.payload_belief import PayloadBelief
+from affordance.identification.payload_fit import PayloadFit, build_channel_prior, fit_payload
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+from affordance.identification.solid_prior import SolidPrior
+
+_NUM_PRIOR_BODIES = 1000
+
+
+class Identification(NamedTuple):
+    """A belief, and what it was made of, for plots and for gains to be kept.
+
+    Attributes:
+        belief: What is held.
+        fit: The run as it was fitted.
+        gains: As they were before the run.
+    """
+
+    belief: PayloadBelief
+    fit: PayloadFit
+    gains: Gains
+
+
+def infer(
+    evidence: Evidence,
+    gains: Gains,
+    *,
+    calibration: Gains | None = None,
+    reference_mass: float | None = None,
+    seen: SeenObject | None = None,
+    X_GT: Array | None = None,
+    solid_prior: SolidPrior | None = None,
+    deviation_sd: float = 100.0,
+    settings: IdentificationSettings = DEFAULT_SETTINGS,
+) -> Identification:
+    """From evidence to belief.
+
+    Args:
+        evidence: Samples of a loaded run without the empty arm.
+        gains: Of this run (drift included).
+        calibration: Gains found in this very run with its reference mass; None if they come from elsewhere.
+        reference_mass: What the load weighs on a scale, [kg].
+        seen: The object a camera saw.
+        X_GT: Pose of the seen object in the tip, shape (4, 4); None for the identity.
+        solid_prior: Of a body no camera has seen.
+        deviation_sd: Of an object's density about its material's mean, [kg/m^3].
+        settings: Nuisances and samples.
+    """
+    evidence = replace(evidence, least_variance=np.maximum(evidence.least_variance, gains.least_variance))
+    solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
+    if calibration is not None and reference_mass is not None:
+        solid = solid.with_mass(reference_mass, 1e-3 * reference_mass)
+    # Torques say what the body is, but for a factor that all gains share.
+    felt = solid.with_common_factor(gains.common_sd)
+    fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
+    rng = np.random.default_rng(settings.seed)
+    bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
+    bodies = WeightedBodies(solid.remove_common_factor(bodies.pi, gains.common_sd, rng), bodies.weights)
+    after, _ = fit.likelihood.estimate_gains(fit.mode.load)
+    counts = np.maximum(fit.statistics.counts, 1.0)
+    single = fit.statistics.sum_squares(fit.weights) / counts
+    belief = PayloadBelief(
+        source=evidence.source,
+        analysis=evidence.analysis,
+        bodies=bodies,
+        prior_bodies=solid.draw_parameters(rng, _NUM_PRIOR_BODIES),
+        channel_names=evidence.channel_names,
+        unit=evidence.kind.unit,
+        gains=after,
+        load_friction=after[:, 1] / after[:, 0],
+        noise_sd=np.sqrt(single),
+        agreement=fit.long_run_variance / np.maximum(single, np.finfo(float).tiny) / evidence.rate,
+        assumptions=list_assumptions(evidence, gains, settings),
+        notes=evidence.notes,
+        calibration=calibration,
+        reference_mass=reference_mass,
+    )
+    if seen is not None:
+        placed = seen.place(np.eye(4) if X_GT is None else X_GT)
+        belief = _see(belief, fit, placed, gains, deviation_sd, settings, rng)
+    return Identification(belief, fit, gains)
+
+
+def _see(
+    belief: PayloadBelief,
+    fit: PayloadFit,
+    placed: PlacedObject,
+    gains: Gains,
+    deviation_sd: float,
+    settings: IdentificationSettings,
+    rng: np.random.Generator,
+) -> PayloadBelief:
+    """The belief with what was seen of the object; without, and warned, if what is held is another one."""
+    try:
+        parts = infer_parts(
+            fit.likelihood,
+            placed,
+            deviation_sd=deviation_sd,
+            unseen_share=settings.unseen_share,
+            common_gain_sd=gains.common_sd,
+            rng=rng,
+            num_samples=settings.num_samples,
+        )
+    except NotTheSeenObjectError as error:
+        return replace(belief, notes=(*belief.notes, f"{error}; the camera is left out"), p_value=error.p_value)
+    return replace(
+        belief,
+        bodies=parts.bodies,
+        prior_bodies=placed.draw_parameters(rng, _NUM_PRIOR_BODIES, settings.unseen_share),
+        seen=parts.belief,
+        likelihood=parts.likelihood,
+        p_value=parts.p_value,
+    )

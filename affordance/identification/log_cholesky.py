@@ -1,0 +1,84 @@
+"""Ten parameters that are always physically possible: log-Cholesky coordinates of the pseudo-inertia.
+
+    J = m [[S S^T + c c^T, c], [c^T, 1]],    theta = (ln m, c, ln diag S, s12, s13, s23)
+
+with S upper triangular. Every theta is a body of positive mass whose second moments about its centre of mass form a
+positive definite matrix, and every such body has one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939). Mass and
+centre of mass are coordinates themselves, so what is known of them is easily said.
+"""
+
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_parameters
+
+_OFF = (np.array([0, 0, 1]), np.array([1, 2, 2]))  # rows and columns of s12, s13, s23
+_DIAGONAL = np.arange(3)
+
+
+def parameters_from_theta(theta: Array) -> Array:
+    """Converts theta, shape (..., 10), to the ten parameters, shape (..., 10)."""
+    m, c = np.exp(theta[..., 0]), theta[..., 1:4]
+    S = _build_root(theta)
+    G = S @ np.swapaxes(S, -1, -2) + c[..., :, None] * c[..., None, :]
+    pi = np.empty(theta.shape)
+    pi[..., 0] = 1.0
+    pi[..., 1:4] = c
+    pi[..., 4:] = _list_moments(G)
+    return pi * m[..., None]
+
+
+def theta_from_parameters(pi: Array) -> Array:
+    """Converts ten physically possible parameters, shape (..., 10), to theta.
+
+    Raises:
+        numpy.linalg.LinAlgError: They are not those of a body of positive volume.
+    """
+    J = pseudo_inertia_from_parameters(pi)
+    m = J[..., 3, 3]
+    c = J[..., :3, 3] / m[..., None]
+    G = J[..., :3, :3] / m[..., None, None] - c[..., :, None] * c[..., None, :]
+    # Upper triangular: Cholesky's lower triangle with rows and columns in reverse order.
+    S = np.linalg.cholesky(G[..., ::-1, ::-1])[..., ::-1, ::-1]
+    theta = np.empty(pi.shape)
+    theta[..., 0] = np.log(m)
+    theta[..., 1:4] = c
+    theta[..., 4:7] = np.log(S[..., _DIAGONAL, _DIAGONAL])
+    theta[..., 7:] = S[..., _OFF[0], _OFF[1]]
+    return theta
+
+
+def compute_jacobian(theta: Array) -> Array:
+    """Derivative of the ten parameters by theta at one theta, shape (10, 10)."""
+    m, c = np.exp(theta[0]), theta[1:4]
+    S = _build_root(theta)
+    D = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
+    D[:, 0] = parameters_from_theta(theta)
+    dG = np.zeros((9, 3, 3))
+    for i in range(3):
+        D[1 + i, 1 + i] = m
+        dG[i, i] = c
+    for k, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+        dG[3 + k, i] = S[:, j] * (S[i, i] if i == j else 1.0)
+    D[4:, 1:] = m * _list_moments(dG + dG.transpose(0, 2, 1)).T
+    return D
+
+
+def is_possible(pi: Array) -> Mask:
+    """Says which parameters, shape (N, 10), have a positive definite pseudo-inertia, shape (N,)."""
+    possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
+    return possible
+
+
+def _build_root(theta: Array) -> Array:
+    S = np.zeros((*theta.shape[:-1], 3, 3))
+    S[..., _DIAGONAL, _DIAGONAL] = np.exp(theta[..., 4:7])
+    S[..., _OFF[0], _OFF[1]] = theta[..., 7:]
+    return S
+
+
+def _list_moments(G: Array) -> Array:
+    """Ixx, Iyy, Izz, Ixy, Ixz, Iyz of second moments G, shape (..., 3, 3)."""
+    diagonal = G[..., _DIAGONAL, _DIAGONAL]
+    moments = diagonal.sum(axis=-1, keepdims=True) - diagonal
+    return np.concatenate([moments, -G[..., _OFF[0], _OFF[1]]], axis=-1)

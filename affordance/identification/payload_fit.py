@@ -1,0 +1,174 @@
+"""The most probable payload of a run, and how noisy the run is: each decides the other, to a fixed point."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.identification.body_posterior import Mode, guess_theta, improve_mode, measure_step
+from affordance.identification.evidence import ErrorModel, Evidence
+from affordance.identification.gains import Gains
+from affordance.identification.joint_statistics import SIGNAL, JointStatistics
+from affordance.identification.log_cholesky import parameters_from_theta
+from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.identification.solid_prior import SolidPrior
+
+_MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
+# Of a variance, as a fraction, and of a body, in squared standard deviations.
+_VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
+# Numbers a run is fitted with, that its residual lacks: ten, shared by the channels, and friction of each.
+_SHARED, _OWN = 10.0, 3.0
+# Fewer independent samples than this say little about their own variance.
+_FEWEST = 2.0
+# Of a wrist sensor, offsets of moments over those of forces, by the arms its forces have, [m].
+MOMENT_SHARE = 0.1
+
+
+class PayloadFit(NamedTuple):
+    """A fitted run.
+
+    Attributes:
+        evidence: Its samples, the sign of the load as the payload makes it.
+        statistics: Their sums.
+        likelihood: Of the ten parameters.
+        mode: The most probable body.
+        long_run_variance: Of each channel, shape (C,).
+        weights: w with w^T z the residual, shape (C, 26).
+    """
+
+    evidence: Evidence
+    statistics: JointStatistics
+    likelihood: PayloadLikelihood
+    mode: Mode
+    long_run_variance: Array
+    weights: Array
+
+
+def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
+    """What is known before a run of all but the payload, gains drifted since they were found."""
+    friction_sd = list_friction_sds(evidence, settings)
+    # Friction that was calibrated is no use where a second run took it off.
+    carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
+    return ChannelPrior(
+        gains.mean,
+        gains.covariance,
+        np.zeros_like(friction_sd) if carried is None else gains.friction,
+        friction_sd if carried is None else carried,
+        evidence.phantom,
+        evidence.phantom_covariance,
+    )
+
+
+def list_friction_sds(evidence: Evidence, settings: IdentificationSettings) -> Array:
+    """Standard deviations of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets alone."""
+    sd = evidence.friction_scale * settings.get_prior(evidence.kind).friction_sd
+    if evidence.kind is not SignalKind.WRENCH:
+        return np.full((len(evidence.channel_names), 3), sd)
+    return np.outer(np.where(np.arange(6) < 3, 1.0, MOMENT_SHARE), [0.0, 0.0, sd])
+
+
+def fit_payload(
+    evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
+) -> PayloadFit:
+    """Fits the most probable body and the noise, and the sign of the load as that body makes it.
+
+    Args:
+        evidence: The run.
+        prior: Of gains, friction and the arm's model.
+        solid: Of the body.
+        settings: Of the noise.
+
+    Raises:
+        BadValueError: No sample counts.
+    """
+    errors = evidence.describe_errors(settings)
+    statistics = evidence.compute_statistics(settings)
+    if not statistics.counts.any():
+        problem = (
+            f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
+        )
+        raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
+    fit = fit_statistics(statistics, errors, prior, solid)
+    for _ in range(_MAX_SIGN_PASSES):
+        previous = fit
+        evidence = evidence.with_load(fit.mode.load)
+        statistics = evidence.compute_statistics(settings)
+        fit = fit_statistics(statistics, errors, prior, solid, fit.mode.theta)
+        if np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
+            break
+    return PayloadFit(evidence, statistics, fit.likelihood, fit.mode, fit.variance, fit.weights)
+
+
+class StatisticsFit(NamedTuple):
+    """What sums over samples alone say.
+
+    Attributes:
+        likelihood: Of the ten parameters.
+        mode: The most probable body.
+        variance: Long-run variance of each channel, shape (C,).
+        weights: w with w^T z the residual, shape (C, 26).
+    """
+
+    likelihood: PayloadLikelihood
+    mode: Mode
+    variance: Array
+    weights: Array
+
+
+def fit_statistics(
+    statistics: JointStatistics,
+    errors: ErrorModel,
+    prior: ChannelPrior,
+    solid: SolidPrior,
+    start: Array | None = None,
+    max_iterations: int = _MAX_ITERATIONS,
+) -> StatisticsFit:
+    """Fits the most probable body and the noise, each of which decides the other, to a fixed point.
+
+    Args:
+        statistics: Sums over the samples.
+        errors: What is known of the noise beforehand.
+        prior: Of gains, friction and the arm's model.
+        solid: Of the body.
+        start: Theta to start from, shape (10,); None for a guess.
+        max_iterations: Rounds of body and noise.
+    """
+    likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
+    theta = guess_theta(likelihood, solid) if start is None else start
+    load = parameters_from_theta(theta)
+    variance = estimate_variance(statistics, likelihood.build_residual_weights(load), errors)
+    for _ in range(max_iterations):
+        likelihood = PayloadLikelihood(statistics, prior, variance)
+        mode = improve_mode(likelihood, solid, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        weights = likelihood.build_residual_weights(load)
+        previous, variance = variance, estimate_variance(statistics, weights, errors)
+        settled = np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE
+        if settled and measure_step(step, mode) < _TOLERANCE:
+            break
+    return StatisticsFit(likelihood, mode, variance, weights)
+
+
+def estimate_variance(statistics: JointStatistics, weights: Array, errors: ErrorModel) -> Array:
+    """Estimates the long-run variance of each channel's error from a residual, shape (C,).
+
+    Squared sums of the residual over blocks, over the number of samples: the variance of one times the number of
+    samples that share it. No less than if only what the filter joined were alike, and than earlier runs say.
+    """
+    count = np.maximum(statistics.counts, 1.0)
+    single = np.maximum(statistics.sum_squares(weights) / count, np.finfo(float).tiny)
+    variance = single * errors.alike
+    if errors.correlated:
+        variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
+    independent = count * single / variance
+    fitted = _OWN + _SHARED / statistics.num_channels
+    variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
+    return np.where(statistics.counts > 0, np.maximum(variance, errors.least_variance), 1.0)
+
+
+def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:
+    """As if a tenth of the signal were error, alike over what the filter joined."""
+    signal = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
+    return np.maximum(0.01 * signal * errors.alike, np.maximum(errors.least_variance, np.finfo(float).tiny))

@@ -1,0 +1,80 @@
+"""The arm as identification knows it: a chain of revolute joints, and what its links weigh.
+
+This is all that is asked of a robot, so that any arm serves whatever file it came from. Frames: W the robot's base,
+T the tip, to which the payload is fixed; L a link, at its joint's moving frame.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.chain_kinematics import SerialChain
+from affordance.plant.wrench_regressor import compute_payload_regressors
+
+
+@dataclass(frozen=True)
+class RobotChain:
+    """A serial arm with named joints.
+
+    Attributes:
+        source: The file it was read from, for messages.
+        joint_names: Names of the joints from base to tip.
+        tip: Name of the frame T.
+        chain: Its kinematics from W to T, gravity expressed in W.
+        link_parameters: The ten inertial parameters of each link about its joint's moving frame L, expressed in L,
+            shape (num_joints, 10); all that is fixed to a link counts to it.
+    """
+
+    source: str
+    joint_names: tuple[str, ...]
+    tip: str
+    chain: SerialChain
+    link_parameters: Array
+
+    @property
+    def num_joints(self) -> int:
+        """Number of joints."""
+        return len(self.joint_names)
+
+    def with_gravity(self, gravity_W: Sequence[float] | Array) -> "RobotChain":
+        """The same arm mounted otherwise: gravity_W in its base frame, shape (3,), [m/s^2]."""
+        return replace(self, chain=replace(self.chain, gravity_W=np.array(gravity_W, dtype=float)))
+
+    def compute_payload_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes Y of the payload at T along a trajectory, shape (N, num_joints, 10).
+
+        Args:
+            q: Joint angles, shape (N, num_joints), [rad].
+            v: Joint velocities, shape (N, num_joints), [rad/s].
+            vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
+        """
+        return compute_payload_regressors(self.chain, q, v, vdot)
+
+    def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes how the joint torques depend on the links' inertial parameters.
+
+        Every link is the payload of the chain that ends with it.
+
+        Returns: Regressors, shape (N, num_joints, 10 num_joints), link by link.
+        """
+        regressors = np.zeros((*q.shape, self.num_joints, NUM_PARAMETERS))
+        for link in range(self.num_joints):
+            upto = slice(link + 1)
+            shorter = replace(
+                self.chain,
+                R_PF=self.chain.R_PF[upto],
+                p_PF=self.chain.p_PF[upto],
+                axes=self.chain.axes[upto],
+                R_MT=np.eye(3),
+                p_MT=np.zeros(3),
+            )
+            regressors[:, upto, link] = compute_payload_regressors(shorter, q[:, upto], v[:, upto], vdot[:, upto])
+        return regressors.reshape(*q.shape, -1)
+
+    def compute_arm_torques(self, q: Array, v: Array, vdot: Array) -> Array:
+        """Computes the torques of the arm alone by its file's inertias, shape (N, num_joints), [N m]."""
+        torques: Array = self.compute_link_regressors(q, v, vdot) @ self.link_parameters.ravel()
+        return torques

@@ -1,0 +1,265 @@
+"""Identification on line, inside a Diagram: sums that grow with every sample, a belief whenever it is asked for."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.systems.framework import Context, Diagram, DiagramBuilder, DiscreteValues
+from pydrake.systems.primitives import TrajectorySource
+from pydrake.trajectories import PiecewisePolynomial
+
+from affordance.arrays import Array
+from affordance.drake_system import SampledSystem
+from affordance.identification.body_posterior import WeightedBodies, draw_bodies
+from affordance.identification.evidence import Evidence, describe_errors
+from affordance.identification.fitted_arm import FittedArm, predict_friction
+from affordance.identification.gains import Gains
+from affordance.identification.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
+from affordance.identification.part_posterior import (
+    NotTheSeenObjectError,
+    PartPosterior,
+    PlacedObject,
+    infer_parts,
+)
+from affordance.identification.payload_fit import fit_statistics
+from affordance.identification.payload_likelihood import ChannelPrior
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.robot_plant import build_arm
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+from affordance.identification.solid_prior import SolidPrior
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.payload_regressor import compute_payload_regressor
+
+# Rounds of body and noise.
+_MAX_ROUNDS = 10
+# Few enough that a belief takes some milliseconds.
+_NUM_SAMPLES = 500
+
+
+class EmptySignal(NamedTuple):
+    """What of the signal is the empty arm's.
+
+    Attributes:
+        fitted: A fitted arm, whose prediction is taken off; None if nothing is to be.
+        in_signal: Whether the arm's torque by its file is in the signal, and so is part of the model.
+    """
+
+    fitted: FittedArm | None = None
+    in_signal: bool = False
+
+
+class SeenLoad(NamedTuple):
+    """What a camera says of the load.
+
+    Attributes:
+        placed: The object, in the frame of the tip.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+    """
+
+    placed: PlacedObject
+    deviation_sd: float = 100.0
+
+
+class LoadBelief(NamedTuple):
+    """What is believed of the load so far.
+
+    Attributes:
+        bodies: Samples of the ten parameters.
+        parts: Of a seen object, with what its materials learned; None before the first sample, where no camera saw
+            the object, and where no densities of what it saw explain the load.
+    """
+
+    bodies: WeightedBodies
+    parts: PartPosterior | None
+
+
+class PayloadIdentifier(SampledSystem):
+    """Identifies what an arm holds, sample by sample.
+
+    Its discrete state is the sums over all samples so far; nothing else evolves. A signal with a repeated empty run
+    already taken off (a replayed pair) wants no empty arm.
+
+    Input ports:
+        state: Joint angles and velocities, filtered alike with the signal, (2 n,), [rad, rad/s].
+        vdot: Joint accelerations, (n,), [rad/s^2].
+        signal: Torques or currents, (n,).
+
+    Output ports:
+        bodies: Posterior of the ten parameters, WeightedBodies; before the first sample that of the prior.
+        belief: The same, with what a seen object's materials learned, LoadBelief.
+        statistics: The sums so far, JointStatistics.
+    """
+
+    def __init__(
+        self,
+        robot: RobotChain,
+        prior: ChannelPrior,
+        *,
+        period: float,
+        cutoff: float,
+        least_variance: Array,
+        empty: EmptySignal | None = None,
+        solid: SolidPrior | None = None,
+        seen: SeenLoad | None = None,
+        settings: IdentificationSettings = DEFAULT_SETTINGS,
+    ) -> None:
+        """Declares states, ports and events.
+
+        Args:
+            robot: The arm, its gravity that of the base.
+            prior: Of gains, friction and the arm's model.
+            period: Of the samples, [s].
+            cutoff: Of the filter the signals went through, [Hz].
+            least_variance: What earlier runs say a long-run variance is at least, shape (n,).
+            empty: What of the signal is the empty arm's; None for nothing.
+            solid: Of the body; None for some solid that a hand could hold.
+            seen: What a camera says of it; None without one.
+            settings: Of nuisances.
+        """
+        super().__init__()
+        n = robot.num_joints
+        self._robot, self._prior, self._settings = robot, prior, settings
+        self._empty = EmptySignal() if empty is None else empty
+        self._solid = SolidPrior.for_hand() if solid is None else solid
+        self._seen = seen
+        self._model = ArmModel(build_arm(robot))
+        if self._empty.fitted is not None:
+            links = robot.link_parameters + self._empty.fitted.link_change.reshape(n, -1)
+            self._fitted_model = ArmModel(build_arm(robot, links))
+        self._errors = describe_errors(1.0 / period, cutoff, least_variance, settings)
+        self._block_length = max(1, round(settings.block / period))
+        self._state = self.declare_vector_input("state", 2 * n)
+        self._vdot = self.declare_vector_input("vdot", n)
+        self._signal = self.declare_vector_input("signal", n)
+        square = n * NUM_COLUMNS**2
+        groups = [self.DeclareDiscreteState(size) for size in (square, square, n * NUM_COLUMNS, n + 1)]
+        self._groups = tuple(int(group) for group in groups)
+        self.DeclarePeriodicDiscreteUpdateEvent(period, 0.0, self._update_sums)
+        tickets = {self.discrete_state_ticket(group) for group in groups}
+        self._belief = self.declare_cached("belief", self._calc_belief, tickets)
+        self.declare_object_output("belief", self._belief.get, tickets)
+        self.declare_object_output("bodies", self._calc_bodies, tickets)
+        self.declare_object_output("statistics", self._calc_statistics, tickets)
+
+    def _update_sums(self, context: Context, discrete_state: DiscreteValues) -> None:
+        n = self._robot.num_joints
+        x, vdot, signal = self._state.Eval(context), self._vdot.Eval(context), self._signal.Eval(context)
+        v = x[n:]
+        Y = compute_payload_regressor(self._model, x, vdot)
+        arm_torque = self._model.compute_inverse_dynamics(vdot)
+        if self._empty.fitted is not None:
+            signal = signal - self._predict_empty(self._empty.fitted, x, vdot, arm_torque)
+        direction = np.sign(v)
+        used = np.abs(v) >= self._settings.min_speed
+        s = direction * np.sign(arm_torque)
+        z = np.empty((n, NUM_COLUMNS))
+        z[:, 0] = arm_torque if self._empty.in_signal else 0.0
+        z[:, 1:11] = Y
+        z[:, 11:22] = s[:, None] * z[:, :11]
+        z[:, 22], z[:, 23], z[:, 24], z[:, 25] = direction, v, 1.0, signal
+        z[~used] = 0.0
+        arrays = [discrete_state.get_mutable_vector(group).get_mutable_value() for group in self._groups]
+        self._shape(arrays).add(z, used, self._block_length)
+
+    def _predict_empty(self, fitted: FittedArm, x: Array, vdot: Array, arm_torque: Array) -> Array:
+        self._fitted_model.set_state(x)
+        torque = self._fitted_model.compute_inverse_dynamics(vdot)
+        signal: Array = fitted.gain * (
+            torque + predict_friction(fitted, x[self._robot.num_joints :], vdot, arm_torque)
+        )
+        return signal
+
+    def _shape(self, arrays: list[Array]) -> RunningSums:
+        n = self._robot.num_joints
+        products, block_products, block_sum, counts = arrays
+        square = (n, NUM_COLUMNS, NUM_COLUMNS)
+        return RunningSums(
+            products.reshape(square), block_products.reshape(square), block_sum.reshape(n, NUM_COLUMNS), counts
+        )
+
+    def _calc_statistics(self, context: Context) -> JointStatistics:
+        arrays = [np.array(context.get_discrete_state(group).value()) for group in self._groups]
+        return self._shape(arrays).freeze(self._block_length)
+
+    def _calc_bodies(self, context: Context) -> WeightedBodies:
+        return self._belief.get(context).bodies
+
+    def _calc_belief(self, context: Context) -> LoadBelief:
+        statistics = self._calc_statistics(context)
+        # A seed that is a function of the sums, so that a replayed Context agrees.
+        rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
+        if not statistics.counts.any():
+            return LoadBelief(self._draw_prior(rng), None)
+        fit = fit_statistics(statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS)
+        if self._seen is not None:
+            try:
+                parts = infer_parts(
+                    fit.likelihood,
+                    self._seen.placed,
+                    deviation_sd=self._seen.deviation_sd,
+                    unseen_share=self._settings.unseen_share,
+                    rng=rng,
+                    num_samples=_NUM_SAMPLES,
+                )
+            except NotTheSeenObjectError:
+                pass  # what is held is another object: the camera is left out
+            else:
+                return LoadBelief(parts.bodies, parts)
+        return LoadBelief(draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES), None)
+
+    def _draw_prior(self, rng: np.random.Generator) -> WeightedBodies:
+        if self._seen is None:
+            pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
+        else:
+            pi = self._seen.placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
+        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)))
+
+
+def build_replay(
+    robot: RobotChain,
+    evidence: Evidence,
+    gains: Gains,
+    prior: ChannelPrior,
+    *,
+    solid: SolidPrior | None = None,
+    seen: SeenLoad | None = None,
+    settings: IdentificationSettings = DEFAULT_SETTINGS,
+) -> tuple[Diagram, PayloadIdentifier]:
+    """Builds a Diagram that replays a run, the empty arm already taken off, into an identifier.
+
+    Args:
+        robot: The arm.
+        evidence: The run.
+        gains: Of the run, for the noise of earlier ones.
+        prior: Of gains, friction and the arm's model.
+        solid: Of the body.
+        seen: What a camera says of it; None without one.
+        settings: Of nuisances.
+
+    Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
+    """
+    builder = DiagramBuilder()
+    period = 1.0 / evidence.rate
+    times = period * np.arange(len(evidence.times))
+    least = np.maximum(evidence.least_variance, gains.least_variance)
+    identifier = PayloadIdentifier(
+        robot,
+        prior,
+        period=period,
+        cutoff=evidence.cutoff,
+        least_variance=least,
+        empty=EmptySignal(in_signal=not evidence.is_difference),
+        solid=solid,
+        seen=seen,
+        settings=settings,
+    )
+    builder.AddNamedSystem("payload_identifier", identifier)
+    q, v, vdot = evidence.motion
+    recorded: dict[str, Any] = {"state": np.hstack([q, v]), "vdot": vdot, "signal": evidence.samples.signal}
+    for name, values in recorded.items():
+        source = builder.AddNamedSystem(
+            f"recorded_{name}", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times.tolist(), values.T))
+        )
+        builder.Connect(source.get_output_port(), identifier.GetInputPort(name))
+    diagram = builder.Build()
+    diagram.set_name("payload_replay")
+    return diagram, identifier

@@ -1,0 +1,133 @@
+"""The empty arm by a model: fitted to other runs with an empty hand, or taken from the arm's file."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence import Evidence, no_phantom
+from affordance.identification.fitted_arm import CELL, ArmRegression, FittedArm
+from affordance.identification.gains import Gains
+from affordance.identification.joint_samples import build_joint_samples, restore_compensated
+from affordance.identification.joint_statistics import compute_statistics
+from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass, project_link_errors
+from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.preparation import PreparedRun
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run
+from affordance.identification.settings import IdentificationSettings
+
+# Stretches that are predicted by an arm fitted to the others, and what is left out at either side of them, [cells].
+_STRETCH, _GUARD = 8, 1
+
+
+class EmptyArm(NamedTuple):
+    """An arm's model, with what is known of its errors.
+
+    Attributes:
+        fitted: The model, of all cells.
+        least_variance: Long-run variance of its errors of prediction, shape (n,), in the signal's unit squared.
+        phantom_mass: What an empty hand seems to hold, one standard deviation, [kg].
+        residual: Errors of prediction of each run, where it was left out of the fit, shape (N, n) each.
+    """
+
+    fitted: FittedArm
+    least_variance: Array
+    phantom_mass: float
+    residual: tuple[Array, ...]
+
+
+def fit_empty_arm(
+    robot: RobotChain,
+    runs: Sequence[PreparedRun],
+    signals: Sequence[Array],
+    gains: Gains,
+    settings: IdentificationSettings,
+    kept: Array | None = None,
+) -> EmptyArm:
+    """Fits an arm to empty runs, and measures its errors where it was not fitted.
+
+    Args:
+        robot: The arm.
+        runs: Motions with an empty hand.
+        signals: Of each, shape (N, n).
+        gains: Of the joints.
+        settings: Of noise and nuisances.
+        kept: Which cells of half a second may be used, shape (cells,); None for all.
+    """
+    regression = ArmRegression(robot, runs, signals, gains, settings)
+    allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
+    residuals = [np.full_like(signal, np.nan) for signal in signals]
+    cells = np.flatnonzero(allowed)
+    quadratics, squares, counts = [], np.zeros(robot.num_joints), np.zeros(robot.num_joints)
+    prior = _build_prior(gains, settings)
+    for stretch in np.array_split(cells, max(2, round(len(cells) / _STRETCH))):
+        rest = allowed.copy()
+        rest[max(0, stretch[0] - _GUARD) : stretch[-1] + 1 + _GUARD] = False
+        fitted = regression.fit(rest)
+        for number, (run, signal) in enumerate(zip(runs, signals, strict=True)):
+            of_run = np.flatnonzero(regression.run_of_cell == number)
+            inside = stretch[np.isin(stretch, of_run)] - of_run[0]
+            if not inside.size:
+                continue
+            length = regression.cell_lengths[number]
+            rows = slice(int(inside[0]) * length, (int(inside[-1]) + 1) * length)
+            part = run.select(rows)
+            error = signal[rows] - fitted.predict(part)
+            residuals[number][rows] = error
+            samples = build_joint_samples(
+                robot, part, signal=error, tau_arm=None, arm_torque=np.ones_like(error), settings=settings
+            )
+            statistics = compute_statistics(samples, round(settings.block / CELL) * length)
+            w = np.zeros((robot.num_joints, 26))
+            w[:, -1] = 1.0
+            squares += np.maximum(statistics.sum_block_squares(w), statistics.sum_squares(w))
+            counts += statistics.counts
+            quadratics.append(statistics)
+    variance = squares / np.maximum(counts, 1.0)
+    zero = np.zeros(10)
+    likelihoods = [PayloadLikelihood(statistics, prior, variance).linearise(zero) for statistics in quadratics]
+    phantom_mass = estimate_phantom_mass(likelihoods) if settings.floor else 0.0
+    return EmptyArm(regression.fit(allowed), variance, phantom_mass, tuple(residuals))
+
+
+def build_unpaired_evidence(
+    robot: RobotChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
+) -> Evidence:
+    """Takes a fitted arm's prediction off a loaded run."""
+    predicted = empty_arm.fitted.predict(prepared)
+    signal = restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted
+    arm_torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
+    phantom, covariance = no_phantom()
+    samples = build_joint_samples(
+        robot, prepared, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
+    )
+    if settings.floor:
+        # What was left between stretches of the empty runs, and what they left open of the links on this motion.
+        open_links = project_link_errors(robot, prepared, samples, empty_arm.fitted.link_root)
+        covariance = build_phantom_covariance(empty_arm.phantom_mass) + open_links
+    return Evidence(
+        source=loaded.source,
+        analysis="unpaired: an arm fitted to other runs with an empty hand",
+        kind=loaded.description.kind,
+        channel_names=robot.joint_names,
+        times=prepared.times,
+        samples=samples,
+        motion=prepared.motion,
+        arm_torque=arm_torque,
+        is_difference=True,
+        rate=prepared.rate,
+        cutoff=prepared.cutoff,
+        least_variance=empty_arm.least_variance,
+        phantom=phantom,
+        phantom_covariance=covariance,
+        notes=(f"an empty hand seems to hold {1e3 * empty_arm.phantom_mass:.0f} g now and then",),
+    )
+
+
+def _build_prior(gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
+    num = len(gains.joint_names)
+    phantom, covariance = no_phantom()
+    friction = np.full((num, 3), settings.get_prior(gains.kind).friction_sd)
+    return ChannelPrior(gains.mean, np.zeros((num, 2, 2)), np.zeros((num, 3)), friction, phantom, covariance)

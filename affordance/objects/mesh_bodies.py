@@ -1,0 +1,140 @@
+"""The bodies of a mesh file in metres, each with the colour it shows there."""
+
+import functools
+import logging
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.mesh_reader import Triangles, read_triangles
+from affordance.objects.colour import Colour
+from affordance.objects.overlap import compute_overlap
+from affordance.objects.shells import MeshError, Shell, find_shells
+from affordance.objects.triangle_mesh import TriangleMesh
+
+_LOG = logging.getLogger(__name__)
+
+# Metres in each unit.
+UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
+# What a hand can hold and swing: nothing longer than a metre or shorter than a coin is thick, [m].
+LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
+# A fraction of volume that is counted twice is worth a warning from here on: assemblies with threads, splines and
+# press fits drawn into each other have up to 1.1 %.
+_LARGE_OVERLAP = 0.02
+
+
+class Body(NamedTuple):
+    """One body of a mesh, cavities taken out.
+
+    Attributes:
+        solid: In a frame E of its own, with Eo in its centroid.
+        p_FEo: Where Eo is in the frame F of the file, whose axes E has, shape (3,), [m].
+        number: Its number in the order of the file.
+        cavities: The numbers of its cavities, which are counted like bodies.
+        colour: What most of its surface shows in the file; None if the file does not say.
+    """
+
+    solid: TriangleMesh
+    p_FEo: Array
+    number: int
+    cavities: tuple[int, ...]
+    colour: Colour | None
+
+
+class Bodies(NamedTuple):
+    """What a mesh file holds.
+
+    Attributes:
+        bodies: In the order of the file.
+    """
+
+    bodies: tuple[Body, ...]
+
+    @property
+    def num_shells(self) -> int:
+        """How many closed surfaces there are, cavities included."""
+        return sum(1 + len(body.cavities) for body in self.bodies)
+
+
+def load_bodies(path: Path, unit: str) -> Bodies:
+    """Reads the bodies of a mesh file; the same file is read once.
+
+    Args:
+        path: An OBJ, PLY or STL file.
+        unit: In which it is written, one of UNITS.
+
+    Raises:
+        BadValueError: The file cannot be read, a surface is open or wound both ways, or the size is no tool's.
+    """
+    try:
+        changed = path.stat().st_mtime_ns
+    except OSError:
+        changed = 0  # reading it says what is wrong
+    return _load_bodies(path, unit, changed)
+
+
+@functools.lru_cache(maxsize=64)
+def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
+    triangles = read_triangles(path)
+    _check_size(path, triangles, unit)
+    vertices = UNITS[unit] * triangles.vertices
+    try:
+        found = find_shells(vertices, triangles.faces)
+    except MeshError as error:
+        raise BadValueError(path, "", str(error)) from error
+    for repair in found.repairs:
+        _LOG.warning("%s: %s", path, repair)
+    overlap = compute_overlap([shell.solid for shell in found.shells])
+    if not overlap <= _LARGE_OVERLAP:
+        much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
+        _LOG.warning("%s: %s lies in two bodies at once, and is counted twice", path, much)
+    return Bodies(tuple(_make_body(shell, vertices, triangles) for shell in found.shells))
+
+
+def merge(bodies: Bodies) -> Body:
+    """All bodies of a mesh as one."""
+    vertices, faces, count = [], [], 0
+    for body in bodies.bodies:
+        vertices.append(body.solid.vertices + body.p_FEo)
+        faces.append(body.solid.faces + count)
+        count += len(body.solid.vertices)
+    solid, p_FEo = TriangleMesh(np.concatenate(vertices), np.concatenate(faces)).centre()
+    colours = {body.colour for body in bodies.bodies}
+    return Body(solid, p_FEo, 0, (), colours.pop() if len(colours) == 1 else None)
+
+
+def _make_body(shell: Shell, vertices: Array, triangles: Triangles) -> Body:
+    solid, p_FEo = shell.solid.centre()
+    return Body(solid, p_FEo, shell.number, shell.cavities, _find_colour(shell, vertices, triangles))
+
+
+def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
+    """The colour of most of the area, if the file gives any."""
+    corners = vertices[triangles.faces[shell.faces]]
+    areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+    colours = triangles.colours[shell.faces]
+    known = np.isfinite(colours).all(axis=1)
+    if not known.any():
+        return None
+    shades, index = np.unique(np.round(255.0 * colours[known]), axis=0, return_inverse=True)
+    most = shades[int(np.argmax(np.bincount(index.ravel(), weights=areas[known])))] / 255.0
+    return float(most[0]), float(most[1]), float(most[2])
+
+
+def _check_size(path: Path, triangles: Triangles, unit: str) -> None:
+    used = triangles.vertices[np.unique(triangles.faces)]
+    length = float((used.max(axis=0) - used.min(axis=0)).max())
+    if LENGTH_MIN <= UNITS[unit] * length <= LENGTH_MAX:
+        return
+    fitting = [f"{UNITS[other] * length:.3g} m in {other}" for other in UNITS if _fits(UNITS[other] * length)]
+    hint = f"; it would be {', '.join(fitting)}" if fitting else ""
+    bounds = f"must be from {LENGTH_MIN:g} to {LENGTH_MAX:g} m"
+    raise BadValueError(path, "", f"is {UNITS[unit] * length:.3g} m long if its unit is {unit}, {bounds}{hint}")
+
+
+def _fits(length: float) -> bool:
+    """Whether a length is that of a tool rather than merely possible, [m]."""
+    return 0.02 <= length <= LENGTH_MAX

@@ -1,0 +1,36 @@
+"""How much of a tool's meshes is counted twice, where bodies reach into each other."""
+
+import itertools
+from collections.abc import Sequence
+
+import manifold3d
+import numpy as np
+
+from affordance.objects.triangle_mesh import TriangleMesh
+
+# Its own tolerances are made for millimetres.
+_SCALE = 1e3
+
+
+def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
+    """Computes the volume that pairs of solids share, as a fraction of the sum of their volumes.
+
+    Args:
+        solids: In one common frame.
+
+    Returns: The fraction; NaN if a surface runs through itself, so that what it bounds is not one body.
+    """
+    bodies = [_convert(solid) for solid in solids]
+    if any(body.status() != manifold3d.Error.NoError for body in bodies):
+        return float("nan")
+    shared = 0.0
+    for one, other in itertools.combinations(bodies, 2):
+        (low, high), (other_low, other_high) = (np.reshape(body.bounding_box(), (2, 3)) for body in (one, other))
+        if (np.maximum(low, other_low) < np.minimum(high, other_high)).all():
+            shared += (one ^ other).volume()
+    return float(shared / sum(body.volume() for body in bodies))
+
+
+def _convert(solid: TriangleMesh) -> manifold3d.Manifold:
+    vertices = np.ascontiguousarray(_SCALE * solid.vertices)
+    return manifold3d.Manifold(manifold3d.Mesh64(vertices, np.ascontiguousarray(solid.faces.astype(np.uint64))))

@@ -1,0 +1,182 @@
+"""Which faces of a mesh bound one body, and whether they bound one at all.
+
+Programs for mechanical design write the bodies of an assembly one after the other into one mesh. Where two of them
+touch along an edge, four faces meet there, and only the order in the file says which two belong together. A surface
+that is wound inwards and lies within another is the wall of a cavity.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from affordance.arrays import Array
+from affordance.objects.triangle_mesh import Faces, TriangleMesh, find_open_edges, integrate_faces
+
+# Corners nearer to each other than this are one: single floats in millimetres differ by 0.02 um, [m].
+_WELD = 1e-7
+# The same where only that closes a surface: no wall of a hand tool is as thin, [m].
+_WIDE_WELD = 1e-5
+
+
+class MeshError(ValueError):
+    """Faces that bound no solid."""
+
+
+class Shell(NamedTuple):
+    """A body of a mesh.
+
+    Attributes:
+        solid: Its surface and those of its cavities, in the frame of the file.
+        number: Its number in the order of the file; cavities are counted, too.
+        cavities: The numbers of its cavities.
+        faces: Which faces of the file it is made of, (k,).
+    """
+
+    solid: TriangleMesh
+    number: int
+    cavities: tuple[int, ...]
+    faces: NDArray[np.intp]
+
+
+class Shells(NamedTuple):
+    """The bodies of a mesh.
+
+    Attributes:
+        shells: In the order of the file.
+        repairs: What had to be done to get them, in words; empty if nothing.
+    """
+
+    shells: tuple[Shell, ...]
+    repairs: tuple[str, ...]
+
+
+def find_shells(vertices: Array, faces: Faces) -> Shells:
+    """Takes a mesh apart into the bodies it was written from.
+
+    Args:
+        vertices: Corners, shape (n, 3), [m]; the same corner may stand there several times.
+        faces: Three corners a face, shape (m, 3), in the order of the file.
+
+    Raises:
+        MeshError: A surface is open, neighbouring faces are wound against each other, or a body has no volume.
+    """
+    repairs = []
+    points, corner = weld(vertices)
+    proper = find_proper_faces(corner[faces])
+    if proper.any() and len(find_open_edges(corner[faces][proper])):
+        wide_points, wide_corner = join_near(vertices)
+        wide = find_proper_faces(wide_corner[faces])
+        if wide.any() and not len(find_open_edges(wide_corner[faces][wide])):
+            points, corner, proper = wide_points, wide_corner, wide
+            repairs.append(f"was closed by joining corners less than {1e3 * _WIDE_WELD:g} mm apart")
+    rows, faces = np.flatnonzero(proper), corner[faces]
+    labels = split_faces(points, faces[rows])
+    count = int(labels.max()) + 1
+    bodies = [faces[rows[labels == number]] for number in range(count)]
+    volumes = np.array([integrate_faces(points, body)[3, 3] for body in bodies])
+    cavities: dict[int, list[int]] = {number: [] for number in range(count) if volumes[number] > 0.0}
+    for number in np.flatnonzero(volumes <= 0.0).tolist():
+        around = [k for k in cavities if contains(points, bodies[k], points[bodies[number][0]].mean(axis=0))]
+        if around and -volumes[number] < min(volumes[k] for k in around):
+            cavities[min(around, key=lambda k: float(volumes[k]))].append(number)
+        elif volumes[number] < 0.0:
+            bodies[number] = bodies[number][:, ::-1]
+            cavities[number] = []
+            repairs.append(f"shell {number} was wound inwards, and was turned outwards")
+        else:
+            raise MeshError(f"shell {number} bounds no volume")
+    shells = []
+    for number, inner in sorted(cavities.items()):
+        parts = (number, *inner)
+        surface = np.concatenate([bodies[k] for k in parts])
+        used, index = np.unique(surface, return_inverse=True)
+        solid = TriangleMesh(points[used], index.reshape(surface.shape))
+        shells.append(Shell(solid, number, tuple(inner), rows[np.isin(labels, parts)]))
+    return Shells(tuple(shells), tuple(repairs))
+
+
+def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
+    """Makes equal corners one; returns the corners, (k, 3), and which of them each vertex is, (n,)."""
+    _, first, index = np.unique(
+        np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
+    )
+    return vertices[first], index.ravel()
+
+
+def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
+    """The same for corners that are near each other, though not equal."""
+    pairs = cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
+    size = len(vertices)
+    graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
+    count, labels = connected_components(graph, directed=False)
+    joined = np.zeros((count, 3))
+    np.add.at(joined, labels, vertices)
+    return joined / np.bincount(labels, minlength=count)[:, None], labels.astype(np.intp)
+
+
+def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
+    """Which faces have three different corners, (m,)."""
+    proper: NDArray[np.bool_] = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+    return proper
+
+
+def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
+    """Numbers the body of each face, (m,), in the order of the file.
+
+    Args:
+        points: Corners, each once, shape (n, 3), [m].
+        faces: Three different corners a face, shape (m, 3).
+
+    Raises:
+        MeshError: An edge is not run through equally often both ways.
+    """
+    broken = find_open_edges(faces) if len(faces) else np.zeros((0, 2), dtype=np.intp)
+    if len(broken) or not len(faces):
+        if not len(faces):
+            raise MeshError("has no face with an area")
+        x, y, z = points[broken[0]].mean(axis=0)
+        raise MeshError(
+            f"has {len(broken)} edges that are open, or between faces wound against each other, the first near "
+            f"({x:.4g}, {y:.4g}, {z:.4g}) m; a solid must be closed"
+        )
+    start, end = faces.T.ravel(), np.roll(faces, -1, axis=1).T.ravel()
+    face = np.tile(np.arange(len(faces)), 3)
+    key = np.minimum(start, end) * np.int64(len(points)) + np.maximum(start, end)
+    order = np.lexsort((face, start > end, key))
+    key, face = key[order], face[order]
+    begins = np.flatnonzero(np.diff(key, prepend=-1))
+    sizes = np.diff(begins, append=len(key))
+    simple = begins[sizes == 2]
+    one, other = [face[simple]], [face[simple + 1]]
+    for begin, size in zip(begins[sizes > 2], sizes[sizes > 2], strict=True):
+        there, back = face[begin : begin + size // 2], face[begin + size // 2 : begin + size]
+        i, j = linear_sum_assignment(np.abs(there[:, None] - back))
+        one.append(there[i])
+        other.append(back[j])
+    i, j = np.concatenate(one), np.concatenate(other)
+    graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(len(faces),) * 2)
+    _, labels = connected_components(graph, directed=False)
+    # In the order of their first faces.
+    _, first = np.unique(labels, return_index=True)
+    rank = np.empty(len(first), dtype=np.intp)
+    rank[np.argsort(first)] = np.arange(len(first))
+    return rank[labels]
+
+
+def contains(points: Array, faces: Faces, point: Array) -> bool:
+    """Says whether a point lies within a closed surface, by the solid angle its faces cover as seen from there.
+
+    tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) of each face (Van Oosterom and
+    Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).
+    """
+    a, b, c = np.moveaxis(points[faces] - point, 1, 0)
+    la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))
+    numerator = np.einsum("mi,mi->m", a, np.cross(b, c))
+    products = [np.einsum("mi,mi->m", one, other) for one, other in ((a, b), (b, c), (c, a))]
+    denominator = la * lb * lc + products[0] * lc + products[1] * la + products[2] * lb
+    return bool(abs(2.0 * np.arctan2(numerator, denominator).sum()) > 2.0 * np.pi)

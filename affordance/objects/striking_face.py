@@ -1,0 +1,67 @@
+"""The faces of a tool that are made to strike, as its file names them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.inertia import Shape
+
+# How far a part may reach beyond the plane of a face that is named on it: what rounded points are off by, [m].
+PLANE_TOLERANCE = 2e-4
+# Directions in which it is asked whether a point lies beyond a part, 5 degrees apart.
+_NUM_DIRECTIONS = 1600
+
+
+@dataclass(frozen=True, eq=False)
+class StrikingFace:
+    """A place of a part that meets what is struck.
+
+    Attributes:
+        name: Its name in the tools file.
+        p_EQ: Its middle, in the frame E of the part, shape (3,), read-only, [m].
+        normal_E: Its outward normal, a unit vector, shape (3,), read-only.
+    """
+
+    name: str
+    p_EQ: Array
+    normal_E: Array
+
+    def __post_init__(self) -> None:
+        """Keeps read-only copies."""
+        for name in ("p_EQ", "normal_E"):
+            copy = np.array(getattr(self, name), dtype=float)
+            copy.setflags(write=False)
+            object.__setattr__(self, name, copy)
+
+    def express(self, X_TE: Array) -> tuple[Array, Array]:
+        """Its middle p_TQ and its normal in T, by the pose of the part, shape (4, 4)."""
+        return X_TE[:3, :3] @ self.p_EQ + X_TE[:3, 3], X_TE[:3, :3] @ self.normal_E
+
+
+def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
+    """Finds which part has a face at a point, on its convex hull: what is struck must not meet another place first.
+
+    The hull of a part ends along a unit vector d at h(d), so a point p lies on a face of normal n if h(n) = n . p and
+    d . p <= h(d) for all d.
+
+    Args:
+        parts: Solids and their poses X_TE.
+        p_TQ: The point, shape (3,), [m].
+        normal_T: Outward normal, a unit vector, shape (3,).
+
+    Returns: Index of the part, and by how much the point misses its face, [m].
+    """
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
+    z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS
+    across = np.sqrt(1.0 - z**2)
+    directions = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
+    gaps = []
+    for shape, X_TE in parts:
+        R_TE = X_TE[:3, :3]
+        p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
+        behind = float(normal_E @ (shape.find_support(normal_E) - p_EQ))
+        gaps.append(max(abs(behind), *(float(d @ (p_EQ - shape.find_support(d))) for d in directions)))
+    best = int(np.argmin(gaps))
+    return best, gaps[best]

@@ -1,0 +1,165 @@
+"""Solids bounded by triangles, with exact integrals over their volume.
+
+A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise as seen from outside, has the signed
+volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
+
+    integral x x^T dV = d (s s^T + sum_k p_k p_k^T) / 20,    integral x dV = d s / 4
+
+summed over all faces they are those of the solid, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics and
+Applications 4:35-42, from memory).
+"""
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+
+type Faces = NDArray[np.intp]
+
+# Corners that lie this much less far along a direction than the farthest one lie on the same face: coordinates in
+# millimetres as single floats are rounded to 0.02 um, [m].
+_SAME_FACE = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh:
+    """A solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
+
+    Attributes:
+        vertices: Corners in E, shape (n, 3), read-only, [m].
+        faces: Three corners a face, counter-clockwise as seen from outside the material, shape (m, 3), read-only.
+    """
+
+    vertices: Array
+    faces: Faces
+
+    def __post_init__(self) -> None:
+        """Keeps read-only copies.
+
+        Raises:
+            ValueError: The faces refer to corners there are not, leave the surface open, or bound no volume.
+        """
+        vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
+        if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
+            shapes = f"vertices are {vertices.shape} and faces {faces.shape}"
+            raise ValueError(f"{shapes}, must be (n, 3) and (m, 3) with at least one face")
+        if not np.isfinite(vertices).all():
+            raise ValueError("vertices are not all finite")
+        if faces.min() < 0 or faces.max() >= len(vertices):
+            raise ValueError(f"faces refer to corners {faces.min()} to {faces.max()}, there are {len(vertices)}")
+        open_edges = find_open_edges(faces)
+        if len(open_edges):
+            raise ValueError(f"the surface has {len(open_edges)} open edges, must be closed and wound one way")
+        for array in (vertices, faces):
+            array.setflags(write=False)
+        object.__setattr__(self, "vertices", vertices)
+        object.__setattr__(self, "faces", faces)
+        if not self.volume > 0.0:
+            raise ValueError(f"the faces bound a volume of {self.volume:g} m^3, must be wound to bound more than 0")
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, TriangleMesh) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    @cached_property
+    def _digest(self) -> bytes:
+        """What tells one mesh from another."""
+        content = hashlib.sha256(self.vertices.tobytes())
+        content.update(self.faces.tobytes())
+        return content.digest()
+
+    @cached_property
+    def _box(self) -> tuple[Array, Array]:
+        """Least and largest coordinates of what is used of the corners, (3,) each, [m]."""
+        used = self.vertices[np.unique(self.faces)]
+        return used.min(axis=0), used.max(axis=0)
+
+    @property
+    def sizes(self) -> Array:
+        """Lengths of the box around it along Ex, Ey, Ez, shape (3,), [m]."""
+        low, high = self._box
+        return high - low
+
+    @property
+    def volume(self) -> float:
+        """Volume, [m^3]."""
+        return float(self._unit_pseudo_inertia[3, 3])
+
+    def with_sizes(self, sizes: Array) -> "TriangleMesh":
+        """Returns it stretched about Eo to another box, shape (3,), [m]; itself if the box is its own."""
+        if np.array_equal(sizes, self.sizes):
+            return self
+        return TriangleMesh(self.vertices * (sizes / self.sizes), self.faces)
+
+    def move(self, X: Array) -> "TriangleMesh":
+        """Returns it moved by a pose, shape (4, 4)."""
+        return TriangleMesh(self.vertices @ X[:3, :3].T + X[:3, 3], self.faces)
+
+    def centre(self) -> tuple["TriangleMesh", Array]:
+        """Returns it with Eo in its centroid, and where that was, shape (3,), [m]."""
+        J = self._unit_pseudo_inertia
+        centroid = J[:3, 3] / J[3, 3]
+        return TriangleMesh(self.vertices - centroid, self.faces), centroid
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        return self._unit_pseudo_inertia.copy()
+
+    def find_support(self, direction_E: Array) -> Array:
+        """The middle of the corners that lie farthest along a direction, shape (3,), [m]."""
+        reach = self._hull_corners @ (direction_E / np.linalg.norm(direction_E))
+        support: Array = self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
+        return support
+
+    def compute_curvature_radius(self, direction_E: Array) -> float:
+        """Infinite, as faces are flat; what triangles stand for a curved surface is not asked."""
+        return np.inf
+
+    @cached_property
+    def _hull_corners(self) -> Array:
+        """The corners that are used, each once, (n, 3), [m]."""
+        return np.unique(self.vertices[np.unique(self.faces)], axis=0)
+
+    @cached_property
+    def _unit_pseudo_inertia(self) -> Array:
+        return integrate_faces(self.vertices, self.faces)
+
+
+def integrate_faces(vertices: Array, faces: Faces) -> Array:
+    """Pseudo-inertia at 1 kg/m^3 of what closed surfaces bound, about the origin, shape (4, 4).
+
+    Args:
+        vertices: Corners, shape (n, 3), [m].
+        faces: Three corners a face, shape (m, 3); negative volumes are those of surfaces wound inwards.
+    """
+    # About the middle of the corners, where less cancels.
+    middle = vertices[faces[:, 0]].mean(axis=0)
+    corners = vertices[faces] - middle  # (m, 3, 3)
+    d = np.einsum("mi,mi->m", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
+    s = corners.sum(axis=1)
+    J = np.zeros((4, 4))
+    J[:3, :3] = (np.einsum("m,mi,mj->ij", d, s, s) + np.einsum("m,mki,mkj->ij", d, corners, corners)) / 20.0
+    J[:3, 3] = J[3, :3] = d @ s / 4.0
+    J[3, 3] = d.sum()
+    X = np.eye(4)
+    X[:3, 3] = middle
+    moved: Array = X @ J @ X.T
+    return moved
+
+
+def find_open_edges(faces: Faces) -> NDArray[np.intp]:
+    """Edges, as pairs of corners, that are not run through equally often both ways, shape (k, 2); (m, 3) faces."""
+    start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
+    proper = start != end
+    start, end = start[proper], end[proper]
+    span = np.int64(faces.max()) + 1
+    keys, index = np.unique(np.minimum(start, end) * span + np.maximum(start, end), return_inverse=True)
+    balance = np.bincount(index, weights=np.where(start < end, 1.0, -1.0), minlength=len(keys))
+    broken = keys[balance != 0.0]
+    return np.column_stack([broken // span, broken % span]).astype(np.intp)

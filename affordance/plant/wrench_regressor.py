@@ -1,0 +1,80 @@
+"""The wrench that moves a held body is linear in its inertial parameters, and so are the torques along trajectories.
+
+By the Newton-Euler equations of the tool about To, with a the acceleration of To less gravity, alpha and w its
+angular acceleration and velocity, all expressed in T:
+
+    f = m a + alpha x (m p) + w x (w x (m p)),    n = (m p) x a + I alpha + w x I w
+
+so the wrench is W pi with W of shape (6, 10), and Y = Jv_V_WT^T W. Order of pi: see inertia.py.
+"""
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.chain_kinematics import ChainMotion, SerialChain
+
+
+def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
+    """Computes Y along a trajectory, all samples at once.
+
+    Args:
+        chain: The arm's chain from W to T.
+        q: Joint angles, shape (N, num_joints), [rad].
+        v: Joint rates, shape (N, num_joints), [rad/s].
+        vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
+
+    Returns: Y, shape (N, num_joints, 10).
+    """
+    motion = chain.compute_motion(q, v, vdot)
+    wrench = _compute_wrench_along(chain, motion)
+    wrench_W = motion.R_WT[:, None] @ wrench.reshape(-1, 2, 3, NUM_PARAMETERS)
+    Y: Array = motion.Jv_V_WT.transpose(0, 2, 1) @ wrench_W.reshape(-1, 6, NUM_PARAMETERS)
+    return Y
+
+
+def compute_wrench_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
+    """Computes W along a trajectory: the moment about To and the force that move a tool, [n; f] = W pi, in T.
+
+    Args:
+        chain: The arm's chain from W to T.
+        q: Joint angles, shape (N, num_joints), [rad].
+        v: Joint rates, shape (N, num_joints), [rad/s].
+        vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
+
+    Returns: W, shape (N, 6, 10), moment first.
+    """
+    return _compute_wrench_along(chain, chain.compute_motion(q, v, vdot))
+
+
+def _compute_wrench_along(chain: SerialChain, motion: ChainMotion) -> Array:
+    motion_W = np.stack([motion.a_WT - chain.gravity_W, motion.alpha_WT, motion.w_WT], axis=1)  # (N, 3, 3)
+    return compute_wrench_regressor(motion_W @ motion.R_WT)  # (N, 6, 10)
+
+
+def compute_wrench_regressor(motion: Array) -> Array:
+    """Computes W with [n; f] = W pi from the rows a, alpha and w, (..., 3, 3), all in T; shape (..., 6, 10)."""
+    w = motion[..., 2, :]
+    linear = np.concatenate([motion[..., 0, :], motion[..., 1, :], w[..., _FIRST] * w[..., _SECOND]], axis=-1)
+    W: Array = (linear @ _WRENCH_MAP).reshape(*motion.shape[:-2], 6, NUM_PARAMETERS)
+    return W
+
+
+def _build_wrench_regressor(linear: Array) -> Array:
+    """Builds W from a, alpha and the products wx wx, wy wy, wz wz, wx wy, wx wz, wy wz, in which it is linear."""
+    ax, ay, az, bx, by, bz, xx, yy, zz, xy, xz, yz = linear
+    W = np.zeros((6, NUM_PARAMETERS))
+    # Moment n: h x a with h = m p, then I alpha + w x (I w) in the order Ixx, Iyy, Izz, Ixy, Ixz, Iyz.
+    W[:3, 1:4] = [[0, az, -ay], [-az, 0, ax], [ay, -ax, 0]]
+    W[:3, 4:7] = [[bx, -yz, yz], [xz, by, -xz], [-xy, xy, bz]]
+    W[:3, 7:] = [[by - xz, bz + xy, yy - zz], [bx + yz, zz - xx, bz - xy], [xx - yy, bx - yz, by + xz]]
+    # Force f: m a + ([alpha]x + [w]x [w]x) h.
+    W[3:, 0] = [ax, ay, az]
+    W[3:, 1:4] = [[-yy - zz, xy - bz, xz + by], [xy + bz, -xx - zz, yz - bx], [xz - by, yz + bx, -xx - yy]]
+    return W
+
+
+# The products of the components of w, in the order above, as pairs of indices.
+_FIRST, _SECOND = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
+# W is linear in twelve numbers: one matrix product builds it for any number of samples, (12, 60).
+_WRENCH_MAP = np.array([_build_wrench_regressor(unit).ravel() for unit in np.eye(12)])

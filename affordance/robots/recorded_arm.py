@@ -1,0 +1,113 @@
+"""The arm of a robot's file as identification wants it: a chain of joints, and what its links weigh.
+
+Nothing is written and no limit is asked for, as nothing will move. Joints beside the chain are frozen where they are
+by default; what hangs on them counts to the link they hang on.
+"""
+
+from pathlib import Path
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
+from pydrake.systems.framework import Context
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError, ModelFileError
+from affordance.identification.robot_chain import RobotChain
+from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
+from affordance.plant.arm import HAND_FRAME, parse_arm
+from affordance.plant.chain_kinematics import SerialChain
+from affordance.robots.chain import Chain, find_chain
+from affordance.robots.description import Description
+from affordance.robots.frozen import freeze
+from affordance.robots.reader import read_robot
+from affordance.robots.tree import RobotTree, build_tree, list_joints_above
+
+
+def load_robot(path: Path, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:
+    """Reads an arm.
+
+    Args:
+        path: A URDF, SDF or MJCF file, or Drake model directives (.dmd.yaml).
+        tip: Link (or frame) to which the payload is fixed.
+        base: Link in which gravity and poses are expressed and above which all joints are still; None to find where
+            the limb begins, and there the uppermost link that is fixed to the next.
+
+    Raises:
+        BadValueError: The file cannot be read, or lacks the tip or the base, or joints between them are not
+            revolute, or a link of the chain has an impossible inertia.
+        ModelFileError: Drake cannot parse it.
+    """
+    is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))
+    tree = _build_directives(path) if is_directives else build_tree(read_robot(path))
+    chain = find_chain(tree, tip, base)
+    context, _ = freeze(tree, chain, {})
+    root = chain.base if base is not None else _find_root(tree, chain.base)
+    return RobotChain(
+        str(path),
+        tuple(joint.name() for joint in chain.joints),
+        tip,
+        _read_chain(tree, context, root.body_frame(), chain),
+        _read_links(tree, context, chain),
+    )
+
+
+def _build_directives(path: Path) -> RobotTree:
+    """One of our own arms."""
+    if not path.exists():
+        raise ModelFileError(path, "does not exist")
+    plant = MultibodyPlant(0.0)
+    parse_arm(plant, path)
+    plant.Finalize()
+    return RobotTree(Description(path, "directives", "", {}, {}, {}), plant, list_joints_above(plant), ())
+
+
+def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
+    """The uppermost link that the base is fixed to; drivers give gravity and poses in it."""
+    for joint in tree.climb(base):
+        if joint.num_velocities() or joint.parent_body().name() == "world":
+            break
+        base = joint.parent_body()
+    return base
+
+
+def _read_chain(tree: RobotTree, context: Context, root: Frame, chain: Chain) -> SerialChain:
+    poses: list[RigidTransform] = []
+    previous = root
+    for joint in chain.joints:
+        poses.append(joint.frame_on_parent().CalcPose(context, previous))
+        previous = joint.frame_on_child()
+    X_MT = chain.tip.CalcPose(context, previous)
+    return SerialChain(
+        np.array([X_PF.rotation().matrix() for X_PF in poses]),
+        np.array([X_PF.translation() for X_PF in poses]),
+        np.array([joint.revolute_axis() for joint in chain.joints]),
+        X_MT.rotation().matrix(),
+        X_MT.translation(),
+        tree.plant.gravity_field().gravity_vector(),
+    )
+
+
+def _read_links(tree: RobotTree, context: Context, chain: Chain) -> Array:
+    """Parameters of each link of the chain with all that hangs on it, shape (num_joints, 10)."""
+    slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
+    groups: list[list[BodyIndex]] = [[] for _ in chain.joints]
+    for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
+        body = tree.plant.get_body(index)
+        above = [index, *(joint.parent_body().index() for joint in tree.climb(body))]
+        slot = next((slots[each] for each in above if each in slots), None)
+        if slot is None:
+            continue
+        fault = tree.description.faults.get(body.name())
+        if fault:
+            raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
+        if body.default_mass() > 0.0:
+            groups[slot].append(index)
+    parameters = np.zeros((len(groups), NUM_PARAMETERS))
+    for joint, group, row in zip(chain.joints, groups, parameters, strict=True):
+        if group:
+            row[:] = parameters_from_spatial_inertia(
+                tree.plant.CalcSpatialInertia(context, joint.frame_on_child(), group)
+            )
+    return parameters

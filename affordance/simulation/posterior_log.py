@@ -1,0 +1,54 @@
+"""A log of the posterior as it grows within a trial; Drake's own logs take vectors only."""
+
+from typing import NamedTuple
+
+from pydrake.systems.framework import Context
+
+from affordance.belief.object_belief import ObjectBelief
+from affordance.drake_system import ObjectParameter, SampledSystem, Source
+
+
+class LoggedPosterior(NamedTuple):
+    """An entry of the log.
+
+    Attributes:
+        time: Since the trial began, [s].
+        belief: The posterior given every sample before this time; at 0 the visual prior.
+    """
+
+    time: float
+    belief: ObjectBelief
+
+
+class PosteriorLog(SampledSystem):
+    """Logs what is believed of the object, by publish events, which come before the updates of their time.
+
+    So an entry has not heard of the sample that is taken at its time. The last one, at the end of the presentation,
+    has heard of all: it is the posterior that the memory takes over.
+
+    As with a VectorLogSink the entries lie in the Context, so that one Diagram serves any number of trials. They are
+    a parameter, which each event replaces by a longer one.
+
+    Input ports:
+        posterior: Belief given the samples so far, ObjectBelief.
+    """
+
+    def __init__(self, period: float, duration: float) -> None:
+        """Declares events at the beginning, every period, and at the end of a presentation of a duration, [s]."""
+        super().__init__()
+        self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
+        self._entries: ObjectParameter[tuple[LoggedPosterior, ...]] = self.declare_object_parameter(())
+        self.DeclareInitializationPublishEvent(self._log)
+        # From the first period on, as samples are taken: times that are added up differently differ by rounding.
+        self.DeclarePeriodicPublishEvent(period, period, self._log)
+        self.DeclarePeriodicPublishEvent(duration, duration, self._log)
+
+    def get_entries(self, context: Context) -> tuple[LoggedPosterior, ...]:
+        """Returns the entries so far, in order of time."""
+        return self._entries.get(context)
+
+    def _log(self, context: Context) -> None:
+        entry = LoggedPosterior(context.get_time(), self._posterior.Eval(context))
+        # An integrator that is changed on the way publishes that moment twice: the last counts.
+        earlier = [each for each in self._entries.get(context) if each.time < entry.time]
+        self._entries.set(context, (*earlier, entry))

@@ -1,0 +1,155 @@
+"""A solid between what is seen of an object from above and, once it is turned over, from below.
+
+Frame P is that of the object as it is presented: Pz towards the camera in the first view. Both surfaces are looked up
+on one grid of upright columns. What a column shows above and below is of one look or of two, which then share it.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.column_solid import ColumnSolid
+from affordance.vision.pixels.rgbd import Camera, Labels, Mask
+from affordance.vision.pixels.silhouette import spread_nearest
+from affordance.vision.pixels.surface import Surface
+
+# Distance between columns: that of the pixels of a camera of 1280 columns at 0.6 m, [m].
+SPACING = 5e-4
+# Room around what is seen, [m].
+_ROOM = 5e-3
+# Steps of the search for the pixel that shows a place: each is nearer where the view is steeper than the surface.
+_STEPS = 12
+# A pixel shows a place if it looks there as nearly, [pixels].
+_MAX_MISS = 1.5
+# Gaps of fewer columns than this between others are closed.
+_GAP = 5
+# An object is about as high as three quarters of what is seen of it, for some of it may stick out, [%].
+_HEIGHT_PERCENTILE = 75.0
+_UNKNOWN = -1
+
+
+class View(NamedTuple):
+    """A surface with the look of each of its pixels, and the camera that saw it.
+
+    Attributes:
+        surface: Depth and mask in a window of the picture.
+        labels: Number of the look of each pixel, -1 where there is none, (height, width).
+        camera: The camera.
+        X_PC: Its pose, looking along Pz or against it, shape (4, 4).
+    """
+
+    surface: Surface
+    labels: Labels
+    camera: Camera
+    X_PC: Array
+
+
+class _Sheet(NamedTuple):
+    """A surface on the grid: where it is, how high, (rows, columns), [m], and which look."""
+
+    there: Mask
+    height: Array
+    label: Labels
+
+
+def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
+    """Builds the solid of each look between two views from opposite sides, by the look's number; posed in P."""
+    x, y = _lay_grid([above, below])
+    sheets = [_look_up(view, x, y) for view in (above, below)]
+    # At the outline the two may disagree: half a column then stands where only one of them is.
+    share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
+    top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
+    labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
+    return _collect(x, y, share=share, bottom=np.minimum(bottom, top), top=top, labels=labels)
+
+
+def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
+    """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
+
+    It is mirrored at half of the object's height. Nothing is below the stand, and every column reaches at least half
+    of the way down to it: what is seen low lies on it, what is seen high may be held up by something else.
+
+    Args:
+        above: The view.
+        stand_height: Of the stand's top along Pz, [m].
+    """
+    x, y = _lay_grid([above])
+    sheet = _look_up(above, x, y)
+    top = spread_nearest(sheet.height, sheet.there)
+    height = float(np.percentile(top[sheet.there], _HEIGHT_PERCENTILE)) - stand_height
+    halfway = 0.5 * (top + stand_height)
+    bottom = np.clip(2.0 * stand_height + height - top, stand_height, np.maximum(halfway, stand_height))
+    label = spread_nearest(sheet.label, sheet.there)
+    return _collect(x, y, share=sheet.there.astype(float), bottom=bottom, top=top, labels=[label, label])
+
+
+def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
+    """Places of the columns along Px and Py, (columns,) and (rows,), [m]."""
+    points = []
+    for view in views:
+        rows, columns = np.nonzero(view.surface.mask)
+        rays = view.camera.compute_rays(np.column_stack([columns, rows]) + view.surface.corner)
+        p_CQ = rays * view.surface.depth[rows, columns][:, None]
+        points.append(p_CQ @ view.X_PC[:2, :3].T + view.X_PC[:2, 3])
+    low = np.min([p.min(axis=0) for p in points], axis=0) - _ROOM
+    high = np.max([p.max(axis=0) for p in points], axis=0) + _ROOM
+    return np.arange(low[0], high[0], SPACING), np.arange(low[1], high[1], SPACING)
+
+
+def _look_up(view: View, x: Array, y: Array) -> _Sheet:
+    """Finds for each column the pixel that shows its end.
+
+    A point of depth z over (x, y) is seen at pixel f (x, y) / z: depth there gives a better z, and so on.
+    """
+    X_CP = np.linalg.inv(view.X_PC)
+    px, py = np.meshgrid(x, y)
+    cx, cy = (X_CP[i, 0] * px + X_CP[i, 1] * py + X_CP[i, 3] for i in (0, 1))
+    surface, f = view.surface, view.camera.focal_length
+    centre = np.array(view.camera.centre) - surface.corner
+    height, width = surface.mask.shape
+    depth = surface.depth.astype(np.float32)
+    z = np.full(px.shape, float(np.percentile(surface.depth[surface.mask], 50.0)))
+    for _ in range(_STEPS):
+        column, row = f * cx / z + centre[0], f * cy / z + centre[1]
+        z = cv2.remap(
+            depth,
+            column.astype(np.float32),
+            row.astype(np.float32),
+            cv2.INTER_NEAREST,
+            borderMode=cv2.BORDER_REPLICATE,
+        ).astype(float)
+    columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
+    rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
+    found = surface.depth[rows, columns]
+    # Where a surface is steeper than the view there may be no such pixel, or several, and the search goes to and fro.
+    missed = np.maximum(np.abs(f * cx / found + centre[0] - columns), np.abs(f * cy / found + centre[1] - rows))
+    sure = surface.mask[rows, columns] & (missed <= _MAX_MISS)
+    # What lies between places that are sure is there, too.
+    there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
+    heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
+    return _Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
+
+
+def _collect(
+    x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
+) -> dict[int, ColumnSolid]:
+    """Columns by look; what two looks share is divided at half of its height, the upper half the first one's."""
+    px, py = np.meshgrid(x, y)
+    middle = 0.5 * (bottom + top)
+    standing = (share > 0.0) & (top > bottom)
+    parts: dict[int, list[tuple[Array, Array, Array]]] = {}
+    for label, low, high in ((labels[0], middle, top), (labels[1], bottom, middle)):
+        for number in np.unique(label[standing]):
+            if number == _UNKNOWN:
+                continue
+            own = standing & (label == number)
+            places = np.column_stack([px[own], py[own]])
+            ends = np.column_stack([low[own], high[own]])
+            parts.setdefault(int(number), []).append((places, share[own] * SPACING**2, ends))
+    return {
+        number: ColumnSolid(*(np.concatenate(arrays) for arrays in zip(*pieces, strict=True)))
+        for number, pieces in sorted(parts.items())
+    }

@@ -1,0 +1,181 @@
+"""Which pixels of one or more views of an object show one material, as far as colours say.
+
+Tints, which shade does not change, part what they can. Within one tint lightness parts, for grey rubber, steel and
+aluminium differ in nothing else; but near edges it is shade rather than material, so a darker or lighter area counts
+only where it is several pixels wide. What is too slim or too small to be a region of its own goes to its neighbours,
+and no object is too slim to be one region at least.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.colour import Colour, compute_tints, convert_to_lab
+from affordance.vision.pixels.rgbd import Labels, Mask
+from affordance.vision.pixels.segmentation import find_mode
+from affordance.vision.pixels.silhouette import spread_nearest
+from affordance.vision.pixels.surface import Surface
+
+# Tints further apart than this are of two materials: colours ten units apart differ to any eye, [CIELAB].
+_TINT_RADIUS = 10.0
+# Lightness within one face of one material errs by this much at most, where it is lit well; half of what parts cast
+# iron from polished steel, or polished steel from aluminium, [CIELAB].
+_LIGHTNESS_RADIUS = 9.0
+# Bins of the histogram in which the most frequent lightness is found, [CIELAB].
+_LIGHTNESS_BIN = 2.0
+# Strips of mixed colours between two materials are narrower than the first, shaded edges than the second, [pixels].
+_STRIP, _EDGE = 5, 9
+# A region has at least so many pixels before it is given its neighbours', and a tint at least this part of all.
+_MIN_SEED, _MIN_SHARE = 60, 0.004
+_MIN_LIT_SEED = 100
+# Pixels this far from the outline show nothing of the stand, [pixels].
+_CORE = 3.0
+# Standard deviations of a colour that is measured over a region, beside the spread within it, [CIELAB]: in any
+# direction, and of its lightness, which the slope of the surface decides (docs/decisions/0024-real-tools.md).
+COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
+# Of a normal distribution: standard deviation by the distance between quartiles.
+_PER_QUARTILES = 1.0 / 1.349
+_UNKNOWN = -1
+
+
+class Look(NamedTuple):
+    """A colour that a part of the object has in full light.
+
+    Attributes:
+        colour: Red, green and blue in [0, 1].
+        lightness_sd: Standard deviation of the error of its brightness, [CIELAB].
+        num_pixels: How many pixels show it, in all views.
+    """
+
+    colour: Colour
+    lightness_sd: float
+    num_pixels: int
+
+
+class Looks(NamedTuple):
+    """What the views show.
+
+    Attributes:
+        looks: The colours.
+        labels: Of each view, the number of the look that each pixel shows, -1 where it shows none, (height, width).
+    """
+
+    looks: tuple[Look, ...]
+    labels: tuple[Labels, ...]
+
+
+def find_looks(surfaces: Sequence[Surface]) -> Looks:
+    """Finds the colours of an object in all views of it together."""
+    tint_labels = _split_by_tint(surfaces)
+    maps = [np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32) for surface in surfaces]
+    count = 0
+    for tint in range(1 + max(int(labels.max()) for labels in tint_labels)):
+        regions = [labels == tint for labels in tint_labels]
+        if not any(region.any() for region in regions):
+            continue
+        shades = _split_by_lightness(surfaces, regions)
+        for target, region, shade in zip(maps, regions, shades, strict=True):
+            target[region] = count + shade[region]
+        count += 1 + max(int(shade.max()) for shade in shades)
+    looks = tuple(_measure_look(surfaces, [labels == number for labels in maps]) for number in range(count))
+    return Looks(looks, tuple(maps))
+
+
+def _split_by_tint(surfaces: Sequence[Surface]) -> list[Labels]:
+    """Numbers the tint of each pixel of each view, -1 where there is no object."""
+    tints = [compute_tints(surface.colour) for surface in surfaces]
+    modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
+    result = []
+    for tint, surface in zip(tints, surfaces, strict=True):
+        nearest = np.argmin([np.linalg.norm(tint - mode, axis=-1) for mode in modes], axis=0)
+        seeds = np.full(surface.mask.shape, _UNKNOWN, dtype=np.int32)
+        for number in range(len(modes)):
+            seeds[_open(surface.mask & (nearest == number), _STRIP, _MIN_SEED)] = number
+        result.append(_grow(seeds, nearest.astype(np.int32), surface.mask))
+    return result
+
+
+def _find_modes(tints: Array) -> list[Array]:
+    """The frequent tints, (2,) each, of pixels, (N, 2); at least one."""
+    left = np.ones(len(tints), dtype=bool)
+    modes: list[Array] = []
+    while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
+        mode = find_mode(tints[left])
+        near = left & (np.linalg.norm(tints - mode, axis=1) <= _TINT_RADIUS)
+        if modes and near.sum() < max(_MIN_SEED, _MIN_SHARE * len(tints)):
+            break
+        modes.append(tints[near].mean(axis=0) if near.any() else mode)
+        left &= ~near
+    return modes
+
+
+def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
+    """Numbers the lightness of each pixel of one tint, in each view, from 0 on; only within the regions."""
+    lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
+    lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
+    pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
+    modes: list[float] = []
+    left = np.ones(len(pool), dtype=bool)
+    while left.sum() >= _MIN_LIT_SEED:
+        mode = float(find_mode(np.column_stack([pool[left], np.zeros(left.sum())]), _LIGHTNESS_BIN)[0])
+        modes.append(mode)
+        left &= np.abs(pool - mode) > _LIGHTNESS_RADIUS
+    nearest = [np.argmin([np.abs(values - mode) for mode in modes or [0.0]], axis=0) for values in lightness]
+    seeds = [np.full(region.shape, _UNKNOWN, dtype=np.int32) for region in regions]
+    count = 0
+    for number in range(len(modes)):
+        cores = [
+            _open(mask & (near == number), _EDGE, _MIN_LIT_SEED) for mask, near in zip(lit, nearest, strict=True)
+        ]
+        if any(core.any() for core in cores):
+            for seed, core in zip(seeds, cores, strict=True):
+                seed[core] = count
+            count += 1
+    return [
+        spread_nearest(seed, seed != _UNKNOWN) if (seed != _UNKNOWN).any() else np.zeros_like(seed) for seed in seeds
+    ]
+
+
+def _find_core(surface: Surface) -> Mask:
+    """Pixels that show nothing but the object, well lit where there are enough."""
+    distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
+    core = surface.lit & (distance >= _CORE)
+    return core if core.sum() >= _MIN_SEED else surface.mask
+
+
+def _open(mask: Mask, side: int, least: int) -> Mask:
+    """The pieces of a mask that are as wide as a disc, and have at least so many pixels."""
+    disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
+    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc)
+    count, pieces, statistics, _ = cv2.connectedComponentsWithStats(opened, connectivity=8)
+    large = [number for number in range(1, count) if statistics[number, cv2.CC_STAT_AREA] >= least]
+    kept: Mask = np.isin(pieces, large)
+    return kept
+
+
+def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
+    """Gives every pixel of a mask its nearest seed's number; where a piece of the mask has none, its own."""
+    count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
+    seeded = np.zeros(count, dtype=bool)
+    seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
+    bare = mask & ~seeded[pieces]
+    seeds = np.where(bare, fallback, seeds)
+    grown: Labels = np.where(mask, spread_nearest(seeds, seeds != _UNKNOWN), _UNKNOWN).astype(np.int32)
+    return grown
+
+
+def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
+    """The colour of a region over all views, from its well lit inside if there is any."""
+    inner = [
+        cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
+        for surface, region in zip(surfaces, regions, strict=True)
+    ]
+    chosen = inner if sum(int(mask.sum()) for mask in inner) >= _MIN_SEED // 2 else regions
+    colours = np.concatenate([surface.colour[mask] for surface, mask in zip(surfaces, chosen, strict=True)])
+    red, green, blue = (float(value) for value in np.median(colours, axis=0))
+    low, high = np.percentile(convert_to_lab(colours)[:, 0], [25.0, 75.0])
+    lightness_sd = float(np.hypot(LIGHTNESS_SD, _PER_QUARTILES * (high - low)))
+    return Look((red, green, blue), lightness_sd, sum(int(region.sum()) for region in regions))

@@ -1,0 +1,126 @@
+"""The command, on generated logs: what it prints and writes, and how it refuses."""
+
+import argparse
+import json
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+
+from affordance.commands import identify
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.identification.run import Run
+from affordance.identification.settings import SignalKind
+from affordance.objects.load import load_materials, load_tools
+
+_TOOLS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+_STICK = next(tool for tool in _TOOLS if tool.name == "stick")
+_TRUTH = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
+
+
+def _write(folder, name: str, run: Run) -> None:
+    unit = "current" if run.description.kind is SignalKind.CURRENT else "tau"
+    n = run.q.shape[1]
+    names = ["time", *(f"{kind}_{i + 1}" for kind in ("q", "v", unit) for i in range(n))]
+    np.savetxt(
+        folder / f"{name}.csv",
+        np.hstack([run.times[:, None], run.q, run.v, run.signal]),
+        delimiter=",",
+        header=",".join(names),
+        comments="",
+    )
+    joints = ", ".join(run.description.joint_names)
+    (folder / f"{name}.yaml").write_text(f"joints: [{joints}]\nsignal: {run.description.kind.value}\ntip: flange\n")
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("logs")
+    robot = build_robot(folder)
+    rng = np.random.default_rng(11)
+    held = {"empty": None, "loaded": PAYLOAD, "heavy": 2.0 * PAYLOAD, "stick": _STICK.parameters}
+    for name, pi in held.items():
+        run = generate_run(robot, pi, truth=_TRUTH, rng=rng, kind=SignalKind.CURRENT, rate=50.0)
+        _write(folder, name, run)
+    return folder
+
+
+def _run(folder, *words: str) -> int:
+    parser = argparse.ArgumentParser()
+    identify.add_arguments(parser)
+    return identify.run(parser.parse_args([str(folder / "robot.urdf"), *words]))
+
+
+def _name(folder, *names: str) -> list[str]:
+    return [str(folder / f"{name}.csv") for name in names]
+
+
+def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path, capsys):
+    empty, loaded, heavy = _name(folder, "empty", "loaded", "heavy")
+    mass = str(2.0 * PAYLOAD[0])
+    assert _run(folder, "--empty", empty, "--loaded", heavy, "--reference-mass", mass, "--out", str(tmp_path)) == 0
+    text = capsys.readouterr().out
+    assert "gains from one half, the mass of the other" in text
+    assert "set_target_payload(" in text
+    assert "Assumed:" in text
+    for name in (
+        "fit.png",
+        "posteriors.svg",
+        "whiteness.png",
+        "samples.nc",
+        "belief.json",
+        "belief.txt",
+        "gains.yaml",
+    ):
+        assert (tmp_path / name).stat().st_size > 0
+    gains = str(tmp_path / "gains.yaml")
+    assert _run(folder, "--empty", empty, "--loaded", loaded, "--gains", gains, "--json") == 0
+    found = json.loads(capsys.readouterr().out)
+    assert abs(found["mass_kg"] - PAYLOAD[0]) < 3.0 * found["mass_sd_kg"]
+    assert found["mass_interval90"][0] < PAYLOAD[0] < found["mass_interval90"][1]
+    assert len(found["com_m"]) == len(found["com_sd_m"]) == 3
+    assert found["mass_sd_kg"] < 0.1
+
+
+def test_a_seen_object_teaches_a_memory(folder, tmp_path, capsys):
+    empty, loaded = _name(folder, "empty", "stick")
+    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.json"
+    words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick", "--json"]
+    assert _run(folder, *words, "--learned", str(memory)) == 0
+    densities = json.loads(capsys.readouterr().out)["densities_kg_m3"]
+    assert len(densities) == 2
+    assert memory.exists()
+    before = memory.read_text()
+    assert _run(folder, *words, "--memory", str(memory)) == 0
+    assert memory.read_text() != before
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--reference-mass", "-1"], "--reference-mass: is -1, must be from 0.001 to 1000 kg"),
+        (["--samples", "5"], "--samples: is 5, must be from 100 to 1000000"),
+        (["--min-speed", "-1"], "--min-speed: is -1, must be from 0 to 10 rad/s"),
+        (["--tip", "flunge"], "--tip: is .flunge., which .* has not; nearest: flange"),
+        (["--gains", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
+        (["--object", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
+        (
+            ["--object-name", "brush", "--object", str(MODELS / "tools" / "novel.yaml")],
+            "--object-name: is 'brush', must be",
+        ),
+        (["--memory", "nowhere.json"], "nowhere.json: cannot be read"),
+    ],
+)
+def test_bad_arguments_are_named_in_one_line(folder, words, message):
+    with pytest.raises(AffordanceError, match=message) as caught:
+        _run(folder, "--loaded", *_name(folder, "loaded"), *words)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_any_tip_there_is_a_line(folder, tmp_path):
+    (tmp_path / "run.yaml").write_text("joints: [joint_1]\n")
+    text = (folder / "loaded.yaml").read_text().replace("tip: flange\n", "")
+    (tmp_path / "no_tip.yaml").write_text(text)
+    with pytest.raises(AffordanceError, match="--tip: is missing"):
+        _run(folder, "--loaded", *_name(folder, "loaded"), "--description", str(tmp_path / "no_tip.yaml"))

@@ -1,0 +1,25 @@
+"""Which point of a real tool strikes."""
+
+import numpy as np
+import pytest
+from helpers.workshop import HAMMERS
+
+from affordance.control.swing import find_target
+
+
+@pytest.mark.parametrize("name", HAMMERS)
+def test_tool_strikes_with_its_face_where_that_is_clear_of_the_hand(model, name):
+    tool = HAMMERS[name]
+    for grip in tool.grips:
+        held = tool.gripped_by(grip)
+        found = find_target(
+            model, held.components, q_start=model.arm.home, offset_W=np.zeros(3), direction_W=np.array([0, 0, -1.0])
+        )
+        assert found.radius == np.inf
+        (face, pose) = next((face, part.X_TE) for part in held.components for face in part.strikes)
+        p_TS, normal_T = face.express(pose)
+        if grip.name == "head":  # the face lies under the hand: the end of the handle strikes
+            assert found.p_TS[0] > 0.1 > p_TS[0]
+        else:
+            np.testing.assert_allclose(found.p_TS, p_TS)
+            np.testing.assert_allclose(found.normal_T, normal_T)

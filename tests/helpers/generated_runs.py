@@ -1,0 +1,144 @@
+"""Generated recordings of a six-joint robot with known truth: its file, its motion, and signals of its joints."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.log_cholesky import parameters_from_theta
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.run import Run, RunDescription
+from affordance.identification.settings import SignalKind
+from affordance.plant.wrench_regressor import compute_wrench_regressors
+from affordance.robots.recorded_arm import load_robot
+
+# Shoulder, elbow and wrist of an arm of a metre: place and axis of each joint, mass and centre of each link.
+_JOINTS = (
+    ("0 0 0.2", "0 0 1", 5.0, "0 0 0.05"),
+    ("0 0.1 0", "0 1 0", 8.0, "0.25 0 0"),
+    ("0.5 -0.1 0", "0 1 0", 3.0, "0.2 0 0"),
+    ("0.45 0 0", "0 1 0", 1.5, "0 0.03 0"),
+    ("0 0.1 0", "0 0 1", 1.2, "0 0 0.02"),
+    ("0 0 -0.1", "1 0 0", 0.4, "0.03 0 0"),
+)
+# A body of 1.2 kg, some centimetres off the tip: theta of log_cholesky.
+THETA = np.array([np.log(1.2), 0.03, -0.02, 0.08, *np.log([0.05, 0.04, 0.06]), 0.005, -0.003, 0.002])
+PAYLOAD = parameters_from_theta(THETA)
+JOINT_NAMES = tuple(f"joint_{i + 1}" for i in range(len(_JOINTS)))
+
+
+def write_urdf(folder: Path, name: str = "robot.urdf") -> Path:
+    """Writes the robot's file."""
+    lines = ["<robot name='generated'>", "<link name='base'/>"]
+    parent = "base"
+    for i, (xyz, axis, mass, centre) in enumerate(_JOINTS, start=1):
+        moments = f"ixx='{0.01 * mass}' iyy='{0.012 * mass}' izz='{0.008 * mass}' ixy='0' ixz='0' iyz='0'"
+        limits = "lower='-6' upper='6' effort='100' velocity='5'"
+        lines += [
+            f"<link name='link_{i}'><inertial><mass value='{mass}'/><origin xyz='{centre}'/>"
+            f"<inertia {moments}/></inertial></link>",
+            f"<joint name='joint_{i}' type='revolute'><parent link='{parent}'/><child link='link_{i}'/>"
+            f"<origin xyz='{xyz}'/><axis xyz='{axis}'/><limit {limits}/></joint>",
+        ]
+        parent = f"link_{i}"
+    lines += [
+        "<link name='flange'/>",
+        f"<joint name='flange_joint' type='fixed'><parent link='{parent}'/><child link='flange'/>"
+        "<origin xyz='0.08 0 0'/></joint>",
+        "</robot>",
+    ]
+    path = folder / name
+    path.write_text("\n".join(lines), encoding="utf-8")
+    return path
+
+
+def build_robot(folder: Path) -> RobotChain:
+    """The robot."""
+    return load_robot(write_urdf(folder), "flange")
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What a generated signal is made of.
+
+    Attributes:
+        gain: Of each joint.
+        load_friction: mu of each joint.
+        friction: Coulomb, viscous and offset, times gain, [N m].
+        noise_sd: Of the error, times gain, [N m].
+        agreement: Over which errors agree, [s]; 0 for white noise.
+        file_error: How far the links' inertias are from the robot's file, as a fraction.
+    """
+
+    gain: float = 1.0
+    load_friction: float = 0.0
+    friction: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    noise_sd: float = 0.05
+    agreement: float = 0.3
+    file_error: float = 0.0
+
+
+def generate_run(
+    robot: RobotChain,
+    payload: Array | None,
+    *,
+    truth: Truth,
+    rng: np.random.Generator,
+    duration: float = 20.0,
+    rate: float = 100.0,
+    motion_seed: int = 0,
+    start: float = 0.0,
+    kind: SignalKind = SignalKind.JOINT_TORQUE,
+    source: str = "generated",
+) -> Run:
+    """Generates a run; motions of one seed are the same."""
+    times = np.arange(0.0, duration, 1.0 / rate)
+    q, v, vdot = _move(robot.num_joints, times, motion_seed)
+    pi = np.zeros(10) if payload is None else payload
+    description = RunDescription(robot.joint_names, kind)
+    if kind is SignalKind.WRENCH:
+        wrench = compute_wrench_regressors(robot.chain, q, v, vdot) @ pi
+        clean = wrench[:, [3, 4, 5, 0, 1, 2]]
+        signal = clean + truth.friction[2] + truth.noise_sd * draw_errors(times, clean.shape[1], truth.agreement, rng)
+        return Run(source, description, times + start, q, signal, v=v)
+    links = robot.link_parameters * (1.0 + truth.file_error * np.random.default_rng(5).standard_normal((6, 1)))
+    load = robot.compute_link_regressors(q, v, vdot) @ links.ravel()
+    load = load + robot.compute_payload_regressors(q, v, vdot) @ pi
+    coulomb, viscous, offset = truth.friction
+    torque = load + truth.load_friction * np.abs(load) * np.sign(v)
+    torque = torque + coulomb * np.sign(v) + viscous * v + offset
+    torque = torque + truth.noise_sd * draw_errors(times, robot.num_joints, truth.agreement, rng)
+    return Run(source, description, times + start, q, truth.gain * torque, v=v)
+
+
+def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:
+    """Errors of unit variance that agree over a time, [s] (first-order autoregression), shape (N, num_channels)."""
+    step = times[1] - times[0]
+    # Its integrated autocorrelation time, (1 + a) / (1 - a) samples, is that time.
+    a = max(0.0, (agreement / step - 1.0) / (agreement / step + 1.0))
+    white = rng.standard_normal((len(times), num_channels))
+    errors = np.empty_like(white)
+    errors[0] = white[0]
+    for k in range(1, len(times)):
+        errors[k] = a * errors[k - 1] + np.sqrt(1.0 - a * a) * white[k]
+    return errors
+
+
+def rename(run: Run, **changes: object) -> Run:
+    """The run with other things said of it."""
+    return replace(run, description=replace(run.description, **changes))  # type: ignore[arg-type]
+
+
+def _move(num_joints: int, times: Array, seed: int) -> tuple[Array, Array, Array]:
+    """A sum of slow sines, as robots are moved for identification."""
+    rng = np.random.default_rng(seed)
+    q, v, vdot = (np.zeros((len(times), num_joints)) for _ in range(3))
+    for harmonic in range(1, 5):
+        omega = 2.0 * np.pi * 0.1 * harmonic
+        a, b = rng.normal(0.0, 0.5 / harmonic, (2, num_joints))
+        s, c = np.sin(omega * times)[:, None], np.cos(omega * times)[:, None]
+        q += a * s + b * c
+        v += omega * (a * c - b * s)
+        vdot -= omega**2 * (a * s + b * c)
+    return q, v, vdot

@@ -1,0 +1,143 @@
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
+from numpy.testing import assert_allclose
+from pydrake.systems.analysis import Simulator
+from pydrake.systems.framework import DiagramBuilder
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.identification.gains import build_nominal_gains
+from affordance.identification.inference import infer
+from affordance.identification.log_cholesky import is_possible
+from affordance.identification.paired_runs import pair_runs
+from affordance.identification.part_posterior import SeenObject, find_box
+from affordance.identification.payload_fit import build_channel_prior
+from affordance.identification.preparation import prepare
+from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
+from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
+from affordance.objects.load import load_materials, load_tools
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+
+_PRIOR = Prior(1000.0, 4000.0, 100.0)
+_TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
+
+
+@pytest.fixture(scope="module")
+def pair(robot):
+    rng = np.random.default_rng(8)
+    empty, loaded = (generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=12.0) for pi in (None, PAYLOAD))
+    return pair_runs(robot, empty, loaded, DEFAULT_SETTINGS)
+
+
+def _replay(robot, evidence, seen=None):
+    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+    prior = build_channel_prior(evidence, gains, DEFAULT_SETTINGS)
+    diagram, identifier = build_replay(robot, evidence, gains, prior, seen=seen)
+    simulator = Simulator(diagram)
+    return simulator, identifier, identifier.GetMyContextFromRoot(simulator.get_mutable_context()), gains
+
+
+def test_replayed_sums_are_those_of_the_whole_run(robot, pair):
+    simulator, identifier, context, _ = _replay(robot, pair)
+    simulator.AdvanceTo((len(pair.times) - 1) / pair.rate)
+    simulator.AdvancePendingEvents()
+    online = identifier.GetOutputPort("statistics").Eval(context)
+    whole = pair.compute_statistics(DEFAULT_SETTINGS)
+    assert online.num_rows == whole.num_rows
+    for name in ("products", "block_products", "block_sum"):
+        one, other = getattr(online, name), getattr(whole, name)
+        assert_allclose(one, other, rtol=1e-7, atol=1e-7 * np.abs(other).max())
+
+
+def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, pair):
+    simulator, identifier, context, gains = _replay(robot, pair)
+    port = identifier.GetOutputPort("bodies")
+    spreads = [np.log(port.Eval(context).pi[:, 0]).std()]
+    assert spreads[0] == pytest.approx(1.8, rel=0.2)
+    for seconds in (0.05, 1.0, 9.0):
+        simulator.AdvanceTo(seconds)
+        bodies = port.Eval(context)
+        assert is_possible(bodies.pi).all()
+        log_mass = np.log(bodies.pi[:, 0])
+        spreads.append(np.sqrt(bodies.weights @ (log_mass - bodies.weights @ log_mass) ** 2))
+    assert spreads[3] < spreads[2] < spreads[0]
+    mass = bodies.weights @ bodies.pi[:, 0]
+    batch = infer(pair, gains).belief
+    assert abs(mass - batch.mass) < 2.0 * batch.mass_sd
+
+
+def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
+    materials = load_materials(MODELS / "materials.yaml")
+    tools = load_tools(MODELS / "tools" / "novel.yaml", materials)
+    hammer = next(tool for tool in tools if tool.name == "hammer")
+    features = measure_features(hammer, VisionError(), rng)
+    seen = SeenObject(predict_object(features, MaterialMemory(), _PRIOR), *find_box(hammer.components))
+    runs = [generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=8.0) for pi in (None, hammer.parameters)]
+    evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
+    simulator, identifier, context, _ = _replay(robot, evidence, SeenLoad(seen.place(np.eye(4))))
+    bodies, belief = (identifier.GetOutputPort(name) for name in ("bodies", "belief"))
+    assert belief.Eval(context).parts is None
+    before = bodies.Eval(context)
+    assert is_possible(before.pi).all()
+    simulator.AdvanceTo(4.0)
+    found = belief.Eval(context).parts
+    assert found.belief.memory.colours == seen.belief.memory.colours
+    after = bodies.Eval(context)
+    assert np.array_equal(after.pi, found.bodies.pi)
+    mean = after.weights @ after.pi[:, 0]
+    sd = _spread(after, 0)
+    assert sd < 0.5 * before.pi[:, 0].std()
+    assert abs(mean - hammer.mass) < 3.0 * sd
+    blind_simulator, blind_identifier, blind_context, _ = _replay(robot, evidence)
+    blind_simulator.AdvanceTo(4.0)
+    blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)
+    # Moments of inertia, that some seconds of motion do not show.
+    assert _spread(after, 4) < 0.5 * _spread(blind, 4)
+
+
+def _spread(bodies, parameter):
+    values = bodies.pi[:, parameter]
+    return np.sqrt(bodies.weights @ (values - bodies.weights @ values) ** 2)
+
+
+def test_same_context_same_belief(robot, pair):
+    simulator, identifier, context, _ = _replay(robot, pair)
+    simulator.AdvanceTo(2.0)
+    clone = identifier.GetMyContextFromRoot(simulator.get_context().Clone())
+    port = identifier.GetOutputPort("bodies")
+    assert_allclose(port.Eval(context).pi, port.Eval(clone).pi, rtol=0.0, atol=0.0)
+
+
+def test_a_fitted_arm_is_taken_off_live_signals(robot, rng):
+    """Ports fixed at samples of a run: what is summed up is what the analysis of the whole run sums up."""
+    empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
+    loaded = generate_run(robot, PAYLOAD, truth=_TRUTH, rng=rng, motion_seed=1)
+    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+    before, after = prepare(empty, DEFAULT_SETTINGS), prepare(loaded, DEFAULT_SETTINGS)
+    arm = fit_empty_arm(robot, [before], [before.signal], gains, DEFAULT_SETTINGS)
+    evidence = build_unpaired_evidence(robot, arm, loaded, after, DEFAULT_SETTINGS)
+    identifier = PayloadIdentifier(
+        robot,
+        build_channel_prior(evidence, gains, DEFAULT_SETTINGS),
+        period=1.0 / after.rate,
+        cutoff=after.cutoff,
+        least_variance=arm.least_variance,
+        empty=EmptySignal(fitted=arm.fitted),
+    )
+    builder = DiagramBuilder()
+    builder.AddNamedSystem("identifier", identifier)
+    context = identifier.CreateDefaultContext()
+    ports = {name: identifier.GetInputPort(name) for name in ("state", "vdot", "signal")}
+    for k in range(30):
+        ports["state"].FixValue(context, np.concatenate([after.q[k], after.v[k]]))
+        ports["vdot"].FixValue(context, after.vdot[k])
+        ports["signal"].FixValue(context, after.signal[k])
+        state = identifier.EvalUniquePeriodicDiscreteUpdate(context)
+        context.get_mutable_discrete_state().SetFrom(state)
+    online = identifier.GetOutputPort("statistics").Eval(context)
+    part = evidence.select(slice(0, 30)).compute_statistics(DEFAULT_SETTINGS)
+    assert_allclose(online.products, part.products, rtol=1e-6, atol=1e-6 * np.abs(part.products).max())

@@ -1,0 +1,89 @@
+import numpy as np
+import pytest
+from helpers.meshes import join, make_box
+from pydrake.common import MemoryFile
+from pydrake.geometry import InMemoryMesh, Mesh
+from pydrake.multibody.tree import CalcSpatialInertia
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from affordance.objects.drake_geometry import write_obj
+from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
+from affordance.objects.primitives import Box
+from affordance.objects.triangle_mesh import TriangleMesh
+
+
+@pytest.fixture(scope="module")
+def stone():
+    """The convex hull of points, wound outwards."""
+    points = np.random.default_rng(3).standard_normal((40, 3)) * [0.1, 0.05, 0.02] + [0.3, -0.1, 0.05]
+    hull = ConvexHull(points)
+    faces = hull.simplices.copy()
+    normals = np.cross(points[faces[:, 1]] - points[faces[:, 0]], points[faces[:, 2]] - points[faces[:, 0]])
+    inward = np.einsum("ij,ij->i", normals, hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward][:, ::-1]
+    return TriangleMesh(points, faces)
+
+
+def test_inertia_is_drakes(stone):
+    mesh = Mesh(InMemoryMesh(mesh_file=MemoryFile(write_obj(stone), ".obj", "stone")))
+    ours = spatial_inertia_from_parameters(8500.0 * parameters_from_pseudo_inertia(stone.unit_pseudo_inertia()))
+    drakes = CalcSpatialInertia(mesh, 8500.0).CopyToFullMatrix6()
+    np.testing.assert_allclose(ours.CopyToFullMatrix6(), drakes, rtol=1e-6, atol=1e-6 * np.abs(drakes).max())
+
+
+def test_volume_and_support_are_those_of_the_convex_hull(stone, rng):
+    hull = ConvexHull(stone.vertices)
+    assert stone.volume == pytest.approx(hull.volume, rel=1e-12)
+    for direction in rng.standard_normal((20, 3)):
+        assert direction @ stone.find_support(direction) == pytest.approx(
+            (stone.vertices @ direction).max(), abs=1e-6
+        )
+
+
+def test_inertia_moves_with_the_mesh(stone):
+    X = np.eye(4)
+    X[:3, :3], X[:3, 3] = Rotation.from_rotvec([0.3, -1.0, 2.0]).as_matrix(), [1.0, 2.0, -3.0]
+    np.testing.assert_allclose(
+        stone.move(X).unit_pseudo_inertia(), X @ stone.unit_pseudo_inertia() @ X.T, rtol=1e-9, atol=1e-15
+    )
+    centred, p = stone.centre()
+    np.testing.assert_allclose(centred.unit_pseudo_inertia()[:3, 3], 0, atol=1e-15)
+    np.testing.assert_allclose(p, stone.unit_pseudo_inertia()[:3, 3] / stone.volume)
+
+
+def test_cavity_takes_its_volume_away():
+    outer, inner = make_box([0, 0, 0], [0.3, 0.2, 0.1]), make_box([0.05, 0.05, 0.02], [0.1, 0.1, 0.05])
+    hollow = TriangleMesh(*join(outer, (inner[0], inner[1][:, ::-1])))
+    X = np.eye(4)
+
+    def solid(low, high):
+        X[:3, 3] = 0.5 * (np.array(low) + high)
+        return X @ Box(tuple(np.subtract(high, low))).unit_pseudo_inertia() @ X.T
+
+    expected = solid([0, 0, 0], [0.3, 0.2, 0.1]) - solid([0.05, 0.05, 0.02], [0.1, 0.1, 0.05])
+    np.testing.assert_allclose(hollow.unit_pseudo_inertia(), expected, rtol=1e-12, atol=1e-18)
+    assert hollow.compute_curvature_radius(np.array([0, 0, 1.0])) == np.inf
+
+
+def test_equal_meshes_are_one_and_the_same_key(stone):
+    again = TriangleMesh(stone.vertices.copy(), stone.faces.copy())
+    assert again == stone
+    assert hash(again) == hash(stone)
+    assert stone.with_sizes(stone.sizes) is stone
+    assert stone.with_sizes(2.0 * stone.sizes).volume == pytest.approx(8.0 * stone.volume)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda v, f: (v, f[1:]), "3 open edges"),
+        (lambda v, f: (v, f[:, ::-1]), "wound to bound more than 0"),
+        (lambda v, f: (v, np.vstack([f[:1, ::-1], f[1:]])), "3 open edges"),
+        (lambda v, f: (v, f + 1), "there are 8"),
+        (lambda v, f: (v * np.nan, f), "not all finite"),
+    ],
+)
+def test_what_bounds_no_solid_is_refused(change, message):
+    with pytest.raises(ValueError, match=message):
+        TriangleMesh(*change(*make_box([0, 0, 0], [1, 1, 1])))

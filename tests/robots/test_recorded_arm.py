@@ -1,0 +1,54 @@
+import pytest
+from helpers.generated_runs import write_urdf
+from numpy.testing import assert_allclose
+
+from affordance.exceptions import AffordanceError
+from affordance.plant.arm import ARM, load_arm
+from affordance.plant.serial_chain import build_chain
+from affordance.robots.recorded_arm import load_robot
+
+
+def test_our_own_arm_is_read_as_it_is():
+    ours = load_robot(ARM)
+    chain = build_chain(load_arm())
+    # Where the base stands in the world is nothing to the robot's own frame.
+    assert_allclose(ours.chain.p_PF[1:], chain.p_PF[1:], atol=1e-12)
+    assert_allclose(ours.chain.p_MT, chain.p_MT, atol=1e-12)
+    assert len(ours.joint_names) == 7
+
+
+@pytest.mark.parametrize(
+    ("change", "tip", "base", "message"),
+    [
+        (None, "flanje", None, "--tip: is 'flanje', which .* has not; nearest: flange"),
+        (None, "flange", "bass", "--base: is 'bass', which .* has not; nearest: base"),
+        (("mass value='3.0'", "mass value='-3'"), "flange", None, "link link_3: has a mass of -3 kg"),
+        (("type='revolute'", "type='prismatic'"), "flange", None, "joint_6: is of type prismatic, must be revolute"),
+        (("<robot", "<robt"), "flange", None, "mismatched tag"),
+    ],
+)
+def test_bad_robot_files_are_named_in_one_line(tmp_path, change, tip, base, message):
+    path = write_urdf(tmp_path)
+    if change is not None:
+        old, new = change
+        path.write_text(path.read_text().replace(old, new, 1 if old == "<robot" else -1))
+    with pytest.raises(AffordanceError, match=message) as caught:
+        load_robot(path, tip, base)
+    assert "\n" not in str(caught.value)
+
+
+def test_fixed_links_count_to_the_link_they_hang_on_and_the_base_is_the_lowest_one(tmp_path):
+    path = write_urdf(tmp_path)
+    inertia = "<inertia ixx='0.1' iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/>"
+    extra = (
+        f"<link name='hand'><inertial><mass value='0.7'/>{inertia}</inertial></link>"
+        "<joint name='hand_joint' type='fixed'><parent link='flange'/><child link='hand'/></joint>"
+        "<link name='mount'/><joint name='mount_joint' type='fixed'><parent link='mount'/><child link='base'/>"
+        "<origin xyz='0 0 0.5'/></joint></robot>"
+    )
+    bare = load_robot(path, "flange")
+    path.write_text(path.read_text().replace("</robot>", extra))
+    robot = load_robot(path, "flange")
+    assert_allclose((robot.link_parameters - bare.link_parameters)[:, 0], [0.0] * 5 + [0.7])
+    assert_allclose(robot.chain.p_PF[0], bare.chain.p_PF[0] + [0.0, 0.0, 0.5])
+    assert_allclose(load_robot(path, "flange", "base").chain.p_PF[0], bare.chain.p_PF[0])

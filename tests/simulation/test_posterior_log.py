@@ -1,0 +1,98 @@
+"""The posterior as it is logged within a trial."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.plant.arm import load_arm
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.simulation.trial import Observer, TrialRunner
+
+PERIOD = 0.1
+
+
+def run(weight, memory, *, duration=0.5, tool=0, **changes):
+    settings = dataclasses.replace(weight.settings, posterior_log_period=PERIOD, **changes)
+    return TrialRunner(settings).run_hold(weight.tools[tool], memory, duration=duration, seed=(4,))
+
+
+def know(weight, precision):
+    """An arm that believes what is true does not move."""
+    return MaterialMemory((weight.colour,), DensityBelief(np.array([[precision]]), np.array([precision * 8500.0])))
+
+
+def compute_sd(record):
+    return np.sqrt([entry.belief.densities.covariance[0, 0] for entry in record.posteriors])
+
+
+def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
+    """At 0 nothing was felt, at the time of the first sample not yet; the last entry has heard of every sample."""
+    record = run(weight, MaterialMemory(), duration=0.7)
+    times = [entry.time for entry in record.posteriors]
+    np.testing.assert_allclose(times, [*(PERIOD * np.arange(8)), 0.7], atol=1e-6)
+    assert (np.diff(times) > 0.0).all()
+    before, first, second, *_, last = record.posteriors
+    prior = weight.settings.prior
+    for entry in (before, first):
+        assert entry.belief.densities.untruncated_mean == pytest.approx(prior.mode)
+        assert entry.belief.densities.covariance[0, 0] == pytest.approx(prior.sd**2 + prior.deviation_sd**2)
+    assert second.belief.densities.covariance[0, 0] < 0.5 * before.belief.densities.covariance[0, 0]
+    np.testing.assert_array_equal(last.belief.memory.belief.precision, record.memory.belief.precision)
+    np.testing.assert_array_equal(
+        last.belief.memory.belief.information_vector, record.memory.belief.information_vector
+    )
+
+
+def test_white_noise_narrows_the_posterior_sample_by_sample(weight):
+    """Of an arm at rest every sample says the same: precision grows in equal steps, of the size of the theory."""
+    noise, before = WhiteNoise(0.7), 1e-6
+    record = run(weight, know(weight, before), duration=1.0, noise=noise)
+    assert np.abs(record.height_centre).max() < 0.002
+    per_density = StaticHold(load_arm()).Y @ weight.tools[0].parameters / 8500.0
+    says = float(per_density @ per_density) / noise.sd**2
+    counts = np.array([0, *range(10), 10])
+    prior = 1.0 / (1.0 / before + weight.settings.prior.deviation_sd**2)
+    np.testing.assert_allclose(compute_sd(record), 1.0 / np.sqrt(prior + counts * says), rtol=1e-3)
+
+
+def test_one_percept_says_all_with_the_first_sample(weight):
+    record = run(weight, know(weight, 1e-6), duration=1.0, tool=3)
+    sd = compute_sd(record)
+    np.testing.assert_allclose(sd[:2], sd[0])
+    assert sd[2] < 0.8 * sd[0]
+    np.testing.assert_allclose(sd[2:], sd[2], rtol=0.02)
+
+
+def test_control_uses_the_logged_posterior_if_it_is_told_to(weight):
+    """Motions part when the first sample is taken; the arm that learns comes back, the other one does not."""
+    believing, learning = (
+        run(weight, MaterialMemory(), duration=2.0, tool=3, uses_posterior=uses) for uses in (False, True)
+    )
+    differs = np.abs(believing.q - learning.q).max(axis=1) > 1e-9
+    assert believing.times[differs][0] == pytest.approx(PERIOD, abs=0.011)
+    assert learning.height_centre.min() < -0.03
+    assert abs(learning.height_centre[-1]) < 0.005
+    assert believing.height_centre[-1] < -0.1
+
+
+def test_log_changes_nothing_of_the_trial_and_is_off_unless_asked_for(weight, runner):
+    without = runner.run_hold(weight.tools[0], MaterialMemory(), duration=0.5, seed=(4,))
+    record = run(weight, MaterialMemory())
+    assert without.posteriors == ()
+    np.testing.assert_array_equal(record.q, without.q)
+    np.testing.assert_array_equal(record.memory.belief.precision, without.memory.belief.precision)
+    assert not runner.get_diagram(0.5).diagram.HasSubsystemNamed("posterior_log")
+
+
+def test_every_presentation_has_a_log_of_its_own(weight):
+    settings = dataclasses.replace(weight.settings, posterior_log_period=PERIOD)
+    observer = Observer(TrialRunner(settings), MaterialMemory(), duration=0.3)
+    first, second = (observer.hold(tool, (number,)) for number, tool in enumerate(weight.tools[:2]))
+    for record in (first, second):
+        np.testing.assert_allclose([entry.time for entry in record.posteriors], [0, 0.1, 0.2, 0.3, 0.3], atol=1e-6)
+    taken_over = first.posteriors[-1].belief.memory.belief
+    np.testing.assert_array_equal(second.posteriors[0].belief.memory.belief.precision, taken_over.precision)
