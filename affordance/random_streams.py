@@ -23,3 +23,6 @@ class Stream(enum.IntEnum):
     CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
     CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
     FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)
+    LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
+    LIFT = 10**6 + 22  # errors of feeling in these lifts
+    KINDS = 10**6 + 23  # hypotheses about kinds that are drawn

@@ -178,6 +178,19 @@ class DensityBelief:
         """Log probability of data under this belief, log of integral p(data | rho) p(rho) drho over rho > 0."""
         posterior = self.condition(likelihood)
         return float(
+            self.compute_untruncated_log_evidence(likelihood, posterior)
+            + positive_gaussian.compute_log_mass(posterior.untruncated_mean, posterior.covariance)
+            - positive_gaussian.compute_log_mass(self.untruncated_mean, self.covariance)
+        )
+
+    def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
+        """Log probability of data under the unrestricted normal distribution, in closed form.
+
+        Args:
+            likelihood: Of the data.
+            posterior: This belief, conditioned on them.
+        """
+        return float(
             likelihood.log_constant
             + 0.5
             * (
@@ -185,8 +198,6 @@ class DensityBelief:
                 - self.information_vector @ self.untruncated_mean
             )
             + 0.5 * (np.linalg.slogdet(self.precision)[1] - np.linalg.slogdet(posterior.precision)[1])
-            + positive_gaussian.compute_log_mass(posterior.untruncated_mean, posterior.covariance)
-            - positive_gaussian.compute_log_mass(self.untruncated_mean, self.covariance)
         )
 
     def compute_p_value(self, likelihood: Likelihood) -> float:

@@ -11,7 +11,8 @@ import numpy as np
 
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, is_same_colour
 
 # What is more probable than this is taken for certain; the rest of the probability is let go.
@@ -72,14 +73,24 @@ class MaterialMemory:
             self.colours
         )
 
-    def condition(self, likelihood: Likelihood, deviation_sd: float) -> "MaterialMemory":
-        """Returns the memory after a trial: mean densities by Bayes' rule, the object's own variation marginalised.
+    def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[MaterialMemory]":
+        """Recalls what objects of these colours weighed; see ``Memory``. Costs O(M^3) for M colours."""
+        memory, columns = self, []
+        for part in appearance:
+            memory, column = memory.recognise(part.colour, part.colour_sd, prior)
+            columns.append(column)
+        return Recollection(memory, memory.belief.add_object_variation(prior.deviation_sd), tuple(columns))
 
-        Args:
-            likelihood: Of the object's own densities, in the order of the colours.
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+    def learn(
+        self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
+    ) -> "Lesson[MaterialMemory]":
+        """Applies Bayes' rule to mean densities, the object's own deviation marginalised; see ``Memory``.
+
+        Costs O(M^3) for M colours.
         """
-        return MaterialMemory(self.colours, self.belief.condition(likelihood.marginalise_deviation(deviation_sd)))
+        likelihood = find_likelihood(densities)
+        materials = self.belief.condition(likelihood.marginalise_deviation(deviation_sd))
+        return Lesson(MaterialMemory(self.colours, materials), densities.condition(likelihood), likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
         """Returns the memory with these looks only, all of which it has met, in their order."""

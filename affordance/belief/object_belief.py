@@ -1,52 +1,99 @@
-"""What is believed of one object: its densities, and what they say of its inertia by its geometry."""
+"""What is believed of one object, and what every learner offers that believes something of it.
 
-from collections.abc import Sequence
+A memory is a value: learning returns another one. Systems, simulations and choices know the Protocol ``Memory``
+only; which learner an observer has is decided by the memory it starts with (``MaterialMemory``, one density for each
+colour, or ``KindMemory``, one or more kinds for each colour).
+"""
+
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.likelihood import Likelihood
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.geometry import Geometry
 
+# Finds the likelihood of an object's densities, given what is believed of them before it is felt: the size of errors
+# that grow with torque depends on it.
+type FindLikelihood = Callable[[DensityBelief], Likelihood]
+
+
+class Recollection[M](NamedTuple):
+    """What is believed of an object that is seen.
+
+    Attributes:
+        memory: The memory, which has met all colours of the object.
+        densities: Belief about the object's own densities.
+        columns: For each part, which of these densities it has.
+    """
+
+    memory: M
+    densities: DensityBelief
+    columns: tuple[int, ...]
+
+
+class Lesson[M](NamedTuple):
+    """What a trial teaches.
+
+    Attributes:
+        memory: What is remembered after it.
+        densities: Belief about the object's own densities after it.
+        likelihood: Of these densities, as it was used.
+    """
+
+    memory: M
+    densities: DensityBelief
+    likelihood: Likelihood
+
 
 class Memory(Protocol):
-    """What is believed of all materials, by colour, and how it learns."""
+    """What an observer believes of materials and objects."""
 
     @property
     def colours(self) -> tuple[Colour, ...]:
-        """The colours of the materials, in the order of their densities."""
+        """The colours met so far, in the order they were met."""
 
     @property
     def belief(self) -> DensityBelief:
-        """Belief about the mean density of each."""
+        """Belief about the mean density of objects of each colour that were never seen before."""
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
-        """Returns the memory extended by the prior for those colours that it does not have."""
+        """Returns the memory extended by the prior for those colours that were never met."""
 
     def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> tuple[Self, int]:
-        """Returns the memory with a measured colour in it, and the index of the material that it stands for.
+        """Returns the memory, which has met a measured colour, and the place of what stands for it among the colours.
 
         Args:
             colour: As measured.
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
-            prior: What is believed of a material never met.
-        """
-
-    def condition(self, likelihood: Likelihood, deviation_sd: float) -> Self:
-        """Returns the memory after a trial.
-
-        Args:
-            likelihood: Of the object's own densities, in the order of the colours.
-            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+            prior: What is believed of materials never met.
         """
 
     def restrict_to(self, colours: Sequence[Colour]) -> Self:
-        """Returns the memory of some of its colours."""
+        """Returns the memory with these colours only, all of which it has met, in their order."""
+
+    def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection[Self]:
+        """Recalls what objects like this one weighed.
+
+        Args:
+            appearance: What is seen of each part.
+            prior: What is believed of materials never met.
+        """
+
+    def learn(self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson[Self]:
+        """Learns from a trial with the object recalled last.
+
+        Args:
+            densities: Belief about the object's own densities before the trial, from ``recall``.
+            find_likelihood: Finds the likelihood of what was felt.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        """
 
 
 @dataclass(frozen=True)
@@ -55,8 +102,8 @@ class ObjectBelief:
 
     Attributes:
         memory: Beliefs about all materials, those of this object included.
-        densities: Belief about this object's own densities, in the order of memory.colours; materials it is not
-            made of stand there too, and have zero columns in Phi.
+        densities: Belief about this object's own densities, in the order of Phi's columns; there may be materials it
+            is not made of, whose columns are zero.
         geometry: Phi and its uncertainty.
     """
 

@@ -66,8 +66,17 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     """
     if arguments.experiment not in (*EXPERIMENTS, "all"):
         raise BadValueError("experiment", "", describe_choice(arguments.experiment, (*EXPERIMENTS, "all")))
+    check_bounds(arguments)
+    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
+
+
+def check_bounds(arguments: argparse.Namespace) -> None:
+    """Checks the numbers that all commands share.
+
+    Raises:
+        BadValueError: An argument is out of bounds.
+    """
     for name, (low, high) in BOUNDS.items():
         value = getattr(arguments, name)
         if not low <= value <= high:
             raise BadValueError(f"--{name}", "", f"is {value}, must be from {low} to {high}")
-    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]

@@ -29,6 +29,7 @@ from affordance.exceptions import AffordanceError, ModelFileError, describe_choi
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
+from affordance.plant.clamp import Clamp
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
 ARM = MODELS / "arm.dmd.yaml"
@@ -57,6 +58,7 @@ class Arm:
         limits: Joint limits.
         nail: The joint along which a nail slides, whose position and rate come after the arm's in the plant's state;
             None where there is no nail.
+        clamp: What can hold the hand; None where there is no clamp.
     """
 
     source: Path
@@ -66,6 +68,7 @@ class Arm:
     home: Array
     limits: JointLimits
     nail: Joint | None = None
+    clamp: Clamp | None = None
 
     @property
     def num_joints(self) -> int:
@@ -116,7 +119,12 @@ class Arm:
 
 
 def add_arm(
-    builder: DiagramBuilder, directives: Path = ARM, tool: Tool | None = None, nail: NailPlacement | None = None
+    builder: DiagramBuilder,
+    directives: Path = ARM,
+    tool: Tool | None = None,
+    nail: NailPlacement | None = None,
+    *,
+    has_clamp: bool = False,
 ) -> Arm:
     """Adds an arm, and what it holds and strikes, to a builder.
 
@@ -125,6 +133,7 @@ def add_arm(
         directives: Drake model directives of the arm.
         tool: Gives shapes and, as default, inertia; None for a payload without shape, and an arm without.
         nail: The nail and where it stands; None for none.
+        has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
@@ -134,7 +143,7 @@ def add_arm(
         builder.AddNamedSystem("plant", plant)
     else:
         plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
-    return _finish_plant(plant, directives, tool, nail)
+    return _finish_plant(plant, directives, tool, nail, has_clamp=has_clamp)
 
 
 def load_arm(directives: Path = ARM) -> Arm:
@@ -182,9 +191,17 @@ def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str
     return body
 
 
-def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, nail: NailPlacement | None) -> Arm:
+def _finish_plant(
+    plant: MultibodyPlant,
+    directives: Path,
+    tool: Tool | None,
+    nail: NailPlacement | None,
+    *,
+    has_clamp: bool = False,
+) -> Arm:
     hand = parse_arm(plant, directives)
     body = attach_tool(plant, hand, tool)
+    clamp = Clamp(plant, hand) if has_clamp else None
     if nail is not None and nail.face is not None:
         nail.face.add_to(plant, body, "tool_face")
     # Last, so that the arm's joints come first in the plant's state.
@@ -214,7 +231,7 @@ def _finish_plant(plant: MultibodyPlant, directives: Path, tool: Tool | None, na
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
-    return Arm(directives, plant, hand, body, home, limits, joint)
+    return Arm(directives, plant, hand, body, home, limits, joint, clamp)
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:

@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
+from affordance.objects.geometry import Geometry
 from affordance.proprioception.torque_noise import NoiseModel
 
 _MAX_ITERATIONS = 100
@@ -71,22 +73,36 @@ def compute_posterior(
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
-    likelihood = _find_likelihood(prior, statistics, num_joints, noise)
     densities = prior.densities
-    memory = prior.memory.condition(likelihood, deviation_sd)
-    posterior = ObjectBelief(memory, densities.condition(likelihood), prior.geometry)
-    return Inference(posterior, densities.compute_log_evidence(likelihood), densities.compute_p_value(likelihood))
+
+    def find(belief: DensityBelief) -> Likelihood:
+        return find_likelihood(belief, prior.geometry, statistics, num_joints, noise)
+
+    lesson = prior.memory.learn(densities, find, deviation_sd)
+    posterior = ObjectBelief(lesson.memory, lesson.densities, prior.geometry)
+    log_evidence = densities.compute_log_evidence(lesson.likelihood)
+    return Inference(posterior, log_evidence, densities.compute_p_value(lesson.likelihood))
 
 
-def _find_likelihood(
-    prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
+def find_likelihood(
+    densities: DensityBelief, geometry: Geometry, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
 ) -> Likelihood:
-    rho = prior.densities.untruncated_mean
+    """Likelihood of what was felt, the size of errors taken at the mean it leads to believe.
+
+    Args:
+        densities: Belief about the object's densities before it was felt.
+        geometry: Of the object.
+        statistics: What was felt.
+        num_joints: Number of joints.
+        noise: How well joints feel.
+
+    Raises:
+        AffordanceError: The size of the errors finds no fixed point.
+    """
+    rho = densities.untruncated_mean
     for _ in range(_MAX_ITERATIONS):
-        likelihood = noise.compute_likelihood(
-            statistics.features, statistics.num_samples, num_joints, prior.geometry, rho
-        )
-        previous, rho = rho, prior.densities.condition(likelihood).untruncated_mean
+        likelihood = noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho)
+        previous, rho = rho, densities.condition(likelihood).untruncated_mean
         if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
             return likelihood
     raise AffordanceError(

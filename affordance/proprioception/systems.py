@@ -92,6 +92,11 @@ class DensityEstimator(SampledSystem):
         log_evidence, p_value = context.get_discrete_state(self._evidence).value()
         return float(log_evidence), float(p_value)
 
+    def forget(self, context: Context) -> None:
+        """Starts the presentation anew: samples so far do not count."""
+        for group in (self._statistics, self._counts):
+            context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
+
     def _update_statistics(self, context: Context, discrete_state: DiscreteValues) -> None:
         n = self._num_joints
         measurement = self._measurement.Eval(context)

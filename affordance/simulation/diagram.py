@@ -72,7 +72,12 @@ class TrialDiagram:
 
 
 def build_trial_diagram(
-    settings: Settings, duration: float, *, tool: Tool | None = None, nail: NailPlacement | None = None
+    settings: Settings,
+    duration: float,
+    *,
+    tool: Tool | None = None,
+    nail: NailPlacement | None = None,
+    has_clamp: bool = False,
 ) -> TrialDiagram:
     """Builds the Diagram of presentations of one duration.
 
@@ -81,13 +86,14 @@ def build_trial_diagram(
         duration: Of a presentation, at the end of which the memory learns, [s].
         tool: Gives the shapes for contact; None for none, as when an object is only held.
         nail: The nail and where it stands; None for none.
+        has_clamp: Whether there is a clamp for the hand; it is open.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
         BadValueError: A fault is that of a joint the arm does not have.
     """
     builder = DiagramBuilder()
-    arm = add_arm(builder, settings.arm, tool, nail)
+    arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
     model = load_arm(settings.arm)
     n = arm.num_joints
     plant = arm.plant

@@ -73,14 +73,21 @@ class TrialRunner:
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     def get_diagram(
-        self, duration: float, tool: Tool | None = None, nail: NailPlacement | None = None
+        self,
+        duration: float,
+        tool: Tool | None = None,
+        nail: NailPlacement | None = None,
+        *,
+        has_clamp: bool = False,
     ) -> TrialDiagram:
-        """Returns the Diagram of presentations of a duration, [s], with the shapes of a tool and a nail if given."""
+        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if asked."""
         shapes = () if tool is None else tool.appearance
         placement = () if nail is None else nail.key
-        key = (duration, *shapes, *placement)
+        key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
-            self._diagrams[key] = build_trial_diagram(self.settings, duration, tool=tool, nail=nail)
+            self._diagrams[key] = build_trial_diagram(
+                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp
+            )
             if len(self._diagrams) > _MAX_DIAGRAMS:
                 self._diagrams.popitem(last=False)
         self._diagrams.move_to_end(key)

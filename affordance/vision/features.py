@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
 from affordance.objects.tool import Tool
@@ -62,6 +63,13 @@ class ComponentFeatures:
     rotation_sd: float = 0.0
     colour_sd: float = 0.0
     deformations: Array = field(default_factory=lambda: np.zeros((0, 4, 4)))
+
+    @property
+    def appearance(self) -> PartAppearance:
+        """What of it tells which object it belongs to."""
+        x, y, z = (float(value) for value in self.X_TE[:3, 3])
+        sizes = tuple(float(size) for size in self.shape.sizes)
+        return PartAppearance(self.colour, sizes, (x, y, z), self.colour_sd, self.size_sd, self.position_sd)
 
 
 def measure_features(tool: Tool, error: VisionError, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:

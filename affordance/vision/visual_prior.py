@@ -24,19 +24,16 @@ def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior:
 
     Args:
         features: What the eye says of each component.
-        memory: What is believed of materials met before.
+        memory: What is believed of materials and objects met before.
         prior: What is believed of materials never met.
 
     Returns: The belief about the object before it is felt; its memory includes every look of the object.
     """
-    indices = []
-    for part in features:
-        memory, index = memory.recognise(part.colour, part.colour_sd, prior)
-        indices.append(index)
+    recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
-        memory,
-        memory.belief.add_object_variation(prior.deviation_sd),
-        measure_geometry(features, indices, memory.belief.size),
+        recollection.memory,
+        recollection.densities,
+        measure_geometry(features, recollection.columns, recollection.densities.size),
     )
 
 

@@ -1,0 +1,236 @@
+"""The memory of a learner with kinds: it can tell an odd member of a material from a thing of its own.
+
+What it believes of an object before it is felt: if the object was lifted before, the density of the kind it is of, or
+its own; if it never was, that of the most populous kind of its colour. What a trial teaches: the gate
+(``kinds_gate``) weighs which kind the object is of, the best hypothesis or one drawn is taken for true, and the
+kinds it names learn by Bayes' rule.
+"""
+
+import enum
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.colour_recognition import compute_colour_probabilities
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.kinds import NO_KINDS, Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds_gate import (
+    GateSettings,
+    Verdict,
+    find_stable,
+    list_hypotheses,
+    predict_densities,
+    weigh,
+)
+from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
+from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
+from affordance.objects.appearance import PartAppearance, is_same_object
+from affordance.objects.colour import Colour, is_same_colour
+
+
+class Pick(enum.Enum):
+    """Which hypothesis about an object's kinds is taken for true."""
+
+    MAP = "map"  # the most probable one, for an arm that is to work
+    DRAWN = "drawn"  # one drawn by its probability, to simulate people
+
+
+@dataclass(frozen=True)
+class KindSettings:
+    """What a learner with kinds goes by.
+
+    Attributes:
+        gate: What the gate goes by.
+        pick: Which hypothesis is taken.
+        seed: Determines what is drawn; another one for each observer.
+    """
+
+    gate: GateSettings
+    pick: Pick = Pick.MAP
+    seed: tuple[int, ...] = (0,)
+
+    def __post_init__(self) -> None:
+        """Checks the gate's numbers.
+
+        Raises:
+            ValueError: One is not finite and positive.
+        """
+        for name, value in self.gate._asdict().items():
+            if not (np.isfinite(value) and value > 0.0):
+                raise ValueError(f"{name} is {value}, must be finite and greater than 0")
+
+    def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
+        """Picks a verdict; lift is the number of the lift, from 1, which with the seed determines what is drawn."""
+        probabilities = np.array([verdict.probability for verdict in verdicts])
+        if self.pick is Pick.MAP:
+            return verdicts[int(probabilities.argmax())]
+        rng = np.random.default_rng([*self.seed, lift])
+        return verdicts[int(rng.choice(len(verdicts), p=probabilities))]
+
+
+class ObjectAtHand(NamedTuple):
+    """The object recalled last.
+
+    Attributes:
+        known: What is known of it.
+        place: Its place among the objects; None if it was never lifted.
+        prior: What is believed of a kind never met.
+    """
+
+    known: KnownObject
+    place: int | None
+    prior: Prior
+
+
+@dataclass(frozen=True)
+class KindMemory:
+    """What is remembered of kinds and objects.
+
+    Attributes:
+        settings: What the learner goes by.
+        colours: The colours, in the order they were met.
+        kinds: The kinds, and the objects of each.
+        num_lifts: How many lifts it has learned from.
+        at_hand: The object recalled last and not learned from yet.
+    """
+
+    settings: KindSettings
+    colours: tuple[Colour, ...] = ()
+    kinds: Kinds = NO_KINDS
+    num_lifts: int = 0
+    at_hand: ObjectAtHand | None = None
+
+    @cached_property
+    def belief(self) -> DensityBelief:
+        """Belief about a thing of each colour that was never lifted: that about the colour's most populous kind."""
+        kinds = [self.kinds.find_most_populous(colour) for colour in range(len(self.colours))]
+        if kinds == list(range(len(self.kinds.colours))):
+            return self.kinds.belief
+        mean, covariance = self.kinds.belief.untruncated_mean, self.kinds.belief.covariance
+        return DensityBelief.from_moments(mean[kinds], covariance[np.ix_(kinds, kinds)])
+
+    def find(self, appearance: Sequence[PartAppearance]) -> int | None:
+        """Index of the object of an appearance; None if it was never lifted."""
+        for index, known in enumerate(self.kinds.objects):
+            if is_same_object(known.appearance, appearance):
+                return index
+        return None
+
+    def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "KindMemory":
+        """Returns the memory with a kind that starts with the prior for each colour that was never met."""
+        memory = self
+        for colour in colours:
+            if memory._find_colour(colour) is None:
+                memory = replace(
+                    memory,
+                    colours=(*memory.colours, colour),
+                    kinds=memory.kinds.add((len(memory.colours),), prior),
+                )
+        return memory
+
+    def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[KindMemory, int]":
+        """Finds a measured colour or meets it; with an error it is the most probable one. See ``Memory``."""
+        if colour_sd > 0.0:
+            best = int(compute_colour_probabilities(colour, colour_sd, self.colours).argmax())
+            if best < len(self.colours):
+                return self, best
+        memory = self.add_colours([colour], prior)
+        index = memory._find_colour(colour)
+        assert index is not None
+        return memory, index
+
+    def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[KindMemory]":
+        """Recalls what this object weighed or, if it was never lifted, what things of its colours weigh.
+
+        Costs a comparison with every object, and O(K^3) for K kinds.
+
+        Args:
+            appearance: What is seen of each part.
+            prior: What is believed of materials never met.
+        """
+        memory, parts = self, []
+        for part in appearance:
+            memory, colour = memory.recognise(part.colour, part.colour_sd, prior)
+            parts.append(part._replace(colour=memory.colours[colour]))
+        place = memory.find(parts)
+        colours = tuple(dict.fromkeys(memory.colours.index(part.colour) for part in parts))
+        if place is None:
+            memberships = tuple(Membership(memory.kinds.find_most_populous(colour), 0, 1.0) for colour in colours)
+            known = KnownObject(tuple(parts), colours, memberships)
+        else:
+            known = memory.kinds.objects[place]
+            colours = known.colours
+        chosen = tuple(membership.kind for membership in known.memberships)
+        scatter_sd = np.full(len(memory.kinds.colours), prior.deviation_sd)
+        densities = predict_densities(memory.kinds, chosen, scatter_sd, find_stable(known, chosen))
+        columns = tuple(colours.index(memory.colours.index(part.colour)) for part in parts)
+        return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns)
+
+    def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:
+        """Weighs all hypotheses about the kinds of the object recalled last; the last kinds of its colours are new.
+
+        Raises:
+            ValueError: No object was recalled.
+        """
+        known, place, prior = self._get_at_hand()
+        kinds = self.kinds.add(known.colours, prior)
+        return weigh(list_hypotheses(kinds, known, place, self.settings.gate), find_likelihood)
+
+    def learn(
+        self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
+    ) -> "Lesson[KindMemory]":
+        """Judges which kinds the object recalled last is of, and learns from the lift; see ``Memory``.
+
+        Costs a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, however many lifts there were.
+
+        Raises:
+            ValueError: No object was recalled.
+        """
+        verdicts = self.weigh(find_likelihood)
+        return self.take(verdicts, self.settings.pick_verdict(verdicts, self.num_lifts + 1), deviation_sd)
+
+    def take(self, verdicts: list[Verdict], chosen: Verdict, deviation_sd: float) -> "Lesson[KindMemory]":
+        """Takes one of the verdicts about the object recalled last for true, and learns from the lift.
+
+        Args:
+            verdicts: About all hypotheses, from ``weigh``.
+            chosen: One of them.
+            deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
+
+        Raises:
+            ValueError: No object was recalled.
+        """
+        known, place, prior = self._get_at_hand()
+        taken = chosen.hypothesis.kinds
+        first_new = len(self.kinds.colours)
+        new_columns = [column for column, kind in enumerate(taken) if kind >= first_new]
+        kinds = self.kinds.add(tuple(known.colours[column] for column in new_columns), prior)
+        numbers = {taken[column]: first_new + i for i, column in enumerate(new_columns)}
+        named = [numbers.get(kind, kind) for kind in taken]
+        kinds = replace(kinds, belief=teach(kinds.belief, named, chosen.likelihood, deviation_sd))
+        probabilities = [
+            sum(verdict.probability for verdict in verdicts if verdict.hypothesis.kinds[column] == kind)
+            for column, kind in enumerate(taken)
+        ]
+        lifted = known._replace(own=OwnDensities(tuple(range(len(taken))), chosen.posterior))
+        kinds = tidy(assign(kinds, lifted, place, list(zip(named, probabilities, strict=True))), prior)
+        memory = replace(self, kinds=kinds, num_lifts=self.num_lifts + 1, at_hand=None)
+        return Lesson(memory, chosen.posterior, chosen.likelihood)
+
+    def restrict_to(self, colours: Sequence[Colour]) -> "KindMemory":
+        """Returns the memory with these colours only, all of which it has met, and the objects that show no other."""
+        if tuple(colours) == self.colours:
+            return self
+        numbers = {self.colours.index(colour): new for new, colour in enumerate(colours)}
+        return replace(self, colours=tuple(colours), kinds=restrict_colours(self.kinds, numbers), at_hand=None)
+
+    def _find_colour(self, colour: Colour) -> int | None:
+        return next((i for i, known in enumerate(self.colours) if is_same_colour(known, colour)), None)
+
+    def _get_at_hand(self) -> ObjectAtHand:
+        if self.at_hand is None:
+            raise ValueError("no object was recalled since the last lift, must recall one before learning from it")
+        return self.at_hand

@@ -1,0 +1,82 @@
+"""What a learner with kinds remembers, to be read and drawn: which kinds, which objects, with what probability."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kinds import KnownObject
+from affordance.belief.object_belief import Memory
+from affordance.objects.appearance import Appearance
+from affordance.objects.colour import Colour
+
+
+class ObjectSummary(NamedTuple):
+    """What is remembered of an object in one of its colours.
+
+    Attributes:
+        appearance: What it looks like.
+        probability: That it is of its kind, as judged at its last lift.
+        num_lifts: For how many of its last lifts it has been of this kind.
+        density: Mean of what is believed of its density, [kg/m^3].
+        sd: Standard deviation of that, [kg/m^3].
+        has_own: Whether it keeps a density of its own, or has that of its kind.
+    """
+
+    appearance: Appearance
+    probability: float
+    num_lifts: int
+    density: float
+    sd: float
+    has_own: bool
+
+
+class KindSummary(NamedTuple):
+    """What is remembered of a kind.
+
+    Attributes:
+        colour: Red, green and blue in [0, 1].
+        density: Mean of what is believed of its mean density, [kg/m^3].
+        sd: Standard deviation of that, [kg/m^3].
+        is_most_populous: Whether things of this colour never lifted are believed to be of it.
+        objects: The objects of it.
+    """
+
+    colour: Colour
+    density: float
+    sd: float
+    is_most_populous: bool
+    objects: tuple[ObjectSummary, ...]
+
+
+def count_kinds(memory: Memory) -> int:
+    """How many kinds objects are of; zero for a learner without kinds."""
+    return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
+
+
+def summarise_kinds(memory: KindMemory) -> tuple[KindSummary, ...]:
+    """Lists the kinds, colour by colour, each with its objects."""
+    kinds, belief = memory.kinds, memory.kinds.belief
+    summaries = []
+    for index, colour in enumerate(memory.colours):
+        for kind in kinds.list_of(index):
+            density, sd = float(belief.untruncated_mean[kind]), float(np.sqrt(belief.covariance[kind, kind]))
+            objects = [
+                _summarise_object(known, column, density, sd)
+                for known in kinds.objects
+                for column, membership in enumerate(known.memberships)
+                if membership.kind == kind
+            ]
+            is_most_populous = kind == kinds.find_most_populous(index)
+            summaries.append(KindSummary(colour, density, sd, is_most_populous, tuple(objects)))
+    return tuple(summaries)
+
+
+def _summarise_object(known: KnownObject, column: int, density: float, sd: float) -> ObjectSummary:
+    has_own = column in known.own.columns
+    if has_own:
+        place = known.own.columns.index(column)
+        density = float(known.own.belief.untruncated_mean[place])
+        sd = float(np.sqrt(known.own.belief.covariance[place, place]))
+    membership = known.memberships[column]
+    return ObjectSummary(known.appearance, membership.probability, membership.num_lifts, density, sd, has_own)

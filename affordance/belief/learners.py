@@ -1,0 +1,39 @@
+"""The learners by name, and the memory that an observer of each begins with."""
+
+import enum
+
+from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+
+# Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick
+# (`affordance fit-kappa`; docs/decisions/0026-kinds.md).
+KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.26}
+
+
+class Learner(enum.Enum):
+    """What learns."""
+
+    DENSITY = "density"  # one density for each colour (paper)
+    KINDS_MAP = "kinds_map"  # kinds within a colour; takes the most probable hypothesis
+    KINDS_DRAWN = "kinds_drawn"  # the same; takes one drawn by its probability
+
+    @property
+    def pick(self) -> Pick | None:
+        """Which hypothesis about an object's kinds it takes; None if it has no kinds."""
+        return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)
+
+
+def start_memory(learner: Learner, seed: tuple[int, ...], kappa: float | None = None) -> Memory:
+    """The memory of an observer before anything was met.
+
+    Args:
+        learner: What learns.
+        seed: Determines what a learner that draws will draw; another one for each observer.
+        kappa: Breadth of a category over its mean density; None for the fitted one.
+    """
+    pick = learner.pick
+    if pick is None:
+        return MaterialMemory()
+    return KindMemory(KindSettings(GateSettings(KAPPA[pick] if kappa is None else kappa), pick, seed))

@@ -1,0 +1,169 @@
+"""Simulation I with each learner, and the decoy lifted again: does one odd object spoil what is known of brass?
+
+After the honest objects the decoy is held six times, and then the first object once more. Up to the first decoy a
+learner with one density for each colour does what Simulation I does, number for number.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kinds_summary import count_kinds, summarise_kinds
+from affordance.belief.learners import Learner, start_memory
+from affordance.belief.object_belief import Memory
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.random_streams import Stream
+from affordance.reporting.kinds_figure import draw_kinds
+from affordance.reporting.people_figures import draw_decoy_again
+from affordance.reporting.statistics import compute_excursion, estimate_mean
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import Settings
+from affordance.simulation.trial import Observer, TrialRecord, get_runner
+
+NUM_DECOYS = 6
+
+
+class HeldObjects(Protocol):
+    """Simulation I, as far as it is needed here; a frozen dataclass."""
+
+    @property
+    def tools(self) -> tuple[Tool, ...]:
+        """The honest objects in order of presentation, then the decoy."""
+
+    @property
+    def seed(self) -> int:
+        """Root of every random draw."""
+
+    @property
+    def settings(self) -> Settings:
+        """What all simulations share."""
+
+    @property
+    def duration(self) -> float:
+        """How long each object is held, [s]."""
+
+    @property
+    def colour(self) -> Colour:
+        """That of all the objects."""
+
+
+@dataclass(frozen=True)
+class DecoyConfig:
+    """What is run.
+
+    Attributes:
+        weight: Simulation I.
+        learner: What observers learn by.
+    """
+
+    weight: HeldObjects
+    learner: Learner
+
+    @property
+    def tools(self) -> tuple[Tool, ...]:
+        """What is held, in order."""
+        *honest, decoy = self.weight.tools
+        return (*honest, *[decoy] * NUM_DECOYS, honest[0])
+
+
+def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
+    """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
+    weight, seed = config.weight, config.weight.seed
+    memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
+        [weight.colour], weight.settings.prior
+    )
+    observer = Observer(get_runner(weight.settings), memory, duration=weight.duration)
+    memories, records = [memory], []
+    for trial, tool in enumerate(config.tools):
+        records.append(observer.hold(tool, (seed, repeat, trial)))
+        memories.append(observer.memory)
+    return memories, records
+
+
+def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs one observer, and keeps what is needed of it.
+
+    Returns: ``excursion`` (K,), the height of largest magnitude of each object's centre; ``density_median`` (K + 1,)
+        believed of the material before the first and after each of K holds; and ``num_kinds`` (K + 1,), zero for a
+        learner without kinds.
+    """
+    memories, records = run_observer(config, repeat)
+    return {
+        "excursion": compute_excursion(np.array([record.height_centre for record in records])),
+        "density_median": np.array([memory.belief.compute_percentiles([0.5])[0, 0] for memory in memories]),
+        "num_kinds": np.array([count_kinds(memory) for memory in memories]),
+    }
+
+
+def run(
+    weight: HeldObjects, folder: Path, *, repeats: int, jobs: int
+) -> tuple[dict[Learner, dict[str, NDArray[Any]]], dict[str, Any]]:
+    """Runs all observers of all learners; those that the folder holds are not run again.
+
+    Returns: Arrays of all observers by learner, and the numbers of ``compute_metrics``.
+    """
+    arrays = {}
+    for learner in Learner:
+        config = DecoyConfig(weight, learner)
+        kept = folder / "repeats" / compute_key(config, weight.settings.arm.parent)
+        arrays[learner] = run_repeats(
+            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
+        )
+    return arrays, compute_metrics(weight, arrays)
+
+
+def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
+    """Draws what an observer who takes the most probable hypothesis remembers in the end."""
+    memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
+    memory = memories[-1]
+    assert isinstance(memory, KindMemory)  # what such an observer starts with
+    title = f"What one observer remembers after Simulation I and {NUM_DECOYS} lifts of the decoy"
+    return draw_kinds(summarise_kinds(memory), title=title)
+
+
+def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+    """Computes what became of brass, of the decoy, and of kinds that nobody needs.
+
+    Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
+        six, [kg/m^3]; ``excursion_m`` with ``_ci95``, by learner the mean excursion in each hold; and
+        ``needless_kinds``, by learner the share of first lifts of honest objects but the first that founded a kind.
+    """
+    num_honest = len(weight.tools) - 1
+    brass, excursion, interval, needless = {}, {}, {}, {}
+    for learner, found in arrays.items():
+        medians = np.median(found["density_median"], axis=0)
+        brass[learner.value] = [float(medians[num_honest + 1]), float(medians[num_honest + NUM_DECOYS])]
+        estimate = estimate_mean(found["excursion"])
+        excursion[learner.value], interval[learner.value] = estimate.mean, estimate.ci95
+        founded = np.diff(found["num_kinds"][:, 1 : num_honest + 1], axis=1) > 0
+        needless[learner.value] = float(founded.mean())
+    return {
+        "brass_after_decoy": brass,
+        "brass_before_decoy": {
+            learner.value: float(np.median(found["density_median"][:, num_honest]))
+            for learner, found in arrays.items()
+        },
+        "excursion_m": excursion,
+        "excursion_m_ci95": interval,
+        "needless_kinds": needless,
+    }
+
+
+def draw(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
+    """Draws excursions and beliefs hold by hold; labels name the learners."""
+    names = dict(zip(arrays, labels, strict=True))
+    held = [tool.name for tool in DecoyConfig(weight, Learner.DENSITY).tools]
+    return draw_decoy_again(
+        {names[learner]: estimate_mean(found["excursion"]) for learner, found in arrays.items()},
+        {names[learner]: np.median(found["density_median"], axis=0) for learner, found in arrays.items()},
+        density_true=weight.tools[0].components[0].material.density,
+        labels=[f"{trial}. {name}" for trial, name in enumerate(held, start=1)],
+    )

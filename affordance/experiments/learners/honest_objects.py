@@ -1,0 +1,170 @@
+"""Simulations II to IV with each learner: what honest objects teach, how they are held, and which grips are chosen.
+
+Observers hold the objects of Simulation II, in the same order and feeling the same whatever they learn by. Where
+nothing is odd a learner with kinds should do what one with a single density for each colour does.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.belief.kinds_summary import count_kinds
+from affordance.belief.learners import Learner, start_memory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.choice.hammer import load_hammer
+from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import pick_cheapest, rank_options
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import load_path
+from affordance.experiments.shared.decisions import count_correct
+from affordance.experiments.shared.experience import ExperienceConfig, draw_order
+from affordance.experiments.shared.novel_tools import load_novel_tools
+from affordance.objects.tool import list_densities
+from affordance.random_streams import Stream
+from affordance.reporting.statistics import compute_excursion, estimate_mean
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+
+TASKS = ("reach", "hammer")
+# Densities drawn for each choice whose probability is computed.
+_NUM_CHOICES = 500
+
+
+class TestedObjects(Protocol):
+    """Simulation II, as far as it is needed here; a frozen dataclass."""
+
+    @property
+    def experience(self) -> ExperienceConfig:
+        """The two honest objects, and how they are learned."""
+
+    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
+        """Holds each object once with what is believed; nothing is learned from it."""
+
+
+@dataclass(frozen=True)
+class HonestConfig:
+    """What is run.
+
+    Attributes:
+        com: Simulation II: objects, order and decoy.
+        models: Folder with the tasks of Simulations III and IV.
+        learner: What observers learn by.
+    """
+
+    com: TestedObjects
+    models: Path
+    learner: Learner
+
+
+def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
+    """Runs one observer.
+
+    Returns: Over the K + 1 moments before the first and after each hold ``density_median`` (K + 1, M), and
+        ``reach`` and ``hammer`` (K + 1,), the probability that the correct grip is chosen; ``num_kinds`` (K + 1,);
+        ``first`` (K,), whether the object was held for the first time; of the test pass ``excursion`` (3,); and
+        ``mass_error`` and ``com_error`` (2,), of what is believed of the honest objects then.
+    """
+    held = config.com.experience
+    seed = held.seed
+    memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(held.colours, held.settings.prior)
+    observer = Observer(get_runner(held.settings), memory, duration=held.duration, remembered=held.colours)
+    memories, order = [memory], draw_order(held, repeat)
+    for trial, index in enumerate(order):
+        observer.hold(held.tools[index], (seed, repeat, trial))
+        memories.append(observer.memory)
+    tests = config.com.run_test_pass(memories[-1], repeat)
+    errors = np.array([_measure_errors(config, index, memories[-1]) for index in range(len(held.tools))])
+    chosen = {
+        task: np.array(
+            [
+                _compute_p_correct(config.models, task, held, memory, (seed, repeat, trial, Stream.PAPER))
+                for trial, memory in enumerate(memories)
+            ]
+        )
+        for task in TASKS
+    }
+    return {
+        **chosen,
+        "density_median": np.array([memory.belief.compute_percentiles([0.5])[0] for memory in memories]),
+        "num_kinds": np.array([count_kinds(memory) for memory in memories]),
+        "first": np.array([index not in order[:trial] for trial, index in enumerate(order)]),
+        "excursion": compute_excursion(np.array([record.height_centre for record in tests])),
+        "mass_error": errors[:, 0],
+        "com_error": errors[:, 1],
+    }
+
+
+def run(com: TestedObjects, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
+    """Runs all observers of all learners; those that the folder holds are not run again.
+
+    Returns: Numbers by learner, see ``compute_metrics``.
+    """
+    numbers = {}
+    for learner in Learner:
+        config = HonestConfig(com, models, learner)
+        kept = folder / "repeats" / compute_key(config, models)
+        arrays = run_repeats(
+            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"honest, {learner.value}"
+        )
+        numbers[learner.value] = compute_metrics(arrays)
+    return numbers
+
+
+def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+    """Computes the numbers of one learner from the arrays of all observers."""
+    excursion = estimate_mean(arrays["excursion"])
+    founded = np.diff(arrays["num_kinds"], axis=1) > 0
+    later = arrays["first"].copy()
+    later[:, 0] = False  # the very first object founds the kinds of its colours rightly
+    return {
+        "density_median": np.median(arrays["density_median"], axis=0),
+        "mass_error": float(np.median(arrays["mass_error"])),
+        "com_error_m": float(np.median(arrays["com_error"])),
+        "height_extreme_m": excursion.mean,
+        "height_extreme_m_ci95": excursion.ci95,
+        **{f"p_correct_{task}": arrays[task].mean(axis=0) for task in TASKS},
+        "needless_kinds": float(founded[later].mean()),
+        "kinds_at_end": float(arrays["num_kinds"][:, -1].mean()),
+    }
+
+
+@lru_cache(maxsize=4)
+def _plan(models: Path, task: str, held: ExperienceConfig) -> tuple[Choice, int]:
+    """The choice of a grip of the first novel tool, and which option one who knows the densities takes."""
+    plain = load_novel_tools(models, held)[0]
+    model = (
+        Reach(load_path(models / "paths" / "reach.yaml")) if task == "reach" else load_hammer(models / "nail.yaml")
+    )
+    choice = plan_choice(list_options(plain), model, held.settings)
+    expert = MaterialMemory.from_densities(list_densities([plain]))
+    best = rank_options(choice, expert, np.random.default_rng(0), num_samples=1).best
+    return choice, choice.options.index(best.option)
+
+
+def _compute_p_correct(
+    models: Path, task: str, held: ExperienceConfig, memory: Memory, seed: tuple[int, ...]
+) -> float:
+    """Probability that the cheaper grip is chosen by one density drawn (paper, IV-C and IV-D)."""
+    choice, correct = _plan(models, task, held)
+    rng = np.random.default_rng(seed)
+    chosen = pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, _NUM_CHOICES)), rng)
+    return float(count_correct(chosen, correct) / _NUM_CHOICES)
+
+
+def _measure_errors(config: HonestConfig, index: int, memory: Memory) -> tuple[float, float]:
+    """Error of the believed mass, as a fraction, and of the centre of mass, [m], of an honest object."""
+    held = config.com.experience
+    tool = held.tools[index]
+    features = measure_features(tool, VisionError(), np.random.default_rng(0))
+    belief = predict_object(features, memory, held.settings.prior)
+    pi = belief.compute_parameters(belief.densities.compute_mode())
+    return abs(pi[0] / tool.mass - 1.0), float(np.linalg.norm(pi[1:4] / pi[0] - tool.p_TTcm))

@@ -1,0 +1,1 @@
+"""Experiments that people have done, and what they did."""

@@ -1,0 +1,47 @@
+"""The learned fraction of people, from what is published of their forces."""
+
+import math
+from typing import NamedTuple
+
+from scipy.stats import t as student_t
+
+from affordance.experiments.people.published import Published, PublishedTable
+
+_CONFIDENCE = 0.95
+
+
+class Fraction(NamedTuple):
+    """Learned fraction of a group.
+
+    Attributes:
+        mean: f.
+        se: Standard error of it.
+        low: Lower end of its 95 % interval.
+        high: Upper end.
+    """
+
+    mean: float
+    se: float
+    low: float
+    high: float
+
+
+def estimate_people_fraction(people: PublishedTable) -> Fraction:
+    """Learned fraction of people, with its error to first order; those of the two forces are taken as independent.
+
+    Published are means and 95 % intervals by Student's t; whether the two forces covary over people is not.
+
+    Raises:
+        BadValueError: The table lacks a row that is needed.
+    """
+    end, family, weight = (people.get(name) for name in ("end_N", "family_N", "weight_N"))
+    quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, people.get("num_people").value - 1.0))
+    scale = weight.value - family.value
+    fraction = (end.value - family.value) / scale
+    se = math.hypot(_estimate_se(end, quantile), (1.0 - fraction) * _estimate_se(family, quantile)) / scale
+    return Fraction(fraction, se, fraction - quantile * se, fraction + quantile * se)
+
+
+def _estimate_se(published: Published, quantile: float) -> float:
+    """Standard error behind a published interval."""
+    return 0.5 * (published.high - published.low) / quantile

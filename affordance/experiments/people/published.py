@@ -1,0 +1,109 @@
+"""Published measurements of people, read from small tables that name their source."""
+
+import csv
+import math
+from difflib import get_close_matches
+from pathlib import Path
+from typing import NamedTuple
+
+from affordance.exceptions import BadValueError
+
+_COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
+
+
+class Published(NamedTuple):
+    """A published value.
+
+    Attributes:
+        value: Mean over people, in the unit.
+        low: Lower end of its 95 % interval; NaN if none is published.
+        high: Upper end.
+        unit: SI; 1 if it has none.
+        source: Where it stands.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+    source: str
+
+
+class PublishedTable:
+    """The published values of a group of people, by quantity."""
+
+    def __init__(self, path: Path, values: dict[str, Published]) -> None:
+        """Takes the file and what it holds."""
+        self.path = path
+        self._values = values
+
+    def get(self, quantity: str) -> Published:
+        """Returns the value of a quantity.
+
+        Raises:
+            BadValueError: The table does not have it; the nearest name that it has is given.
+        """
+        if quantity not in self._values:
+            near = get_close_matches(quantity, self._values, n=1)
+            hint = f"; nearest is {near[0]!r}" if near else ""
+            known = ", ".join(self._values)
+            raise BadValueError(self.path, "quantity", f"has no row {quantity!r}, which is needed; has {known}{hint}")
+        return self._values[quantity]
+
+
+def load_published(path: Path) -> PublishedTable:
+    """Reads a table with the columns quantity, value, low, high, unit and source.
+
+    Raises:
+        BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
+    """
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.reader(file, strict=True))
+    except OSError as error:
+        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise BadValueError(path, "", "is not a text file in UTF-8") from error
+    except csv.Error as error:
+        raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
+    if not rows or tuple(rows[0]) != _COLUMNS:
+        found = ", ".join(rows[0]) if rows else "nothing"
+        raise BadValueError(path, "row 1", f"names the columns {found}, must be {', '.join(_COLUMNS)}")
+    values: dict[str, Published] = {}
+    for number, row in enumerate(rows[1:], start=2):
+        if len(row) != len(_COLUMNS):
+            raise BadValueError(path, f"row {number}", f"has {len(row)} columns, must have {len(_COLUMNS)}")
+        quantity = row[0]
+        if not quantity or quantity in values:
+            problem = f"is {quantity!r}, " + ("which an earlier row has" if quantity else "must be a name")
+            raise BadValueError(path, f"row {number}, quantity", problem)
+        values[quantity] = _read_row(path, number, row)
+    return PublishedTable(path, values)
+
+
+def _read_row(path: Path, number: int, row: list[str]) -> Published:
+    _, value_text, low_text, high_text, unit, source = row
+    value = _read_number(path, number, "value", value_text)
+    if bool(low_text) != bool(high_text):
+        missing = "low" if high_text else "high"
+        raise BadValueError(path, f"row {number}, {missing}", "is empty, must be given as the other end is")
+    low = _read_number(path, number, "low", low_text) if low_text else math.nan
+    high = _read_number(path, number, "high", high_text) if high_text else math.nan
+    if low > value or value > high:
+        key = f"row {number}, {'low' if low > value else 'high'}"
+        bound = f"{low:g}, must be at most" if low > value else f"{high:g}, must be at least"
+        raise BadValueError(path, key, f"is {bound} the value {value:g}")
+    for name, text in (("unit", unit), ("source", source)):
+        if not text.strip():
+            raise BadValueError(path, f"row {number}, {name}", "is empty, must be given")
+    return Published(value, low, high, unit, source)
+
+
+def _read_number(path: Path, number: int, column: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BadValueError(path, f"row {number}, {column}", f"is {text!r}, must be a finite number")
+    return value

@@ -1,0 +1,76 @@
+"""What an object looks like, by which it is known again: the colour, sizes and place of each of its parts.
+
+Two things that look the same are one object to whoever remembers it; so a decoy that is the twin of an honest object
+is remembered in that object's place.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.objects.colour import Colour, is_same_colour
+
+# Lengths that differ by less than this fraction cannot be told apart by eye: the Weber fraction of the length of
+# lines is 0.029 (Teghtsoonian 1971, Psychological Review 78:71-80; from memory, not checked).
+SAME_LENGTH = 0.029
+# Two measurements of one length differ by more than this many standard deviations of either in one of 200 pairs.
+_MEASUREMENT_MARGIN = 4.0
+
+
+class PartAppearance(NamedTuple):
+    """What is seen of one part.
+
+    Attributes:
+        colour: Red, green and blue in [0, 1].
+        sizes: Its axis lengths, in any order, [m].
+        position: Of its centre in the tool's frame T, [m].
+        colour_sd: Standard deviation of the colour's measurement in each direction of CIELAB; 0 if it is exact.
+        size_sd: Standard deviation of each size's measurement, as a fraction of that size.
+        position_sd: Standard deviation of each coordinate's measurement, [m].
+    """
+
+    colour: Colour
+    sizes: tuple[float, ...]
+    position: tuple[float, float, float]
+    colour_sd: float = 0.0
+    size_sd: float = 0.0
+    position_sd: float = 0.0
+
+
+type Appearance = tuple[PartAppearance, ...]
+
+
+def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
+    """Says whether two appearances are those of one object: as many parts, each with its like in the other.
+
+    Parts are alike if their colours are the same, and sizes and positions differ by no more than cannot be told
+    apart by eye or is due to the error of measuring. Costs n^2 comparisons for n parts.
+    """
+    if len(one) != len(other):
+        return False
+    extent = max(max(part.sizes) + float(np.linalg.norm(part.position)) for part in one)
+    unmatched = list(other)
+    for part in one:
+        match = next((candidate for candidate in unmatched if _is_same_part(part, candidate, extent)), None)
+        if match is None:
+            return False
+        unmatched.remove(match)
+    return True
+
+
+def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
+    """Compares two parts; extent is the length of the object, by which places are told apart, [m]."""
+    if len(one.sizes) != len(other.sizes) or not is_same_colour(one.colour, other.colour):
+        return False
+    sizes, other_sizes = np.sort(one.sizes), np.sort(other.sizes)
+    tolerance = SAME_LENGTH + _MEASUREMENT_MARGIN * max(one.size_sd, other.size_sd)
+    if not _is_close(sizes, other_sizes, tolerance * np.minimum(sizes, other_sizes)):
+        return False
+    tolerance = SAME_LENGTH * extent + _MEASUREMENT_MARGIN * max(one.position_sd, other.position_sd)
+    return _is_close(np.array(one.position), np.array(other.position), np.full(3, tolerance))
+
+
+def _is_close(one: Array, other: Array, tolerance: Array) -> bool:
+    return bool((np.abs(one - other) <= tolerance).all())

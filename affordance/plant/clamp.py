@@ -1,0 +1,61 @@
+"""A clamp that holds the hand where it is until it lets go: a stiff spring.
+
+Drake's bushing pulls the hand H back to a frame fixed in W, with forces against displacement and torques against
+rotation. Where that frame is, and stiffness and damping, are parameters of the plant's Context.
+"""
+
+from typing import Any
+
+import numpy as np
+from pydrake.math import RigidTransform
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import FixedOffsetFrame, Frame, LinearBushingRollPitchYaw
+from pydrake.systems.framework import Context
+
+from affordance.arrays import Array
+
+# Of the virtual spring that held people's hands (Cesanek et al. 2021, eLife 10:e71627), [N/m].
+STIFFNESS = 4000.0
+# Critical for the 2 kg that an outstretched arm and its load weigh at the hand, so that the force has settled within
+# a tenth of a second; what it settles at does not depend on it, [N s/m].
+_DAMPING = 180.0
+# Against rotation, the same spring and damper a hand's breadth to either side. The published one bore no moment, and
+# the objects had none; one that is held by its end needs something to bear it.
+_SQUARED_LEVER = 0.1**2
+
+
+class Clamp:
+    """A clamp of the hand."""
+
+    def __init__(self, plant: MultibodyPlant, hand: Frame) -> None:
+        """Adds an open clamp for a hand H to a plant that is not finalized yet."""
+        self._hand = hand
+        # Drake's stubs name the classes these are derived from.
+        anchor: Any = plant.AddFrame(FixedOffsetFrame("clamp", plant.world_frame(), RigidTransform()))
+        self._anchor: FixedOffsetFrame = anchor
+        none = np.zeros(3)
+        bushing: Any = plant.AddForceElement(LinearBushingRollPitchYaw(anchor, hand, none, none, none, none))
+        self._bushing: LinearBushingRollPitchYaw = bushing
+
+    def close(self, plant_context: Context) -> None:
+        """Holds the hand where it is."""
+        self._anchor.SetPoseInParentFrame(plant_context, self._hand.CalcPoseInWorld(plant_context))
+        self._set(plant_context, STIFFNESS, _DAMPING)
+
+    def open(self, plant_context: Context) -> None:
+        """Lets go of the hand."""
+        self._set(plant_context, 0.0, 0.0)
+
+    def compute_force(self, plant_context: Context) -> Array:
+        """Force of the hand on the clamp, expressed in W, shape (3,), [N]."""
+        force = self._bushing.CalcBushingSpatialForceOnFrameA(plant_context)  # at the anchor, expressed in it
+        R_WA = self._anchor.CalcRotationMatrixInWorld(plant_context)
+        on_clamp: Array = R_WA.matrix() @ force.translational()
+        return on_clamp
+
+    def _set(self, plant_context: Context, stiffness: float, damping: float) -> None:
+        of_force, of_torque = np.ones(3), np.full(3, _SQUARED_LEVER)
+        self._bushing.SetForceStiffnessConstants(plant_context, stiffness * of_force)
+        self._bushing.SetForceDampingConstants(plant_context, damping * of_force)
+        self._bushing.SetTorqueStiffnessConstants(plant_context, stiffness * of_torque)
+        self._bushing.SetTorqueDampingConstants(plant_context, damping * of_torque)

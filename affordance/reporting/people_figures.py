@@ -1,0 +1,190 @@
+"""Pictures of what people and simulated observers did, lift by lift, and how well that determines a constant."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from affordance.arrays import Array
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import count_observers
+from affordance.reporting.statistics import Estimate, estimate_mean
+
+_PEOPLE, _NEUTRAL = "#000000", "#777777"
+# Of so many observers each is drawn.
+_MOST_DRAWN = 30
+
+
+class Interval(NamedTuple):
+    """A published mean with its 95 % interval."""
+
+    mean: float
+    low: float
+    high: float
+
+
+class LiftCurve(NamedTuple):
+    """Forces of the observers of one learner.
+
+    Attributes:
+        label: Its name.
+        test: For the test object, one column a cycle, (R, C), [N].
+        family: What the training objects predict for its size, (R, C), [N].
+    """
+
+    label: str
+    test: Array
+    family: Array
+
+
+def draw_test_object(
+    curves: Sequence[LiftCurve],
+    *,
+    weight: float,
+    first: Interval,
+    end: Interval,
+    family: Interval,
+    num_last: int,
+    title: str,
+) -> Figure:
+    """Draws the force for the test object cycle by cycle: a panel a learner, people's intervals in each.
+
+    Args:
+        curves: One for each learner.
+        weight: True weight of the test object, [N].
+        first: People's force in its first lift, [N].
+        end: Their mean force in the last cycles, [N].
+        family: What their training objects predict for its size then, [N].
+        num_last: How many cycles are the last.
+        title: Says which experiment it is.
+    """
+    figure = Figure(figsize=(4.0 * len(curves), 4.3))
+    panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
+        cycles = np.arange(1, curve.test.shape[1] + 1)
+        for row in curve.test[:_MOST_DRAWN]:
+            axes.plot(cycles, row, color=colour, linewidth=0.5, alpha=0.35)
+        mean = estimate_mean(curve.test)
+        axes.plot(cycles, mean.mean, color=colour, linewidth=2.2)
+        axes.fill_between(cycles, mean.low, mean.high, color=colour, alpha=0.25, linewidth=0.0)
+        predicted = curve.family.mean(axis=0)
+        axes.plot(cycles, predicted, "--", color=colour, linewidth=1.4)
+        axes.axhline(weight, color=_PEOPLE, linewidth=0.9, linestyle=":", label="its weight")
+        last = (cycles[-1] - num_last + 1, cycles[-1])
+        _mark_people(axes, 1.0, first, "o", "people, mean and 95 % interval")
+        _mark_people(axes, float(np.mean(last)), end, "o", "", half_width=0.5 * (last[1] - last[0]))
+        _mark_people(axes, cycles[-1] + 1.5, family, "^", "people, predicted by its family")
+        axes.set_title(f"{curve.label}, {count_observers(len(curve.test))}", fontsize=FONT_SIZE)
+        axes.set_xlabel("cycle with the test object")
+    panels[0].set_ylabel("upward force before release (N)")
+    handles, labels = panels[0].get_legend_handles_labels()
+    ours = [
+        Line2D([], [], color=_NEUTRAL, linewidth=2.2, label="test object, mean of observers"),
+        Line2D([], [], color=_NEUTRAL, linestyle="--", label="predicted by its family"),
+    ]
+    labels = [*(str(line.get_label()) for line in ours), *labels]
+    figure.legend([*ours, *handles], labels, frameon=False, loc="outside lower center", ncols=3)
+    figure.suptitle(title, fontsize=FONT_SIZE + 1)
+    tidy(*panels)
+    return figure
+
+
+def draw_kappa_fit(
+    curves: Mapping[str, tuple[Array, Array]],
+    people: Sequence[Interval],
+    profile: tuple[Array, Array],
+    *,
+    kappas: Array,
+    best: Interval,
+    threshold: float,
+    title: str,
+) -> Figure:
+    """Draws how the learned fraction depends on kappa in each group, and what that says of kappa.
+
+    Args:
+        curves: Learned fraction and its standard error by group, (K,) each.
+        people: That of people, in the same order.
+        profile: Values of kappa, and log likelihood less its largest value, (N,) each.
+        kappas: Values that were simulated, (K,).
+        best: The most likely kappa and its interval.
+        threshold: Where the interval ends, below zero.
+        title: Says which learner it is.
+    """
+    figure = Figure(figsize=(9.0, 3.9))
+    left, right = figure.subplots(1, 2)
+    for (label, (mean, se)), found, colour in zip(curves.items(), people, OBJECT_COLOURS, strict=False):
+        left.errorbar(kappas, mean, 1.96 * se, fmt="o-", color=colour, markersize=4.0, capsize=2.0, label=label)
+        left.axhline(found.mean, color=colour, linewidth=1.0, linestyle="--")
+        left.axhspan(found.low, found.high, color=colour, alpha=0.12, linewidth=0.0)
+    left.axvspan(best.low, best.high, color="#888888", alpha=0.15, linewidth=0.0)
+    left.set_xlabel("kappa, breadth of a category over its mean")
+    left.set_ylabel("learned fraction f")
+    left.set_title("Simulated; people dashed, with 95 % interval", fontsize=FONT_SIZE)
+    left.legend(frameon=False)
+    right.plot(*profile, color=_PEOPLE, linewidth=1.6)
+    right.axhline(threshold, color=_PEOPLE, linewidth=0.8, linestyle=":")
+    right.axvline(best.mean, color=_PEOPLE, linewidth=0.8, linestyle="--")
+    right.axvspan(best.low, best.high, color="#888888", alpha=0.15, linewidth=0.0)
+    right.set_ylim(max(-8.0, float(profile[1].min()) - 0.5), 0.5)
+    right.set_xlabel("kappa")
+    right.set_ylabel("log likelihood less its largest value")
+    right.set_title(f"kappa = {best.mean:.3f}, 95 % interval {best.low:.3f} to {best.high:.3f}", fontsize=FONT_SIZE)
+    figure.suptitle(title, fontsize=FONT_SIZE + 1)
+    tidy(left, right)
+    return figure
+
+
+def draw_decoy_again(
+    lifts: Mapping[str, Estimate], densities: Mapping[str, Array], *, density_true: float, labels: Sequence[str]
+) -> Figure:
+    """Draws how far objects move when they are given, and what is believed of their material, for several learners.
+
+    Args:
+        lifts: Farthest height of the object, up or down, in each of K holds, by learner, (K,) each, [m].
+        densities: Median density believed of the material before the first and after each hold, (K + 1,) each.
+        density_true: Of the material, [kg/m^3].
+        labels: What is held, K of them.
+    """
+    figure = Figure(figsize=(11.0, 4.2))
+    left, right = figure.subplots(1, 2)
+    positions = np.arange(1, len(labels) + 1)
+    offset = 0.14
+    for k, ((name, height), colour) in enumerate(zip(lifts.items(), OBJECT_COLOURS, strict=False)):
+        error = 100.0 * np.array([height.mean - height.low, height.high - height.mean])
+        shifted = positions + offset * (k - 0.5 * (len(lifts) - 1))
+        left.errorbar(shifted, 100.0 * height.mean, error, fmt="o", color=colour, capsize=2.5, label=name)
+        style = f"o{LINE_STYLES[k % len(LINE_STYLES)]}"
+        right.plot([0, *positions], densities[name], style, color=colour, markersize=4.0, label=name)
+    left.axhline(0.0, color=_PEOPLE, linewidth=0.8, linestyle=":")
+    right.axhline(density_true, color=_PEOPLE, linewidth=1.0, linestyle=":", label="true")
+    for axes in (left, right):
+        axes.set_xticks(positions, labels, rotation=40, ha="right")
+    left.set_ylabel("farthest height of the object (cm)")
+    left.set_title("Mean over observers, 95 % interval", fontsize=FONT_SIZE)
+    right.set_ylabel("density believed of the material (kg/m³)")
+    right.set_title("After each hold, median over observers", fontsize=FONT_SIZE)
+    right.set_ylim(bottom=0.0)
+    right.legend(frameon=False)
+    tidy(left, right)
+    return figure
+
+
+def _mark_people(
+    axes: Axes, position: float, found: Interval, marker: str, label: str, half_width: float | None = None
+) -> None:
+    error = [[found.mean - found.low], [found.high - found.mean]]
+    axes.errorbar(
+        position,
+        found.mean,
+        error,
+        half_width,
+        fmt=marker,
+        color=_PEOPLE,
+        capsize=3.0,
+        markersize=5.0,
+        zorder=5,
+        label=label or None,
+    )

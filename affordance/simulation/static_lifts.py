@@ -1,0 +1,143 @@
+"""Hundreds of lifts of an observer in closed form: what an arm at rest believes, exerts and feels, none simulated.
+
+In each lift the observer sees an object, pushes with the weight it believes the object to have (``control.clamp``),
+and then holds it: the torques of the arm at rest with the object in hand, with the errors of feeling, are what it
+learns from. The arm is that of all simulations, in its home posture.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.object_belief import Memory
+from affordance.control.clamp import compute_clamp_force
+from affordance.objects.appearance import PartAppearance
+from affordance.objects.inertia import build_inertia_map
+from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.static_percept import StaticPercept
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.settings import Settings
+from affordance.vision.features import VisionError, measure_features
+
+
+class Lift(NamedTuple):
+    """One presentation of an object.
+
+    Attributes:
+        tool: Which object.
+        teaches: Whether what is felt is learned from.
+    """
+
+    tool: int
+    teaches: bool = True
+
+
+class LiftRecord(NamedTuple):
+    """What happened in N lifts.
+
+    Attributes:
+        force: Upward force exerted before release, (N,), [N].
+        weight: True weight, (N,), [N].
+        memories: What was remembered before the first and after each lift, N + 1.
+    """
+
+    force: Array
+    weight: Array
+    memories: tuple[Memory, ...]
+
+
+class _SeenTool(NamedTuple):
+    """What is the same in all lifts of a tool.
+
+    Attributes:
+        appearance: What is seen of each part.
+        Phi: Inertial parameters at unit density of each part, shape (10, num_parts).
+        tau: True torques of the arm that holds it, shape (num_joints,), [N m].
+        weight: [N].
+    """
+
+    appearance: tuple[PartAppearance, ...]
+    Phi: Array
+    tau: Array
+    weight: float
+
+
+class StaticLifter:
+    """Simulates lifts of a set of objects; what does not change from lift to lift is computed once."""
+
+    def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
+        """Takes the objects and what all simulations share.
+
+        Raises:
+            ValueError: The closed form does not hold: features are not exact, or joints do not feel by WeberNoise.
+            ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
+        """
+        if not isinstance(settings.noise, WeberNoise):
+            raise ValueError(f"noise is {type(settings.noise).__name__}, must be WeberNoise for lifts in closed form")
+        if settings.vision_error != VisionError():
+            raise ValueError(f"vision_error is {settings.vision_error}, must be zero for lifts in closed form")
+        arm = load_arm(settings.arm)
+        self.settings = settings
+        self._noise = settings.noise
+        self._hold = StaticHold(arm)
+        self._gravity = float(np.linalg.norm(ArmModel(arm).gravity))
+        self._tools = [self._see(tool) for tool in tools]
+
+    def run(self, lifts: Sequence[Lift], memory: Memory, seed: tuple[int, ...]) -> LiftRecord:
+        """Simulates an observer.
+
+        Costs, in each lift, what the memory's ``recall`` and ``learn`` cost.
+
+        Args:
+            lifts: The lifts, in their order.
+            memory: What the observer remembers before the first.
+            seed: Determines the errors of feeling.
+        """
+        forces, memories = [], [memory]
+        for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
+            tool = self._tools[lift.tool]
+            recollection = memories[-1].recall(tool.appearance, self.settings.prior)
+            densities = recollection.densities
+            columns = np.zeros((len(recollection.columns), densities.size))
+            columns[np.arange(len(recollection.columns)), list(recollection.columns)] = 1.0
+            Phi = tool.Phi @ columns  # (10, M)
+            rng = np.random.default_rng([*seed, number, 1])
+            forces.append(self._compute_force(densities, Phi, rng))
+            if lift.teaches:
+                percept = self._feel(tool, Phi, (*seed, number))
+                lesson = recollection.memory.learn(
+                    densities, percept.find_likelihood, self.settings.prior.deviation_sd
+                )
+                memories.append(lesson.memory)
+            else:
+                memories.append(memories[-1])
+        weights = [self._tools[lift.tool].weight for lift in lifts]
+        return LiftRecord(np.array(forces), np.array(weights), tuple(memories))
+
+    def _see(self, tool: Tool) -> _SeenTool:
+        features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact
+        count = len(features)
+        Phi = build_inertia_map(
+            [part.shape for part in features], [part.X_TE for part in features], range(count), count
+        )
+        return _SeenTool(
+            tuple(part.appearance for part in features),
+            Phi,
+            self._hold.tau_arm + self._hold.Y @ tool.parameters,
+            self._gravity * tool.mass,
+        )
+
+    def _compute_force(self, densities: DensityBelief, Phi: Array, rng: np.random.Generator) -> float:
+        rho = densities.compute_point_estimate(self.settings.point_estimate, rng)
+        return compute_clamp_force(Phi @ rho, self._gravity)
+
+    def _feel(self, tool: _SeenTool, Phi: Array, seed: tuple[int, ...]) -> StaticPercept:
+        gain, offset = self._noise.draw_trial_errors(seed, len(tool.tau))
+        felt = tool.tau * (1.0 + gain) + offset
+        return StaticPercept(self._hold.tau_arm, self._hold.Y @ Phi, felt - self._hold.tau_arm, self._noise)

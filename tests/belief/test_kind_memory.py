@@ -1,0 +1,302 @@
+import itertools
+
+import numpy as np
+import pytest
+from helpers.kinds_by_brute_force import BruteLift, believe_kinds, believe_own, judge
+from scipy.stats import chisquare
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learners import KAPPA, Learner, start_memory
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.material_memory import MaterialMemory
+from affordance.objects.appearance import PartAppearance
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+RGB = {"brass": (0.8, 0.6, 0.1), "steel": (0.5, 0.5, 0.6)}
+# By name: colours, and how long.
+OBJECTS = {
+    "rod": (("brass",), 0.05),
+    "long rod": (("brass",), 0.10),
+    "bolt": (("steel",), 0.05),
+    "mace": (("brass", "steel"), 0.07),
+    "pick": (("steel", "brass"), 0.12),
+}
+KAPPA_TRIED = 0.25
+
+
+def show(name):
+    """What an object looks like."""
+    colours, length = OBJECTS[name]
+    return [
+        PartAppearance(RGB[colour], (length, 0.02, 0.02), (length * k, 0.0, 0.0)) for k, colour in enumerate(colours)
+    ]
+
+
+def measure(R, y, V):
+    """The likelihood of a measurement y = R rho + e, e ~ N(0, V), whatever is believed before."""
+    weights = np.linalg.inv(V)
+    log_scale = np.linalg.slogdet(2.0 * np.pi * V)[1]
+    likelihood = Likelihood(R.T @ weights @ R, R.T @ weights @ y, -0.5 * (y @ weights @ y + log_scale))
+    return lambda belief: likelihood
+
+
+def weigh_alone(density, sd=150.0):
+    """A measurement of the density of an object of one colour."""
+    return measure(np.eye(1), np.array([density]), np.array([[sd**2]]))
+
+
+def lift(memory, name, find_likelihood):
+    recollection = memory.recall(show(name), PRIOR)
+    return recollection.memory.learn(recollection.densities, find_likelihood, PRIOR.deviation_sd).memory
+
+
+def start(pick=Pick.MAP, kappa=KAPPA_TRIED, seed=(0,)):
+    return KindMemory(KindSettings(GateSettings(kappa), pick, seed))
+
+
+def believe(memory, name):
+    """Mean density believed of an object of one colour before it is lifted."""
+    return memory.recall(show(name), PRIOR).densities.untruncated_mean[0]
+
+
+def draw_lift(rng, name):
+    """A measurement of an object whose brass may be odd: twice as heavy as that of the others, or not."""
+    colours, _ = OBJECTS[name]
+    m = len(colours)
+    typical = {"brass": 5000.0, "steel": 3000.0}
+    odd = {"long rod": 2.0, "mace": 1.8}.get(name, 1.0)
+    rho = np.array([typical[colour] * (odd if colour == "brass" else 1.0) for colour in colours])
+    R = rng.normal(size=(m + 1, m)) + np.eye(m + 1, m)
+    V = np.diag(rng.uniform(150.0, 600.0, m + 1) ** 2)
+    return R, R @ rho + rng.multivariate_normal(np.zeros(m + 1), V), V
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed):
+    """Random lifts of objects of one and two colours; all assignments enumerated from the whole history each time."""
+    rng = np.random.default_rng([seed, 8])
+    memory = start(Pick.DRAWN, seed=(seed,))
+    lifts, born, names = [], {}, []  # names: those of the memory's kinds, in its order
+    for _ in range(14):
+        name = str(rng.choice(list(OBJECTS)))
+        colours = OBJECTS[name][0]
+        R, y, V = draw_lift(rng, name)
+        memory = memory.recall(show(name), PRIOR).memory
+        verdicts = memory.weigh(measure(R, y, V))
+        expected = judge(lifts, name, colours, R, y, V, born, kappa=KAPPA_TRIED)
+        unmanned = [kind for kind in range(len(memory.kinds.colours)) if not memory.kinds.count_objects()[kind]]
+        labels = ["unmanned" if kind in unmanned else names.pop(0) for kind in range(len(memory.kinds.colours))]
+        first_new = len(labels)
+        found = {
+            tuple("new" if kind >= first_new else labels[kind] for kind in verdict.hypothesis.kinds): verdict
+            for verdict in verdicts
+        }
+        assert found.keys() == expected.keys()
+        for kinds, verdict in found.items():
+            assert verdict.probability == pytest.approx(expected[kinds], rel=1e-7, abs=1e-12)
+
+        chosen = memory.settings.pick_verdict(verdicts, memory.num_lifts + 1)
+        taken = []
+        for column, kind in enumerate(chosen.hypothesis.kinds):
+            if kind >= first_new:
+                taken.append(f"{len(lifts)}.{column}")
+                born[taken[-1]] = len(born)
+            else:
+                taken.append(labels[kind])
+        memory = memory.take(verdicts, chosen, PRIOR.deviation_sd).memory
+        lifts.append(BruteLift(name, colours, tuple(taken), R, y, V))
+
+        last = {done.name: done for done in lifts}
+        for known in memory.kinds.objects:  # which kind is which is told by who is of it
+            lifted = next(done for done in last.values() if show(done.name) == list(known.appearance))
+            for membership, kind in zip(known.memberships, lifted.kinds, strict=True):
+                names += [""] * (membership.kind + 1 - len(names))
+                names[membership.kind] = kind
+            columns, own_mean, own_covariance = believe_own(lifts, lifted.name, born, KAPPA_TRIED)
+            assert known.own.columns == tuple(columns)
+            np.testing.assert_allclose(known.own.belief.untruncated_mean, own_mean, rtol=1e-7)
+            np.testing.assert_allclose(known.own.belief.covariance, own_covariance, rtol=1e-6, atol=1e-3)
+        mean, covariance = believe_kinds(lifts, names)
+        np.testing.assert_allclose(memory.kinds.belief.untruncated_mean, mean, rtol=1e-8)
+        np.testing.assert_allclose(memory.kinds.belief.covariance, covariance, rtol=1e-6, atol=1e-3)
+
+
+def enumerate_paths(memory, lifts):
+    """All ways in which a few lifts can be judged: the kinds of all objects at the end, and how probable that is."""
+    if not lifts:
+        yield describe(memory), 1.0
+        return
+    (name, find_likelihood), *rest = lifts
+    memory = memory.recall(show(name), PRIOR).memory
+    verdicts = memory.weigh(find_likelihood)
+    for chosen in verdicts:
+        for end, probability in enumerate_paths(memory.take(verdicts, chosen, PRIOR.deviation_sd).memory, rest):
+            yield end, chosen.probability * probability
+
+
+def describe(memory):
+    """Who is of which kind, and what the kinds weigh."""
+    memberships = tuple(tuple(m.kind for m in known.memberships) for known in memory.kinds.objects)
+    return memberships, tuple(memory.kinds.belief.untruncated_mean.round(3))
+
+
+def test_drawn_observers_go_every_way_as_often_as_it_is_probable():
+    lifts = [("rod", weigh_alone(5000.0)), ("long rod", weigh_alone(8500.0)), ("long rod", weigh_alone(7600.0))]
+    lifts.append(("rod", weigh_alone(5300.0)))
+    expected = {}
+    for end, probability in enumerate_paths(start(), lifts):
+        expected[end] = expected.get(end, 0.0) + probability
+    assert sum(expected.values()) == pytest.approx(1.0, abs=1e-12)
+    counts = dict.fromkeys(expected, 0)
+    for seed in range(300):
+        memory = start(Pick.DRAWN, seed=(seed,))
+        for name, find_likelihood in lifts:
+            memory = lift(memory, name, find_likelihood)
+        counts[describe(memory)] += 1
+    frequent = [end for end in expected if expected[end] > 0.01]
+    assert len(frequent) >= 3
+    rest = 1.0 - sum(expected[end] for end in frequent)
+    observed = [counts[end] for end in frequent] + [300 - sum(counts[end] for end in frequent)]
+    assert chisquare(observed, [300 * p for p in [*(expected[end] for end in frequent), rest]]).pvalue > 1e-3
+
+
+def test_where_nothing_is_odd_both_learners_believe_the_same(rng):
+    """Measurements whose errors do not depend on what is believed; every lift is judged to be of a member."""
+    kinds, materials = start(kappa=0.5), MaterialMemory()
+    for name in ["rod", "bolt", "mace", "pick", "long rod", "mace"]:
+        colours = OBJECTS[name][0]
+        rho = np.array([{"brass": 5000.0, "steel": 3000.0}[colour] for colour in colours])
+        R = rng.normal(size=(3, len(colours)))
+        V = 100.0**2 * np.eye(3)
+        find_likelihood = measure(R, R @ rho + 100.0 * rng.standard_normal(3), V)
+        kinds = lift(kinds, name, find_likelihood)
+        recollection = materials.recall(show(name), PRIOR)
+        S = np.zeros((len(colours), recollection.densities.size))
+        S[np.arange(len(colours)), list(recollection.columns)] = 1.0
+        likelihood = find_likelihood(None)
+        whole = Likelihood(S.T @ likelihood.precision @ S, S.T @ likelihood.information_vector, 0.0)
+        materials = recollection.memory.learn(recollection.densities, lambda _, found=whole: found, 100.0).memory
+    assert len(kinds.kinds.colours) == 2
+    assert kinds.colours == materials.colours
+    np.testing.assert_allclose(kinds.belief.untruncated_mean, materials.belief.untruncated_mean, rtol=1e-9)
+    np.testing.assert_allclose(kinds.belief.covariance, materials.belief.covariance, rtol=1e-9)
+
+
+def teach_family(memory, density=5000.0):
+    for name, _ in itertools.product(["rod", "long rod"], range(3)):
+        memory = lift(memory, name, weigh_alone(density))
+    return memory
+
+
+def add_odd(monkeypatch):
+    monkeypatch.setitem(OBJECTS, "hollow rod", (("brass",), 0.15))
+    monkeypatch.setitem(OBJECTS, "unseen rod", (("brass",), 0.20))
+
+
+def test_a_thing_of_its_own_is_right_the_second_time_and_its_material_stays(monkeypatch):
+    add_odd(monkeypatch)
+    memory = teach_family(start())
+    assert believe(memory, "hollow rod") == pytest.approx(5000.0, rel=0.02)  # never lifted: most populous kind
+    before = memory.belief.untruncated_mean[0]
+    for _ in range(6):
+        memory = lift(memory, "hollow rod", weigh_alone(700.0))
+    assert believe(memory, "hollow rod") == pytest.approx(700.0, rel=0.05)
+    assert memory.belief.untruncated_mean[0] == pytest.approx(before, abs=1e-6)
+    assert believe(memory, "unseen rod") == pytest.approx(before, abs=1e-6)
+
+
+def test_evidence_that_a_member_is_odd_does_not_pile_up(monkeypatch):
+    """A third too heavy, lift after lift: it stays a member, ever more surely, and leaves no trace of its own."""
+    add_odd(monkeypatch)
+    memory = teach_family(start())
+    p_new = []
+    for _ in range(12):
+        memory = memory.recall(show("hollow rod"), PRIOR).memory
+        verdicts = memory.weigh(weigh_alone(6300.0))
+        p_new.append(verdicts[-1].probability)
+        memory = memory.learn(memory.recall(show("hollow rod"), PRIOR).densities, weigh_alone(6300.0), 100.0).memory
+    assert (np.diff(p_new) < 0.0).all()
+    assert len(memory.kinds.colours) == 1
+    assert all(known.own.columns == () for known in memory.kinds.objects)
+
+
+def test_a_kind_that_all_objects_have_left_is_forgotten(monkeypatch):
+    add_odd(monkeypatch)
+    memory = teach_family(start())
+    memory = lift(memory, "hollow rod", weigh_alone(700.0))
+    assert len(memory.kinds.colours) == 2
+    memory = lift(memory, "hollow rod", weigh_alone(5000.0))  # it was filled
+    assert len(memory.kinds.colours) == 1
+    assert believe(memory, "hollow rod") == pytest.approx(5000.0, rel=0.02)
+    assert memory.kinds.objects[-1].memberships[0].num_lifts == 1
+
+
+def test_the_twin_of_an_honest_object_is_remembered_in_its_place():
+    memory = teach_family(start())
+    memory = lift(memory, "long rod", weigh_alone(700.0))
+    assert len(memory.kinds.objects) == 2
+    assert believe(memory, "long rod") == pytest.approx(700.0, rel=0.15)
+    assert believe(memory, "rod") == pytest.approx(5000.0, rel=0.02)
+
+
+def test_drawing_is_determined_by_the_seed_and_the_number_of_the_lift():
+    lifts = [("rod", weigh_alone(5000.0)), ("long rod", weigh_alone(8000.0)), ("long rod", weigh_alone(8000.0))]
+    ends = []
+    for _ in range(2):
+        memory = start(Pick.DRAWN, seed=(3, 1))
+        for name, find_likelihood in lifts:
+            memory = lift(memory, name, find_likelihood)
+        ends.append(describe(memory))
+    assert ends[0] == ends[1]
+
+
+def test_colours_with_an_error_are_the_most_probable_ones():
+    memory = lift(start(), "rod", weigh_alone(5000.0))
+    red, green, blue = RGB["brass"]
+    seen = [part._replace(colour=(red, green - 0.03, blue), colour_sd=3.0) for part in show("rod")]
+    assert memory.recall(seen, PRIOR).memory.colours == (RGB["brass"],)
+    other = [part._replace(colour=(0.1, 0.2, 0.9), colour_sd=3.0) for part in show("rod")]
+    assert memory.recall(other, PRIOR).memory.colours == (RGB["brass"], (0.1, 0.2, 0.9))
+
+
+def test_restricting_keeps_some_colours_and_the_objects_that_show_no_other(rng):
+    memory = start()
+    for name in ["rod", "mace", "bolt"]:
+        R, y, V = draw_lift(rng, name)
+        memory = lift(memory, name, measure(R, y, V))
+    restricted = memory.restrict_to([RGB["steel"]])
+    assert restricted.colours == (RGB["steel"],)
+    assert [len(known.appearance) for known in restricted.kinds.objects] == [1]
+    steel = memory.colours.index(RGB["steel"])
+    np.testing.assert_allclose(restricted.belief.untruncated_mean[0], memory.belief.untruncated_mean[steel])
+    assert memory.restrict_to(memory.colours) is memory
+
+
+def test_colours_added_before_anything_is_felt_have_the_prior():
+    memory = start().add_colours([RGB["brass"], RGB["steel"]], PRIOR)
+    np.testing.assert_allclose(memory.belief.untruncated_mean, [1000.0, 1000.0])
+    memory = lift(memory, "rod", weigh_alone(5000.0))
+    assert len(memory.kinds.colours) == 2
+    assert believe(memory, "bolt") == pytest.approx(1000.0)
+
+
+def test_learning_without_recalling_is_an_error():
+    with pytest.raises(ValueError, match="no object was recalled since the last lift"):
+        start().learn(start().belief, weigh_alone(1.0), 100.0)
+
+
+@pytest.mark.parametrize("name", ["kappa", "concentration", "switching"])
+@pytest.mark.parametrize("value", [0.0, -1.0, np.nan, np.inf])
+def test_settings_that_make_no_sense_are_errors(name, value):
+    with pytest.raises(ValueError, match=f"{name} is .*, must be finite and greater than 0"):
+        KindSettings(GateSettings(0.25)._replace(**{name: value}))
+
+
+def test_learners_start_with_their_memories():
+    assert start_memory(Learner.DENSITY, (0,)) == MaterialMemory()
+    for learner, pick in ((Learner.KINDS_MAP, Pick.MAP), (Learner.KINDS_DRAWN, Pick.DRAWN)):
+        memory = start_memory(learner, (4, 2))
+        assert memory.settings == KindSettings(GateSettings(KAPPA[pick]), pick, (4, 2))
+        assert start_memory(learner, (0,), kappa=0.4).settings.gate.kappa == 0.4

@@ -1,0 +1,104 @@
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds_upkeep import assign, find_twins, merge, teach, tidy
+from affordance.belief.likelihood import Likelihood
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+
+
+def build(colours, lifts):
+    """Kinds of colours that were taught by lifts, each a density, its error, and the kind."""
+    kinds = Kinds().add(colours, PRIOR)
+    belief = kinds.belief
+    for density, sd, kind in lifts:
+        likelihood = Likelihood(np.array([[sd**-2]]), np.array([density * sd**-2]), 0.0)
+        belief = teach(belief, [kind], likelihood, PRIOR.deviation_sd)
+    return Kinds(colours, belief)
+
+
+def populate(kinds, memberships):
+    """Gives kinds objects of one colour each, by the kinds they are of."""
+    objects = tuple(KnownObject((), (kinds.colours[kind],), (Membership(kind, 2, 0.9),)) for kind in memberships)
+    return Kinds(kinds.colours, kinds.belief, objects)
+
+
+def test_a_lift_of_two_colours_teaches_the_kinds_it_was_judged_to_be_of(rng):
+    """Against the same lift with the object's own deviations as unknowns of their own, marginalised in moments."""
+    belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], np.diag([300.0, 200.0, 400.0]) ** 2)
+    R, y, sd = rng.normal(size=(4, 2)), rng.normal(size=4) * 3000.0, 250.0
+    taught = teach(belief, [2, 0], Likelihood(R.T @ R / sd**2, R.T @ y / sd**2, 0.0), PRIOR.deviation_sd)
+    H = np.zeros((4, 5))  # three kinds, two deviations
+    H[:, [2, 0]] = R
+    H[:, 3:] = R
+    mean = np.array([5000.0, 900.0, 3000.0, 0.0, 0.0])
+    covariance = np.diag([300.0, 200.0, 400.0, 100.0, 100.0]) ** 2
+    gain = covariance @ H.T @ np.linalg.inv(H @ covariance @ H.T + sd**2 * np.eye(4))
+    np.testing.assert_allclose(taught.untruncated_mean, (mean + gain @ (y - H @ mean))[:3], rtol=1e-9)
+    np.testing.assert_allclose(taught.covariance, (covariance - gain @ H @ covariance)[:3, :3], rtol=1e-7, atol=1e-6)
+
+
+def test_merged_kinds_believe_what_one_kind_would_have_learned():
+    lifts = [(5000.0, 300.0, 0), (5100.0, 150.0, 1), (2000.0, 200.0, 2), (4900.0, 250.0, 1)]
+    apart = populate(build((0, 0, 1), lifts), [0, 1, 1, 2])
+    merged = merge(apart, 0, 1, PRIOR)
+    together = build((0, 1), [(5000.0, 300.0, 0), (5100.0, 150.0, 0), (2000.0, 200.0, 1), (4900.0, 250.0, 0)])
+    assert merged.colours == (0, 1)
+    np.testing.assert_allclose(merged.belief.precision, together.belief.precision, rtol=1e-12)
+    np.testing.assert_allclose(merged.belief.information_vector, together.belief.information_vector, rtol=1e-12)
+    assert [known.memberships[0].kind for known in merged.objects] == [0, 0, 0, 1]
+
+
+@pytest.mark.parametrize(("difference", "are_twins"), [(0.0, True), (90.0, True), (110.0, False), (500.0, False)])
+def test_twins_differ_by_less_than_objects_of_one_material(difference, are_twins):
+    kinds = build((0, 1, 0), [(5000.0 + difference * (k % 3 == 0), 30.0, 2 * (k % 3 == 0)) for k in range(3000)])
+    assert find_twins(kinds, PRIOR.deviation_sd) == ((0, 2) if are_twins else None)
+
+
+def test_kinds_of_different_colours_are_no_twins():
+    assert find_twins(build((0, 1), [(5000.0, 30.0, k % 2) for k in range(200)]), PRIOR.deviation_sd) is None
+
+
+def test_kinds_about_which_little_is_known_are_no_twins():
+    assert find_twins(build((0, 0), [(5000.0, 300.0, 0), (5000.0, 300.0, 1)]), PRIOR.deviation_sd) is None
+
+
+def test_twins_become_one_and_its_members_leave_no_trace():
+    kinds = populate(build((0, 0), [(5000.0, 100.0, k % 2) for k in range(80)]), [0, 0, 1])
+    own = OwnDensities((0,), DensityBelief.from_moments([5000.0], [[400.0]]))
+    kinds = Kinds(kinds.colours, kinds.belief, (*kinds.objects[:2], kinds.objects[2]._replace(own=own)))
+    tidied = tidy(kinds, PRIOR)
+    assert tidied.colours == (0,)
+    assert tidied.objects[2].own.columns == ()
+
+
+def test_a_forgotten_kind_leaves_the_others_as_they_were():
+    belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], [[9e4, 3e4, 2e4], [3e4, 4e4, 1e4], [2e4, 1e4, 16e4]])
+    tidied = tidy(populate(Kinds((0, 0, 1), belief), [0, 2, 2]), PRIOR)
+    assert tidied.colours == (0, 1)
+    np.testing.assert_allclose(tidied.belief.untruncated_mean, [5000.0, 3000.0])
+    np.testing.assert_allclose(tidied.belief.covariance, [[9e4, 2e4], [2e4, 16e4]])
+    assert [known.memberships[0].kind for known in tidied.objects] == [0, 1, 1]
+
+
+def test_a_colour_never_lifted_keeps_its_kind():
+    tidied = tidy(populate(build((0, 1), [(5000.0, 100.0, 0)]), [0]), PRIOR)
+    assert tidied.colours == (0, 1)
+
+
+def test_an_object_counts_its_lifts_as_a_member_of_its_kind():
+    kinds = populate(build((0, 0), [(5000.0, 100.0, 0), (900.0, 100.0, 1)]), [0, 0])
+    stayed = assign(kinds, kinds.objects[0], 0, [(0, 0.7)])
+    assert stayed.objects[0].memberships == (Membership(0, 3, 0.7),)
+    left = assign(kinds, kinds.objects[0], 0, [(1, 0.6)])
+    assert left.objects[0].memberships == (Membership(1, 1, 0.6),)
+    came = assign(kinds, KnownObject((), (0,), (Membership(0, 0, 1.0),)), None, [(0, 0.8)])
+    assert came.objects[2].memberships == (Membership(0, 1, 0.8),)
+
+
+def test_the_most_populous_kind_has_most_objects_and_of_equals_is_the_oldest():
+    kinds = build((0, 0, 1), [])
+    assert populate(kinds, [1, 1, 0]).find_most_populous(0) == 1
+    assert populate(kinds, [1, 0, 2, 2]).find_most_populous(0) == 0

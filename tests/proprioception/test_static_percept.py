@@ -1,0 +1,26 @@
+import numpy as np
+import pytest
+from helpers.seen_objects import TWO_MATERIALS, detect_parts
+
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.proprioception.estimator import find_likelihood
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.static_percept import StaticPercept
+from affordance.proprioception.torque_noise import WeberNoise
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+
+
+@pytest.mark.parametrize("noise", [WeberNoise(0.07, 0.097), WeberNoise(0.0, 0.3), WeberNoise(0.13, 0.01)])
+@pytest.mark.parametrize("num_materials", [1, 2])
+def test_likelihood_is_that_of_the_estimator(arm, noise, num_materials):
+    hold = StaticHold(arm)
+    belief = detect_parts(TWO_MATERIALS[:num_materials], PRIOR)
+    narrow = DensityBelief.from_moments(np.full(num_materials, 3000.0), 500.0**2 * np.eye(num_materials))
+    statistics = hold.measure(belief, np.array([5000.0, 700.0])[:num_materials], noise, (3, 1))
+    percept = StaticPercept(hold.tau_arm, hold.Y @ belief.geometry.Phi, statistics.features[:7] - hold.tau_arm, noise)
+    for densities in (belief.densities, narrow):
+        found = percept.find_likelihood(densities)
+        expected = find_likelihood(densities, belief.geometry, statistics, 7, noise)
+        for one, other in zip(found, expected, strict=True):
+            np.testing.assert_allclose(one, other, rtol=1e-10)

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from pydrake.systems.framework import DiagramBuilder
+
+from affordance.belief.learners import Learner, start_memory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.control.clamp import ClampAndRelease, compute_clamp_force
+from affordance.experiments.people.linear_plus import GROUPS, build_experiment
+from affordance.plant.arm import add_arm
+from affordance.plant.clamp import STIFFNESS
+from affordance.simulation.clamp_trial import CLAMPED, run_clamp_and_release
+from affordance.simulation.trial import TrialRunner
+
+GRAVITY = 9.81
+
+
+@pytest.fixture(scope="module")
+def lifted():
+    """The test object of Linear++, twice: held at its middle, it is a load without a moment."""
+    return build_experiment(GROUPS[1]).tools[-1]
+
+
+def believe(tool, density):
+    (part,) = tool.components
+    return MaterialMemory.from_densities({part.looks_like.colour: density})
+
+
+@pytest.mark.parametrize("believed", [300.0, 1500.0, 2500.0])
+def test_force_in_closed_form_agrees_with_the_simulation(runner, lifted, believed):
+    """To 1 %, as is asked; what was found is a hundredth of that."""
+    _, clamp = run_clamp_and_release(runner, lifted, believe(lifted, believed), duration=0.1, seed=(0,))
+    pi = lifted.parameters * believed / lifted.components[0].material.density
+    assert clamp.force == pytest.approx(compute_clamp_force(pi, GRAVITY), rel=1e-3)
+
+
+def test_force_is_the_believed_weight_for_an_object_held_by_its_end_too(runner, weight):
+    """Its moment turns the hand in the clamp; that it is pushed upward by its weight remains."""
+    rod = weight.tools[3]
+    _, clamp = run_clamp_and_release(runner, rod, believe(rod, 4000.0), duration=0.1, seed=(0,))
+    assert clamp.force == pytest.approx(GRAVITY * rod.mass * 4000.0 / 8500.0, rel=1e-3)
+
+
+def test_force_does_not_depend_on_the_true_weight(runner, lifted, weight):
+    light = lifted.with_densities({lifted.components[0].looks_like.colour: 400.0})
+    memory = believe(lifted, 1500.0)
+    heavy_clamp, light_clamp = (
+        run_clamp_and_release(runner, tool, memory, duration=0.1, seed=(0,))[1] for tool in (lifted, light)
+    )
+    assert heavy_clamp.force == light_clamp.force
+
+
+def test_after_release_the_hand_sinks_rises_or_stays_as_the_object_was_believed(runner, lifted):
+    density = lifted.components[0].material.density
+    excursions = {}
+    for factor in (0.6, 1.0, 1.4):
+        record, clamp = run_clamp_and_release(
+            runner, lifted, believe(lifted, factor * density), duration=1.0, seed=(0,)
+        )
+        assert record.times[-1] == pytest.approx(CLAMPED + 1.0)
+        excursions[factor] = clamp.excursion
+    assert excursions[0.6] < -0.02
+    assert excursions[1.4] > 0.01
+    spring = GRAVITY * lifted.mass / STIFFNESS  # what the clamp gave way under the right force
+    assert excursions[1.0] == pytest.approx(-spring, rel=0.03)
+
+
+def test_only_what_is_felt_after_release_is_learned_from(runner, lifted):
+    """Before release the arm feels its own push, which says nothing of the object."""
+    memory = start_memory(Learner.KINDS_MAP, (0,))
+    record, _ = run_clamp_and_release(runner, lifted, memory, duration=1.0, seed=(0, 1))
+    period = runner.settings.sample_period
+    assert record.samples.accepted in (round(1.0 / period), round(1.0 / period) + 1)
+    assert record.samples.rejected == 0
+    assert record.memory.belief.untruncated_mean[0] == pytest.approx(2500.0, rel=0.25)
+    assert record.memory.kinds.objects[0].memberships[0].num_lifts == 1
+
+
+def test_an_open_clamp_changes_no_hold(lifted, weight):
+    """To the last bit: with and without one."""
+    records = []
+    for has_clamp in (False, True):
+        runner = TrialRunner(weight.settings)
+        trial = runner.get_diagram(0.2, has_clamp=has_clamp)
+        simulator = runner.prepare(trial, lifted, trial.hold, believe(lifted, 1500.0), (0,))
+        simulator.AdvanceTo(0.2)
+        state = trial.arm.plant.GetMyContextFromRoot(simulator.get_context())
+        records.append(trial.arm.plant.GetPositionsAndVelocities(state))
+    np.testing.assert_array_equal(*records)
+
+
+def test_clamp_pulls_as_a_spring_of_the_published_stiffness():
+    builder = DiagramBuilder()
+    arm = add_arm(builder, has_clamp=True)
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant_context = arm.plant.GetMyMutableContextFromRoot(context)
+    arm.plant.SetPositions(plant_context, arm.home)
+    np.testing.assert_array_equal(arm.clamp.compute_force(plant_context), np.zeros(3))
+    arm.clamp.close(plant_context)
+    home = arm.hand.CalcPoseInWorld(plant_context).translation()
+    np.testing.assert_allclose(arm.clamp.compute_force(plant_context), np.zeros(3), atol=1e-9)
+    arm.plant.SetPositions(plant_context, arm.home + 1e-4 * np.arange(1, 8))
+    moved = arm.hand.CalcPoseInWorld(plant_context).translation() - home
+    np.testing.assert_allclose(arm.clamp.compute_force(plant_context), STIFFNESS * moved, rtol=1e-2, atol=1e-3)
+    arm.clamp.open(plant_context)
+    np.testing.assert_array_equal(arm.clamp.compute_force(plant_context), np.zeros(3))
+
+
+def test_task_corrects_nothing_until_release(model):
+    task = ClampAndRelease(model.arm.home, release_time=1.0)
+    x = np.concatenate([model.arm.home + 0.1, np.zeros(7)])
+    before = task.compute_goal(model, x, 0.995, 0.24)
+    after = task.compute_goal(model, x, 1.0 - 1e-13, 0.24)
+    np.testing.assert_array_equal(before.d_q, x[:7])
+    np.testing.assert_array_equal(after.d_q, model.arm.home)
+    assert before.C_q is after.C_q
+    assert task.choose_horizon(0.5, 0.24) == 0.24

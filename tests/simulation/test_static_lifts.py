@@ -1,0 +1,77 @@
+import dataclasses
+import time
+
+import numpy as np
+import pytest
+
+from affordance.belief.learners import Learner, start_memory
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.static_lifts import Lift, StaticLifter
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+
+
+@pytest.fixture(scope="module")
+def tools():
+    """Two objects of two materials, a decoy that looks like the first, and a rod of one."""
+    materials = load_materials(MODELS / "materials.yaml")
+    return (
+        *load_tools(MODELS / "tools" / "com.yaml", materials),
+        load_tools(MODELS / "tools" / "weight.yaml", materials)[1],
+    )
+
+
+@pytest.mark.parametrize("learner", list(Learner))
+def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(arm, tools, learner):
+    """Forces and all memories, against the visual prior and the estimator of the Diagram."""
+    settings, hold, seed = DEFAULT_SETTINGS, StaticHold(arm), (3, 7)
+    order = [0, 3, 1, 0, 2, 2, 1, 3, 0]
+    record = StaticLifter(tools, settings).run([Lift(tool) for tool in order], start_memory(learner, (5,), 0.3), seed)
+    memory = start_memory(learner, (5,), 0.3)
+    for number, (index, force, remembered) in enumerate(
+        zip(order, record.force, record.memories[1:], strict=True), start=1
+    ):
+        tool = tools[index]
+        belief = predict_object(
+            measure_features(tool, VisionError(), np.random.default_rng(0)), memory, settings.prior
+        )
+        assert force == pytest.approx(9.81 * belief.compute_parameters(belief.densities.compute_mode())[0], rel=1e-9)
+        gain, offset = settings.noise.draw_trial_errors((*seed, number), 7)
+        tau = (hold.tau_arm + hold.Y @ tool.parameters) * (1.0 + gain) + offset
+        statistics = TorqueStatistics(settings.noise.compute_features(tau, hold.tau_arm, hold.Y), 1)
+        memory = compute_posterior(belief, statistics, 7, settings.noise, 100.0).posterior.memory
+        np.testing.assert_allclose(remembered.belief.untruncated_mean, memory.belief.untruncated_mean, rtol=1e-8)
+        np.testing.assert_allclose(remembered.belief.covariance, memory.belief.covariance, rtol=1e-6, atol=1e-3)
+    np.testing.assert_allclose(record.weight, [9.81 * tools[index].mass for index in order])
+
+
+def test_a_lift_that_does_not_teach_changes_nothing(tools):
+    lifter = StaticLifter(tools, DEFAULT_SETTINGS)
+    memory = start_memory(Learner.KINDS_MAP, (0,))
+    record = lifter.run([Lift(0), Lift(1, teaches=False), Lift(1)], memory, (0,))
+    assert record.memories[0] is memory
+    assert record.memories[2] is record.memories[1]
+    assert record.force[2] == record.force[1]
+
+
+def test_closed_form_wants_exact_features_and_the_noise_it_is_of(tools):
+    with pytest.raises(ValueError, match="noise is WhiteNoise, must be WeberNoise"):
+        StaticLifter(tools, dataclasses.replace(DEFAULT_SETTINGS, noise=WhiteNoise(0.1)))
+    with pytest.raises(ValueError, match=r"vision_error is VisionError\(size=0.01.*must be zero"):
+        StaticLifter(tools, dataclasses.replace(DEFAULT_SETTINGS, vision_error=VisionError(size=0.01)))
+
+
+def test_time_of_a_lift_does_not_grow_with_how_many_there_were(tools):
+    """Lifts cost what kinds and objects cost, which are as many at the end: the last hundred beside the second."""
+    lifter = StaticLifter(tools, DEFAULT_SETTINGS)
+    memory, times = start_memory(Learner.KINDS_MAP, (0,)), []
+    for hundred in range(6):
+        start = time.process_time()
+        memory = lifter.run([Lift(3)] * 100, memory, (hundred,)).memories[-1]
+        times.append(time.process_time() - start)
+    assert min(times[3:]) < 2.0 * max(times[1:3])
