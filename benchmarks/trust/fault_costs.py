@@ -23,11 +23,11 @@ from affordance.experiments.shared.correct_grip import find_cheaper_grip
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import run_trials
+from affordance.files.data_model import load_model
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_record
 from affordance.objects.tool import list_densities
 from affordance.plant.arm import load_arm
-from affordance.proprioception.faults import Faults, load_faults
+from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 
@@ -123,7 +123,7 @@ def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple
         costs[name] = compute_cost(faulty, choice, correct, arrays)
 
     run(NO_FAULT, config.settings.faults)
-    for name, _ in read_record(path).named_records():
+    for name in load_model(path, FaultsFile).root:
         faults = load_faults(path, [name], joint_names)
         run(name, faults)
         if costs[name]["trials_outlier"] > 0.0:
