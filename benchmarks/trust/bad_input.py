@@ -47,7 +47,7 @@ FILES = {
 }
 # Files whose keys are names that are free to choose, and keys that may be left out.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
-OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
+OPTIONAL = frozenset({"rpy_deg", "looks_like", "start", *(field.name for field in fields(Faults))})
 # Likewise, in one file.
 OPTIONAL_IN = {"tools/uncommon.yaml": frozenset({"grips"})}
 # What stands for a number, a text, a list and a mapping that is none, or lies out of all bounds.
@@ -235,7 +235,7 @@ def _list_inner_places(
         if applies[way]:
             yield place
         if isinstance(value, dict | list):
-            yield from _list_inner_places(value, way, place, optional, are_names=key == "grips")
+            yield from _list_inner_places(value, way, place, optional, are_names=key in ("grips", "start"))
 
 
 def _run_nothing(*_: Any, **__: Any) -> None:
