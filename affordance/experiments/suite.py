@@ -41,6 +41,8 @@ def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> E
         BadValueError: A file is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
+    if name not in EXPERIMENTS:
+        return load_protocol_experiment(name, models, seed, settings)
     module: Any = importlib.import_module(f"affordance.experiments.{EXPERIMENTS[name]}")
     experiment: Experiment = module.load(models, seed, settings)
     return experiment

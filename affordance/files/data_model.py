@@ -5,6 +5,7 @@ mistake becomes a BadValueError that names file, key, value and bound, and the n
 """
 
 import difflib
+import enum
 import math
 import types
 import typing
@@ -145,6 +146,34 @@ class Text:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The same for editors."""
         return {"type": "string", "minLength": 1}
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Says of a text that it is the value of a member of an Enum."""
+
+    kind: type[enum.Enum]
+
+    def check(self, value: Any) -> enum.Enum:
+        """Returns the member.
+
+        Raises:
+            PydanticCustomError: There is none of that value.
+        """
+        known = {str(member.value): member for member in self.kind}
+        if isinstance(value, self.kind):
+            return value
+        if not isinstance(value, str) or value not in known:
+            raise complain(describe_choice(value, known))
+        return known[value]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A text and nothing else."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        return {"enum": [member.value for member in self.kind]}
 
 
 def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, Any] | None = None) -> M:

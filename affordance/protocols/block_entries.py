@@ -20,7 +20,7 @@ class HoldEntry(DataModel):
 
 
 class ClampEntry(DataModel):
-    """Push up against a clamp with what the object is believed to weigh; the clamp lets go, and the object is held."""
+    """Push up against a clamp with what the object is believed to weigh; it lets go, and the object is held."""
 
     duration: Annotated[Seconds, Field(description="How long it is held after release, [s].")] = 1.0
     closed_form: Annotated[
@@ -102,7 +102,7 @@ class BlockEntry(DataModel):
     order: Annotated[
         Literal["fixed", "shuffled", "latin square"],
         Field(
-            description="Within a repetition: as they are listed, drawn anew each time, or by the observer's row of a "
+            description="Within a repetition: as listed, drawn anew each time, or by the observer's row of a "
             "Latin square, in which each object comes once in each place and follows each other one equally often."
         ),
     ] = "fixed"

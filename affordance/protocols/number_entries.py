@@ -5,7 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from affordance.files.data_model import DataModel, Text, Whole, Within, complain
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
 from affordance.protocols.object_entries import ALL
 
 
@@ -49,7 +49,7 @@ class Measure(enum.StrEnum):
 class NumberEntry(DataModel):
     """A number of metrics.json."""
 
-    measure: Annotated[Measure | None, Field(strict=False, description="What is measured.")] = None
+    measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="What is measured.")] = None
     expression: Annotated[
         Annotated[str, Text()] | None,
         Field(description="In place of a measure: calculated from numbers above it, for every observer."),
@@ -67,7 +67,8 @@ class NumberEntry(DataModel):
         Field(description="What a line through measure and volume says for the first object of this group."),
     ] = None
     correlated_with: Annotated[
-        Measure | None, Field(strict=False, description="The correlation with this measure in place of the mean.")
+        Annotated[Measure, OneOf(Measure)] | None,
+        Field(description="The correlation with this measure in place of the mean."),
     ] = None
     growth: Annotated[bool, Field(description="The change from each presentation to the next.")] = False
     quantile: Annotated[float, Within(0.0, 1.0), Field(description="Of a belief.")] = 0.5

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, Text, Whole, Within, complain, join_key
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, join_key
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import ColourText, MaterialEntry, ToolEntry, build_tools, load_materials, load_tools
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
@@ -57,8 +57,12 @@ class GroupEntry(DataModel):
     """Some of the objects: by their names, or by their places, which count from 1 or, from the last, from -1."""
 
     names: Annotated[list[str] | None, Field(description="Names of objects.", min_length=1)] = None
-    first: Annotated[int, Whole(-1000, 1000), Field(alias="from", description="Place of the first.")] | None = None
-    last: Annotated[int, Whole(-1000, 1000), Field(alias="to", description="Place of the last.")] | None = None
+    first: Annotated[
+        Annotated[int, Whole(-1000, 1000)] | None, Field(alias="from", description="Place of the first.")
+    ] = None
+    last: Annotated[
+        Annotated[int, Whole(-1000, 1000)] | None, Field(alias="to", description="Place of the last.")
+    ] = None
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
@@ -113,7 +117,8 @@ class ObjectsEntry(DataModel):
         dict[str, GroupEntry], Field(description="Names for some of the objects; 'all' stands for all.")
     ] = Field(default_factory=dict)
     require: Annotated[
-        list[Requirement], Field(description="What the objects must be for the protocol to make sense.")
+        list[Annotated[Requirement, OneOf(Requirement)]],
+        Field(description="What the objects must be for the protocol to make sense."),
     ] = Field(default_factory=list)
 
     @model_validator(mode="after")

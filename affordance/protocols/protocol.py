@@ -6,8 +6,9 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, Text, Whole, Within, complain, load_model
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, load_model
 from affordance.files.model_folder import MODELS
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
@@ -38,9 +39,9 @@ class ObserversEntry(DataModel):
 
     number: Annotated[int, Whole(1, 1_000_000)] = 200
     learners: Annotated[
-        list[Literal["density", "kinds_map", "kinds_drawn"]],
+        list[Annotated[Learner, OneOf(Learner)]],
         Field(min_length=1, description="What they learn by; each is simulated."),
-    ] = Field(default_factory=lambda: ["density"])
+    ] = Field(default_factory=lambda: [Learner.DENSITY])
     told: Annotated[
         list[Annotated[str, Text()]], Field(description="Materials whose densities they are told beforehand.")
     ] = Field(default_factory=list)

@@ -126,7 +126,8 @@ def _fill_criterion(criterion: Criterion, fill: Any) -> Criterion:
 
 def _read(path: Path) -> dict[str, Any]:
     content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return content
+    report: dict[str, Any] = content.get("report", content)  # a section file, or the report of a protocol
+    return report
 
 
 def _read_claim(entry: Mapping[str, Any]) -> Claim:
