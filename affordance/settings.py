@@ -11,6 +11,7 @@ from pathlib import Path
 from pydrake.systems.analysis import SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
+from affordance.belief.learners import Learner
 from affordance.control.problem import MpcSettings
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -25,6 +26,7 @@ class Settings:
     Attributes:
         arm: Drake model directives of the arm.
         prior: What is believed of a material never felt.
+        learner: What observers learn by; the paper's has one density for each colour.
         noise: How well joints feel torque.
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
         feature_source: Whether features are measured or seen in pictures; vision_error is for those measured.
@@ -52,6 +54,8 @@ class Settings:
     # the densest metal in common use, lies two standard deviations above. 100: the spread within woods, brasses and
     # steels is 60 to 90 kg/m^3. docs/decisions/0003-prior.md
     prior: Prior = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+    # The paper's. For an arm that is to work: belief.learners.ARM_LEARNER.
+    learner: Learner = Learner.DENSITY
     # 0.07: force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992). 0.097 N m: smallest
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)

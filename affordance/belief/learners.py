@@ -25,6 +25,11 @@ class Learner(enum.Enum):
         return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)
 
 
+# The default for an arm that is to work: an odd object does not spoil what is known of its material, and where all
+# are honest it does what one density for each colour does (docs/decisions/0026-kinds.md).
+ARM_LEARNER = Learner.KINDS_MAP
+
+
 def start_memory(learner: Learner, seed: tuple[int, ...], kappa: float | None = None) -> Memory:
     """The memory of an observer before anything was met.
 

@@ -14,6 +14,7 @@ import numpy as np
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
+from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
@@ -29,12 +30,11 @@ from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects, find_file
-from affordance.protocols.presentations import Presentation, draw_presentations
+from affordance.protocols.presentations import Presentation, draw_presentations, weigh
 from affordance.random_streams import Stream
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import Settings
 from affordance.simulation.clamp_trial import run_clamp_and_release
-from affordance.choice.motion_cost import measure_cost
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
@@ -161,11 +161,22 @@ class HoldExperiment:
     def select_shared(self, plan: None) -> None:
         """Nothing is shared."""
 
+    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
+        """Presents the objects of the blocks after the first with what is believed; returns the motions."""
+        done, _ = self._run_blocks(memory, list(enumerate(self.blocks))[1:], repeat)
+        return [each.record for each in done if each.record is not None]
+
     def run_presentations(
         self, experience: Experience | None, repeat: int, learner: Learner
     ) -> tuple[list[Done], list[Memory]]:
         """Runs one observer; returns what was done in measured presentations, and memories before and after each."""
         memory, blocks = self._begin(experience, repeat, learner)
+        return self._run_blocks(memory, blocks, repeat)
+
+    def _run_blocks(
+        self, memory: Memory, blocks: Sequence[tuple[int, BlockEntry]], repeat: int
+    ) -> tuple[list[Done], list[Memory]]:
+        """Runs some of the blocks; see ``run_presentations``."""
         done: list[Done] = []
         memories: list[Memory] = [memory]
         taught, tested = 0, 0
@@ -287,12 +298,7 @@ class HoldExperiment:
     def _weigh(self, presentation: Presentation) -> Tool:
         """The object of a presentation, as heavy as it is then."""
         tool = self.tools[presentation.tool]
-        if presentation.mass is None:
-            return tool
-        factor = presentation.mass / tool.mass
-        made = [replace(part.material, density=factor * part.material.density) for part in tool.components]
-        parts = [replace(part, material=material) for part, material in zip(tool.components, made, strict=True)]
-        return replace(tool, components=tuple(parts))
+        return tool if presentation.mass is None else weigh(tool, presentation.mass)
 
     def _present(
         self, block: BlockEntry, tool: Tool, memory: Memory, seed: tuple[int, ...]
@@ -335,14 +341,7 @@ def build_experience(
 ) -> ExperienceConfig | None:
     """What is learned in a first block; None if it is measured, or not of the plainest kind."""
     plain = block.do.hold is not None and block.teaches and block.order == "shuffled" and block.first is None
-    if (
-        block.measured
-        or not plain
-        or block.times > 1
-        or block.gradual
-        or told
-        or tuple(learners) != (Learner.DENSITY,)
-    ):
+    if block.measured or not plain or block.times > 1 or block.gradual or told or len(learners) > 1:
         return None
     tools = tuple(objects.select(block.objects))
     return ExperienceConfig(tools, seed, settings, block.do.duration, block.repetitions * len(tools))

@@ -8,42 +8,41 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.definition import Experiment
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
+from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM, load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import write_report
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import end_processes, prepare_folder
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
 
 _LOG = logging.getLogger(__name__)
 
-# Modules below affordance.experiments, each with a function ``load``, by their names on the command line.
-EXPERIMENTS = {
-    "weight": "weight",
-    "com": "com",
-    "reach": "reach",
-    "hammer": "hammer.experiment",
-    "vision": "vision.experiment",
-}
+# Those of `affordance run all`, in order; all but the last are protocols that come with the models.
+EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 
 
-def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> Experiment:
-    """Loads an experiment from a folder of models; imported here, so that one need not pay for the others.
+def load_experiment(
+    name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
+) -> Experiment:
+    """Loads the study of vision, or a protocol by its name or path; imported here, as vision takes long.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    if name not in EXPERIMENTS:
+    if name != "vision":
         return load_protocol_experiment(name, models, seed, settings)
-    module: Any = importlib.import_module(f"affordance.experiments.{EXPERIMENTS[name]}")
+    module: Any = importlib.import_module("affordance.experiments.vision.experiment")
     experiment: Experiment = module.load(models, seed, settings)
     return experiment
 
@@ -59,11 +58,12 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     feature_source: FeatureSource = FeatureSource.FEATURES,
+    learner: Learner = Learner.DENSITY,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
-        names: Keys of EXPERIMENTS.
+        names: Of EXPERIMENTS, or names or paths of protocols.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
@@ -72,6 +72,7 @@ def run_suite(
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         feature_source: Where the features of objects come from.
+        learner: What observers learn by.
 
     Returns: Path of the report.
 
@@ -82,7 +83,7 @@ def run_suite(
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
-    settings = Settings(arm=models / ARM.name, feature_source=feature_source)
+    settings = Settings(arm=models / ARM.name, feature_source=feature_source, learner=learner)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))

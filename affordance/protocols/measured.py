@@ -14,7 +14,7 @@ from affordance.reporting.claims import evaluate
 from affordance.reporting.statistics import estimate_mean
 
 # Numbers of the objects, whatever observers do.
-_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
+OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
     Measure.TRUE_MASS: lambda tools: [tool.mass for tool in tools],
     Measure.TRUE_CENTRE_OF_MASS: lambda tools: [float(tool.p_TTcm[0]) for tool in tools],
     Measure.TRUE_DENSITY: lambda tools: tools[0].components[0].material.density,
@@ -55,9 +55,9 @@ def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObserv
     of_observers = compute_of_observers(entries, measured)
     numbers: dict[str, Any] = {}
     for name, entry in entries.items():
-        if entry.measure is not None and entry.measure in _OF_OBJECTS:
+        if entry.measure is not None and entry.measure in OF_OBJECTS:
             tools = measured.objects.select(entry.of)
-            numbers[name] = _OF_OBJECTS[entry.measure](tools)
+            numbers[name] = OF_OBJECTS[entry.measure](tools)
             if entry.single and isinstance(numbers[name], list):
                 numbers[name] = numbers[name][0]
         elif entry.measure is Measure.DENSITIES:
@@ -81,7 +81,7 @@ def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredO
             found[name] = np.asarray(evaluate(entry.expression or "", found), dtype=float)
         elif entry.measure is Measure.DENSITIES:
             found[name] = measured.get(entry.measure, entry.quantile)
-        elif entry.measure not in _OF_OBJECTS:
+        elif entry.measure not in OF_OBJECTS:
             found[name] = _measure(entry, entry.measure, measured)
     return found
 

@@ -15,6 +15,7 @@ class Measure(enum.StrEnum):
     # Of every presentation.
     FORCE = "force"  # upward, before release from a clamp
     WEIGHT = "weight"  # true
+    FOUNDS_KIND = "founds a kind"  # 1 if one kind more is remembered after it than before, else 0
     EXPECTED_MASS = "expected mass"  # at the most probable densities, before the object is felt
     DROP = "drop"  # how far the object's geometric centre sinks below where it was
     LIFT = "lift"  # how far it rises

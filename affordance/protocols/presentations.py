@@ -1,10 +1,11 @@
 """The presentations of a protocol: who is given what, in which order."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 
@@ -49,6 +50,14 @@ def draw_presentations(
                 mass = block.gradual.mass_from + share * (block.gradual.mass_to - block.gradual.mass_from)
             presentations += [Presentation(tool, index, mass)] * block.times
     return presentations
+
+
+def weigh(tool: Tool, mass: float) -> Tool:
+    """The object with all its densities scaled, so that it has another mass, [kg]."""
+    factor = mass / tool.mass
+    made = [replace(part.material, density=factor * part.material.density) for part in tool.components]
+    parts = [replace(part, material=material) for part, material in zip(tool.components, made, strict=True)]
+    return replace(tool, components=tuple(parts))
 
 
 def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, row: int) -> list[int]:

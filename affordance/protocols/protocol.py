@@ -1,6 +1,6 @@
 """A protocol: what is presented to whom, what is measured, and what is claimed of it, as one file."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
@@ -17,6 +17,8 @@ from affordance.protocols.report_entries import ReportEntry
 
 # Where the protocols are that come with the program, in the folder of models.
 FOLDER = "protocols"
+# How files of protocols end.
+SUFFIXES = (".yaml", ".yml")
 # The objects that are chosen about and not held, beside the groups.
 NOVEL = "novel"
 
@@ -39,9 +41,9 @@ class ObserversEntry(DataModel):
 
     number: Annotated[int, Whole(1, 1_000_000)] = 200
     learners: Annotated[
-        list[Annotated[Learner, OneOf(Learner)]],
-        Field(min_length=1, description="What they learn by; each is simulated."),
-    ] = Field(default_factory=lambda: [Learner.DENSITY])
+        Annotated[list[Annotated[Learner, OneOf(Learner)]], Field(min_length=1)] | None,
+        Field(description="What they learn by; each is simulated. Else as the command line says."),
+    ] = None
     told: Annotated[
         list[Annotated[str, Text()]], Field(description="Materials whose densities they are told beforehand.")
     ] = Field(default_factory=list)
@@ -143,17 +145,16 @@ def list_shipped(models: Path = MODELS) -> list[str]:
     return sorted(path.stem for path in (models / FOLDER).glob("*.yaml"))
 
 
-def find_protocol(name: str, models: Path = MODELS, known: Callable[[], list[str]] | None = None) -> Path:
+def find_protocol(name: str, models: Path = MODELS) -> Path:
     """The file of a protocol, given by its path or, if it comes with the models, by its name.
 
     Raises:
         BadValueError: There is none.
     """
     path = Path(name)
-    if path.suffix in (".yaml", ".yml"):
+    if path.suffix in SUFFIXES:
         return path
-    shipped = list_shipped(models)
-    if name not in shipped:
-        choices = [*shipped, *(known() if known else [])]
-        raise BadValueError("protocol", "", f"{describe_choice(name, choices)}; or the path of a .yaml file")
-    return models / FOLDER / f"{name}.yaml"
+    for folder in (models, MODELS):
+        if name in list_shipped(folder):
+            return folder / FOLDER / f"{name}.yaml"
+    raise BadValueError("protocol", "", f"{describe_choice(name, list_shipped(MODELS))}; or the path of a .yaml file")

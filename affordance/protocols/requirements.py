@@ -31,6 +31,8 @@ class Requirement(enum.StrEnum):
     DECOY_LOOKS_LIKE_FIRST = "decoy looks like the first"
     DECOY_MADE_LIKE_SECOND = "decoy made like the second"
     CENTRES_OF_MASS_DIFFER = "centres of mass differ"
+    HONEST = "honest"
+    TWO_GRIPS = "two grips"
 
 
 def check_requirements(requirements: Sequence[Requirement], path: Path, tools: Sequence[Tool]) -> None:
@@ -136,6 +138,12 @@ def _check_centres(path: Path, tools: Sequence[Tool]) -> None:
         raise BadValueError(path, f"tools: {second.name}", problem)
 
 
+def _check_two_grips(path: Path, tools: Sequence[Tool]) -> None:
+    for tool in tools:
+        if len(tool.grips) != 2:
+            raise BadValueError(path, f"tools: {tool.name}.grips", f"has {len(tool.grips)} entries, must have 2")
+
+
 _CHECKS: Mapping[Requirement, Callable[[Path, Sequence[Tool]], None]] = {
     Requirement.DECOY_AFTER_TWO: _check_decoy_after_two,
     Requirement.TWO_AND_DECOY: _check_two_and_decoy,
@@ -148,4 +156,6 @@ _CHECKS: Mapping[Requirement, Callable[[Path, Sequence[Tool]], None]] = {
     Requirement.DECOY_LOOKS_LIKE_FIRST: _check_decoy_looks,
     Requirement.DECOY_MADE_LIKE_SECOND: _check_decoy_made,
     Requirement.CENTRES_OF_MASS_DIFFER: _check_centres,
+    Requirement.HONEST: check_tools_are_honest,
+    Requirement.TWO_GRIPS: _check_two_grips,
 }

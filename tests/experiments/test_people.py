@@ -18,7 +18,7 @@ from affordance.experiments.people.linear_plus import (
     draw_lifts,
     list_test_cycles,
 )
-from affordance.experiments.people.published import load_published
+from affordance.protocols.published import load_published
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation import clamp_trial
 

@@ -51,8 +51,8 @@ class HeldObjects(Protocol):
         """How long each object is held, [s]."""
 
     @property
-    def colour(self) -> Colour:
-        """That of all the objects."""
+    def colours(self) -> tuple[Colour, ...]:
+        """Those of the objects, of which there is one."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[T
     """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
     weight, seed = config.weight, config.weight.seed
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
-        [weight.colour], weight.settings.prior
+        weight.colours, weight.settings.prior
     )
     observer = Observer(get_runner(weight.settings), memory, duration=weight.duration)
     memories, records = [memory], []
@@ -133,16 +133,18 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
     """Computes what became of brass, of the decoy, and of kinds that nobody needs.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
-        six, [kg/m^3]; ``excursion_m`` with ``_ci95``, by learner the mean excursion in each hold; and
-        ``needless_kinds``, by learner the share of first lifts of honest objects but the first that founded a kind.
+        six, [kg/m^3]; ``excursion_m`` with ``_ci95``, by learner the mean excursion in each hold, and
+        ``deviation_m``, that of its magnitude; and ``needless_kinds``, by learner the share of first lifts of honest
+        objects but the first that founded a kind.
     """
     num_honest = len(weight.tools) - 1
-    brass, excursion, interval, needless = {}, {}, {}, {}
+    brass, excursion, interval, deviation, needless = {}, {}, {}, {}, {}
     for learner, found in arrays.items():
         medians = np.median(found["density_median"], axis=0)
         brass[learner.value] = [float(medians[num_honest + 1]), float(medians[num_honest + NUM_DECOYS])]
         estimate = estimate_mean(found["excursion"])
         excursion[learner.value], interval[learner.value] = estimate.mean, estimate.ci95
+        deviation[learner.value] = np.abs(found["excursion"]).mean(axis=0)
         founded = np.diff(found["num_kinds"][:, 1 : num_honest + 1], axis=1) > 0
         needless[learner.value] = float(founded.mean())
     return {
@@ -153,6 +155,7 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
         },
         "excursion_m": excursion,
         "excursion_m_ci95": interval,
+        "deviation_m": deviation,
         "needless_kinds": needless,
     }
 

@@ -1,13 +1,13 @@
 """Runs the paper's simulations with each learner, and writes numbers, figure and words for a report."""
 
+import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from affordance.belief.learners import KAPPA, Learner
+from affordance.exceptions import BadValueError
 from affordance.experiments.learners import decoy_again, honest_objects
 from affordance.experiments.learners.decoy_again import HeldObjects
 from affordance.experiments.learners.honest_objects import TestedObjects
@@ -59,6 +59,23 @@ def run(
     return numbers
 
 
+def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
+    """Puts what became of brass beside the numbers of Simulation I, if its folder has them; says whether it does.
+
+    Raises:
+        BadValueError: The file is damaged.
+    """
+    path = folder / "metrics.json"
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        return False
+    except ValueError as error:
+        raise BadValueError(path, "", f"is not JSON: {error}") from error
+    write_json(path, {**found, "brass_after_decoy": numbers["brass_after_decoy"]})
+    return True
+
+
 def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
     """Says what changes and what does not, as plain data for a report.
 
@@ -69,8 +86,8 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
     for learner in Learner:
         name, label = learner.value, LABELS[learner]
         change = abs(numbers["brass_after_decoy"][name][1] / numbers["brass_before_decoy"][name] - 1.0)
-        excursion = np.abs(numbers["excursion_m"][name])
-        first, second = excursion[-1 - decoy_again.NUM_DECOYS], excursion[-decoy_again.NUM_DECOYS]
+        deviation = numbers["deviation_m"][name]  # of magnitudes: errors up and down would cancel
+        first, second = deviation[-1 - decoy_again.NUM_DECOYS], deviation[-decoy_again.NUM_DECOYS]
         claims += [
             {
                 "text": f"{label}: six lifts of a decoy do not change what is believed of brass",
@@ -81,7 +98,7 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
             },
             {
                 "text": f"{label}: the second lift of the decoy is right",
-                "criterion": "excursion over that of the first lift at most",
+                "criterion": "mean magnitude of the excursion, over that of the first lift, at most",
                 "bound": 0.1,
                 "value": float(second / first),
                 "met": bool(second <= 0.1 * first),

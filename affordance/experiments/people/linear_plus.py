@@ -16,10 +16,10 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.experiments.people.lift_experiment import LiftedObjects, LiftExperiment, Measure, Observers
-from affordance.experiments.people.published import PublishedTable, load_published
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Material, Tool
+from affordance.protocols.published import PublishedTable, load_published
 from affordance.simulation.static_lifts import Lift
 
 # All of the experiment, from its report.

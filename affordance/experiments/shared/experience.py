@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_record import read_memory
+from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
@@ -55,6 +57,10 @@ def _count_none() -> NDArray[np.intp]:
     return np.zeros((0, 0), dtype=np.intp)
 
 
+def _write_none() -> NDArray[np.bytes_]:
+    return np.zeros((0, 0), dtype=np.bytes_)
+
+
 @dataclass(frozen=True)
 class Experience:
     """The memories of many observers.
@@ -66,6 +72,7 @@ class Experience:
         order: Which object was held in each trial, (repeats, K).
         rejected: How many samples of each trial were refused, (repeats, K); empty if none can have been.
         outlier: Whether each trial was a 5-sigma outlier, (repeats, K); empty if none can have been.
+        kinds: Memories of a learner with kinds as text, (repeats, K + 1); empty for one density for each colour.
     """
 
     colours: tuple[Colour, ...]
@@ -74,6 +81,7 @@ class Experience:
     order: NDArray[np.intp]
     rejected: NDArray[np.intp] = field(default_factory=_count_none)
     outlier: NDArray[np.intp] = field(default_factory=_count_none)
+    kinds: NDArray[np.bytes_] = field(default_factory=_write_none)
 
     @property
     def num_repeats(self) -> int:
@@ -89,8 +97,10 @@ class Experience:
         """What went wrong in all trials, as metrics.json has it."""
         return {"samples_rejected": int(self.rejected.sum()), "trials_outlier": int(self.outlier.sum())}
 
-    def recall(self, repeat: int, num_trials: int) -> MaterialMemory:
+    def recall(self, repeat: int, num_trials: int) -> Memory:
         """The memory of an observer after a number of trials."""
+        if self.kinds.size:
+            return read_memory(bytes(self.kinds[repeat, num_trials]))
         return MaterialMemory(
             self.colours,
             DensityBelief(self.precision[repeat, num_trials], self.information_vector[repeat, num_trials]),

@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.learners import start_memory
+from affordance.belief.memory_record import write_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
+from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 
@@ -23,7 +26,8 @@ def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], lis
 
     A colour that was not recognised for certain is not remembered beyond its trial; what it taught of the others is.
     """
-    memory = MaterialMemory().add_colours(config.colours, config.settings.prior)
+    start = start_memory(config.settings.learner, (config.seed, repeat, Stream.KINDS))
+    memory = start.add_colours(config.colours, config.settings.prior)
     observer = Observer(get_runner(config.settings), memory, duration=config.duration, remembered=config.colours)
     memories: list[Memory] = [memory]
     records = []
@@ -37,9 +41,10 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
     """Runs an observer's trials, and notes what they taught.
 
     Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
-        ``rejected`` and ``outlier``, (K,) each.
+        ``rejected`` and ``outlier``, (K,) each; of a learner with kinds also ``kinds`` (K + 1,), its memory as text.
     """
     memories, records = run_trials(config, repeat)
+    texts = [write_memory(memory).encode() for memory in memories if isinstance(memory, KindMemory)]
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
@@ -47,6 +52,7 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
         "log_evidence": np.array([record.log_evidence for record in records]),
         "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
         "outlier": np.array([record.is_outlier for record in records], dtype=np.intp),
+        **({"kinds": np.array(texts)} if texts else {}),
     }
 
 
@@ -64,7 +70,8 @@ def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, 
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
     )
     names = ("precision", "information_vector", "order", "rejected", "outlier")
-    experience = Experience(config.colours, *(arrays[name] for name in names))
+    kinds = {"kinds": arrays["kinds"]} if "kinds" in arrays else {}
+    experience = Experience(config.colours, *(arrays[name] for name in names), **kinds)
     counts = experience.count_events()
     if any(counts.values()):
         _LOG.warning(

@@ -5,11 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from affordance.belief.learners import Learner
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_record import write_memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
-from affordance.experiments.shared.gain_experience import gain_experience
+from affordance.experiments.shared.gain_experience import gain_experience, run_trials
 from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.proprioception.torque_noise import WeberNoise
+from affordance.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
@@ -55,6 +58,23 @@ def test_memory_is_carried_from_trial_to_trial():
     np.testing.assert_array_equal(gained["precision"][4], memory.belief.precision)
     np.testing.assert_array_equal(gained["information_vector"][4], memory.belief.information_vector)
     assert gained["order"].tolist() == draw_order(config, 1) != draw_order(config, 0)
+
+
+@pytest.mark.parametrize("learner", [Learner.KINDS_MAP, Learner.KINDS_DRAWN])
+def test_memory_of_a_learner_with_kinds_is_kept_whole(learner):
+    settings = dataclasses.replace(DEFAULT_SETTINGS, learner=learner)
+    config = ExperienceConfig((FIRST, SECOND), 3, settings, duration=0.2, num_trials=4)
+    memories, _ = run_trials(config, 1)
+    gained = {name: array[None] for name, array in gain_experience(config, 1).items()}
+    experience = Experience(
+        config.colours,
+        *(gained[name] for name in ("precision", "information_vector", "order")),
+        kinds=gained["kinds"],
+    )
+    for trial, memory in enumerate(memories):
+        assert write_memory(experience.recall(0, trial)) == write_memory(memory)
+    assert len(memories[-1].kinds.objects) == 2
+    assert memories[-1].settings.seed == (3, 1, Stream.KINDS)
 
 
 def test_every_trial_of_every_observer_of_every_seed_has_an_error_of_its_own():

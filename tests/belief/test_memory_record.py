@@ -1,0 +1,67 @@
+"""What is kept of a memory with kinds comes back to the last bit, and learns on as if it had not been away."""
+
+import json
+
+import numpy as np
+import pytest
+
+from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.memory_record import read_memory, write_memory
+from affordance.objects.appearance import PartAppearance
+
+PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+BRASS, STEEL = (0.8, 0.6, 0.1), (0.5, 0.5, 0.6)
+
+
+def lift(memory, colours, length, densities):
+    parts = [PartAppearance(colour, (length, 0.02), (length * k, 0.0, 0.0)) for k, colour in enumerate(colours)]
+    recollection = memory.recall(parts, PRIOR)
+    precision = np.eye(len(colours)) / 150.0**2
+    likelihood = Likelihood(precision, precision @ np.array(densities), -0.5 * float(np.dot(densities, densities)))
+    return recollection.memory.learn(recollection.densities, lambda belief: likelihood, PRIOR.deviation_sd).memory
+
+
+def learn_from_an_odd_rod(memory):
+    for _ in range(3):
+        memory = lift(memory, [BRASS], 0.05, [5000.0])
+        memory = lift(memory, [BRASS, STEEL], 0.1, [5100.0, 3000.0])
+        memory = lift(memory, [BRASS], 0.08, [12000.0])
+    return memory
+
+
+@pytest.mark.parametrize("pick", Pick)
+def test_memory_comes_back_to_the_last_bit(pick):
+    start = KindMemory(KindSettings(GateSettings(0.25), pick, (3, 1)))
+    memory = learn_from_an_odd_rod(start)
+    again = read_memory(write_memory(memory))
+    assert any(known.own.columns for known in memory.kinds.objects)  # or less would have to come back
+    assert (again.settings, again.colours, again.num_lifts) == (memory.settings, memory.colours, memory.num_lifts)
+    assert again.kinds.colours == memory.kinds.colours
+    for one, other in zip(again.kinds.objects, memory.kinds.objects, strict=True):
+        assert one.appearance == other.appearance
+        assert (one.colours, one.memberships, one.own.columns) == (
+            other.colours,
+            other.memberships,
+            other.own.columns,
+        )
+        np.testing.assert_array_equal(one.own.belief.precision, other.own.belief.precision)
+    on, further = (learn_from_an_odd_rod(each) for each in (again, memory))
+    np.testing.assert_array_equal(on.kinds.belief.precision, further.kinds.belief.precision)
+    np.testing.assert_array_equal(on.kinds.belief.information_vector, further.kinds.belief.information_vector)
+
+
+def test_a_memory_before_anything_was_met_comes_back():
+    start = KindMemory(KindSettings(GateSettings(0.25)))
+    again = read_memory(write_memory(start).encode())
+    assert (again.colours, again.kinds.objects, again.belief.size) == ((), (), 0)
+
+
+def test_text_is_json_without_what_was_only_recalled():
+    start = KindMemory(KindSettings(GateSettings(0.25)))
+    recalled = start.recall([PartAppearance(BRASS, (0.1, 0.02), (0.0, 0.0, 0.0))], PRIOR).memory
+    content = json.loads(write_memory(recalled))
+    assert content["objects"] == []
+    assert content["colours"] == [list(BRASS)]
