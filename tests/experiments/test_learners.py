@@ -1,6 +1,5 @@
 import argparse
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,8 +7,8 @@ import pytest
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learners import Learner
 from affordance.commands import study_learners
-from affordance.experiments.com import load as load_com
 from affordance.experiments.learners import decoy_again, honest_objects, results
+from affordance.experiments.protocol_runs import load_hold_experiment
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +73,8 @@ def test_what_is_remembered_can_be_read(observed):
 
 def test_honest_objects_teach_what_they_teach_with_one_density(weight):
     """Simulations II to IV, one observer: densities, and how often the right grip is chosen."""
-    com = load_com(weight.settings.arm.parent, 0)
-    com = replace(com, experience=replace(com.experience, duration=0.5, num_trials=4))
+    com = load_hold_experiment("com")
+    com = com.with_duration(0.5, repetitions=2)
     found = {}
     for learner in (Learner.DENSITY, Learner.KINDS_MAP):
         config = honest_objects.HonestConfig(com, weight.settings.arm.parent, learner)
@@ -105,7 +104,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
         return {learner.value: honest_objects.compute_metrics(arrays) for learner in Learner}
 
     monkeypatch.setattr(honest_objects, "run", pretend)
-    monkeypatch.setattr(study_learners, "load_weight", lambda models, seed: replace(weight, duration=0.5))
+    monkeypatch.setattr(study_learners, "load_weight", lambda models, seed: weight.with_duration(0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
     study_learners.add_arguments(parser)

@@ -7,14 +7,14 @@ import pytest
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.shared.learning_objects import load_learning_objects
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.diagram import END_MARGIN
 from affordance.simulation.trial import Observer, TrialRunner, present
 
 DURATION = 0.5
-FIRST, SECOND, DECOY = load_learning_objects()
+FIRST, SECOND, DECOY = load_hold_experiment("com").tools
 BEECH, STEEL = (part.looks_like.colour for part in FIRST.components[1:])
 
 

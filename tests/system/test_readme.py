@@ -5,7 +5,6 @@ import shutil
 from pathlib import Path
 
 import affordance
-from affordance.experiments import weight
 from affordance.files.model_folder import MODELS
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
