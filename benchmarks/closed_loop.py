@@ -153,7 +153,7 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
 
 def measure_case(experiment: HoldExperiment, tool: Tool, density: float) -> dict[str, float]:
     """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
-    memory = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
     record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
     runner = TrialRunner(experiment.settings)

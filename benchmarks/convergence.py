@@ -32,7 +32,7 @@ def run_trials(experiment: HoldExperiment, settings: Settings) -> tuple[list[Tri
     runner = TrialRunner(settings)
     unknown = MaterialMemory()
     density = experiment.tools[0].components[0].material.density
-    known = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    known = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     cases = ((experiment.tools[0], unknown), (experiment.tools[-1], known))
     runner.get_diagram(experiment.duration)
     start = time.perf_counter()

@@ -19,6 +19,7 @@ from affordance.choice.motion_cost import NUM_NODES, MotionCost
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.exceptions import AffordanceError
+from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.hammer.plan import FORCE_TOLERANCE, list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.reach import ReachExperiment
@@ -44,6 +45,8 @@ NEAR_TIE = 0.03
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions a second."""
     reaching, hammering = (load_choice_experiment(name) for name in ("reach", "hammer"))
+    assert isinstance(reaching, ReachExperiment)
+    assert isinstance(hammering, HammerExperiment)
     settings, tool = reaching.settings, reaching.novel[0]
 
     def follow_path(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:

@@ -5,6 +5,8 @@ import shutil
 from pathlib import Path
 
 import affordance
+from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.runner import run_experiment
 from affordance.files.model_folder import MODELS
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
@@ -36,9 +38,9 @@ def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0])
-    config = weight.load_config(models)
+    config = load_hold_experiment("weight", models)
     assert [tool.name for tool in config.tools] == ["small", "dumb-bell", "decoy"]
-    weight.run(config, tmp_path / "results", repeats=1, jobs=1)
+    run_experiment(config, None, tmp_path / "results", repeats=1, jobs=1)
     assert (tmp_path / "results" / "metrics.json").exists()
 
 
