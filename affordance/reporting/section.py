@@ -18,6 +18,8 @@ from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
 
 _METRES_TO_CM = 100.0
+# Place of a section that names none.
+_LAST = 100
 
 
 class ReportFigure(NamedTuple):
@@ -110,7 +112,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(
-        order=content["order"],
+        order=content.get("order", _LAST),
         title=fill(content["title"]),
         summary=fill(content["summary"]),
         figures=[figure for figure in figures if figure.caption],
