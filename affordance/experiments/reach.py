@@ -7,13 +7,14 @@ found by simulating both with the true densities.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.choice.inner_simulation import Choice
+from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.experiments.definition import Arrays, Outputs
@@ -30,7 +31,7 @@ from affordance.experiments.shared.off_axis import measure_changes
 from affordance.experiments.shared.proportions import describe_tools, draw_proportions
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.netcdf import LabelledArray, Trajectories
-from affordance.objects.tool import Tool, list_densities
+from affordance.objects.tool import Tool, find_free_end, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.reporting import figures
@@ -79,8 +80,6 @@ class ReachExperiment(ChoiceExperiment):
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
             )
             simulated = self.simulate(jobs)
-            work = partial(compute_reach_work, self.task, remove_errors(self.settings))
-            off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         except (SeeingError, UnavailableError):  # no matter of the path
             raise
         except AffordanceError as error:
@@ -96,6 +95,8 @@ class ReachExperiment(ChoiceExperiment):
                     raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
             works = [rollout.work for rollout in simulated[tool.name].values()]
             check_one_grip_is_cheaper(self.novel_file, tool, works)
+        work = partial(compute_reach_work, self.task, remove_errors(self.settings))
+        off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         return ReachPlan(choices, simulated, off_axis)
 
     def simulate(self, jobs: int) -> dict[str, dict[str, Rollout]]:
@@ -188,5 +189,11 @@ class ReachExperiment(ChoiceExperiment):
 
 def compute_reach_work(task: Reach, settings: Settings, held: Tool) -> float:
     """Plans the task with a tool that is gripped, and returns its work, [J]."""
-    cost = task.build_cost(ArmModel(load_arm(settings.arm)), held.components, settings)
+    cost = _plan_reach(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
+
+
+@lru_cache(maxsize=4)
+def _plan_reach(task: Reach, settings: Settings, p_TF: tuple[float, float, float]) -> MotionCost:
+    """The motion of a free end: that of all tools that end there."""
+    return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)

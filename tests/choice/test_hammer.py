@@ -224,6 +224,29 @@ def test_executed_blow_gives_the_demanded_force_and_little_more(blow, hammer):
     assert 1.0 <= done.travel / (hammer.nail.depth_demanded - hammer.nail.depth_set) <= 1.15
 
 
+# The outstretched arm, and a bent one that is not that of the file.
+OTHER_STARTS = {
+    "outstretched": {},
+    "bent": {
+        "shoulder_azimuth": -0.35,
+        "shoulder_elevation": -0.9,
+        "shoulder_rotation": 0.9,
+        "elbow_flexion": 1.2,
+        "forearm_rotation": -0.6,
+    },
+}
+
+
+@pytest.mark.parametrize("start", OTHER_STARTS)
+def test_force_of_a_blow_is_predictable_from_other_postures(hammer, own_model, start):
+    """To 4 %: within 1.0 and 1.1 of the demand, as from the start of the file."""
+    moved = dataclasses.replace(hammer, start=tuple(OTHER_STARTS[start].items()))
+    costs = moved.build_cost(own_model, HELD["steel"].components, DEFAULT_SETTINGS)
+    done = simulate_blow(HELD["steel"], moved, costs, list_densities([PLAIN]), DEFAULT_SETTINGS)
+    assert done.force == pytest.approx(AIM * hammer.force, rel=0.04)
+    assert done.work == pytest.approx(costs.compute(PI["steel"][None]).work[0], rel=0.02)
+
+
 def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, hammer):
     grip, done = blow
     nail = done.nail
@@ -246,8 +269,17 @@ def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, ham
     assert hammer.nail.depth_set + nail.travel.max() < hammer.nail.length - 0.02
 
 
+def test_a_moment_is_logged_once(blow):
+    """Though the integrator is changed on the way."""
+    _, done = blow
+    record = done.record
+    np.testing.assert_allclose(np.diff(record.times), TICK, atol=1e-12)
+    for each in (record.q, record.v, record.tau, record.height_centre):
+        assert len(each) == len(record.times)
+
+
 def test_arm_comes_to_rest_where_it_began_within_its_limits(blow, hammer, own_model):
-    """But for rates: a blow throws the wrist back faster than it may turn, and no torque can prevent that."""
+    """But right after the blow, which throws the wrist back faster than it may turn; no torque can prevent that."""
     _, done = blow
     record, limits = done.record, own_model.arm.limits
     assert record.counts.failed == 0
@@ -255,8 +287,10 @@ def test_arm_comes_to_rest_where_it_began_within_its_limits(blow, hammer, own_mo
     assert (np.abs(record.v[~thrown]) <= limits.v_max).all()
     assert (np.abs(record.v[thrown]) <= 1.5 * limits.v_max).all()
     assert (np.abs(record.tau) <= limits.tau_max + 1e-9).all()
-    assert (record.q >= limits.q_lower).all()
-    assert (record.q <= limits.q_upper).all()
+    thrown = (record.times > done.nail.time_of_touch) & (record.times < done.nail.time_of_touch + 0.15)
+    beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper)
+    assert beyond[~thrown].max() <= 0.0
+    assert beyond[thrown].max() < np.radians(0.5)
     np.testing.assert_allclose(record.q[-1], own_model.arm.find_posture(dict(hammer.start)), atol=2e-3)
     np.testing.assert_allclose(record.v[-1], 0.0, atol=2e-2)
     # Without flailing: on the way back no joint is as fast as at the blow.

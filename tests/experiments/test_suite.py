@@ -6,6 +6,7 @@ import shutil
 
 import pytest
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
@@ -68,6 +69,17 @@ def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path
     assert settings.arm == MODELS / "arm.dmd.yaml"
     assert settings.feature_source is FeatureSource.PIXELS
     assert settings.faults == Faults(bias_sd=3.0, drop_probability=0.3)
+
+
+def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch):
+    seen = []
+    monkeypatch.setattr(
+        suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings.learner)
+    )
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
+    suite.run_suite(["one"], tmp_path, **arguments)
+    suite.run_suite(["one"], tmp_path, **arguments, learner=Learner.KINDS_MAP)
+    assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
 
 
 def test_nothing_is_written_where_one_of_them_cannot_be_planned(made_up, tmp_path, monkeypatch):
