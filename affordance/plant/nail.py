@@ -153,8 +153,8 @@ class NailEntry(DataModel):
     density: Annotated[float, Within(500.0, 25_000.0), Field(description="[kg/m^3]")]
     head_radius: Annotated[float, Within(5e-4, 0.05), Field(description="Of its round head, [m].")]
     wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Of the wood.")]
-    depth_set: Annotated[float, Within(), Field(description="How deep it stands before the blow, [m].")]
-    depth_demanded: Annotated[float, Within(), Field(description="How deep it is to stand after it, [m].")]
+    depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it stands before the blow, [m].")]
+    depth_demanded: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it is to stand after it, [m].")]
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:

@@ -280,7 +280,9 @@ def test_predictions_say_which_measure_tells_learners_apart(few):
     }
     contrasts = prediction.contrast_learners(predictions, dict.fromkeys(predictions, 0.5))
     assert [abs(c.effect) for c in contrasts] == sorted((abs(c.effect) for c in contrasts), reverse=True)
-    text = prediction.format_predictions(experiment, predictions, contrasts)
+    text = prediction.format_predictions(
+        {name: measure.meaning for name, measure in experiment.measures.items()}, predictions, contrasts
+    )
     assert "density and kinds_map are told apart best by" in text
     assert text.count("nine in ten") == len(Learner) * len(experiment.measures)
 
@@ -303,5 +305,5 @@ def test_learners_that_do_the_same_are_not_told_apart():
     (contrast,) = prediction.contrast_learners({"first_N": same})
     assert contrast.superiority == 0.5
     assert math.isinf(contrast.num_people)
-    text = prediction.format_predictions(build_experiment(GROUPS[0]), {"first_N": same}, [contrast])
+    text = prediction.format_predictions({}, {"first_N": same}, [contrast])
     assert "density and kinds_map are not told apart by any of these" in text

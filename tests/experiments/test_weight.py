@@ -147,7 +147,7 @@ def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):
     for name in alone:
         np.testing.assert_array_equal(alone[name], parallel[name])
         assert (
-            name in ("times", "weight", "presented")
+            name in ("times", "weight", "presented", "densities")
             or (alone[name][0] != alone[name][1]).any()
             or not alone[name].any()
         )
@@ -226,7 +226,7 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
 def test_more_objects_than_colours_are_drawn(weight, tmp_path):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
-    experiment = weight.with_tools((*many, decoy), {"all": range(9), "honest": range(8), "decoy": [8]}).with_duration(
+    experiment = weight.with_tools((*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}).with_duration(
         0.05
     )
     run_experiment(experiment, None, tmp_path, repeats=2, jobs=1)
