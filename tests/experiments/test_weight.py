@@ -226,9 +226,9 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
 def test_more_objects_than_colours_are_drawn(weight, tmp_path):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
-    experiment = weight.with_tools((*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}).with_duration(
-        0.05
-    )
+    experiment = weight.with_tools(
+        (*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
+    ).with_duration(0.05)
     run_experiment(experiment, None, tmp_path, repeats=2, jobs=1)
     assert (tmp_path / "metrics.json").exists()
 
