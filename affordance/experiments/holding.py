@@ -14,14 +14,14 @@ import numpy as np
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
-from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.hold_measures import get_measure, select_learner
 from affordance.experiments.shared.hold_outputs import draw_figures, label_results
+from affordance.experiments.shared.reaching import present_reach
 from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.files.netcdf import Trajectories
 from affordance.objects.colour import Colour
@@ -309,14 +309,8 @@ class HoldExperiment:
             record, clamp = run_clamp_and_release(runner, tool, memory, duration=block.do.clamp.duration, seed=seed)
             return record, {"force": clamp.force}
         if block.do.reach is not None:
-            task = Reach(load_path(find_file(block.do.reach.path, self.section, self.models)))
-            trial = runner.get_diagram(task.duration, tool)
-            following = task.begin(trial.model, tool.p_TTfree)
-            record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
-            error = trial.chain.compute_positions(record.q, tool.p_TTfree) - following.list_places(record.times)
-            period = float(record.times[1] - record.times[0])
-            work, _ = measure_cost(record.tau, record.v, period)
-            return record, {"work": work, "path_error": float(np.linalg.norm(error, axis=1).max())}
+            path = load_path(find_file(block.do.reach.path, self.section, self.models))
+            return present_reach(runner, tool, Reach(path), memory, seed)
         return runner.run_hold(tool, memory, duration=block.do.duration, seed=seed), {}
 
     def _expect(self, tool: Tool, memory: Memory, seed: tuple[int, ...]) -> dict[str, Any]:
@@ -329,19 +323,3 @@ class HoldExperiment:
             numbers["parameters_predicted"] = belief.compute_parameters(belief.densities.compute_mode())
             numbers["parameters_true"] = tool.parameters
         return numbers
-
-
-def build_experience(
-    block: BlockEntry,
-    objects: ProtocolObjects,
-    learners: Sequence[Learner],
-    told: Sequence[tuple[Colour, float]],
-    seed: int,
-    settings: Settings,
-) -> ExperienceConfig | None:
-    """What is learned in a first block; None if it is measured, or not of the plainest kind."""
-    plain = block.do.hold is not None and block.teaches and block.order == "shuffled" and block.first is None
-    if block.measured or not plain or block.times > 1 or block.gradual or told or len(learners) > 1:
-        return None
-    tools = tuple(objects.select(block.objects))
-    return ExperienceConfig(tools, seed, settings, block.do.duration, block.repetitions * len(tools))

@@ -9,10 +9,11 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.holding import QUARTILES, HoldExperiment, build_experience
+from affordance.experiments.holding import QUARTILES, HoldExperiment
 from affordance.experiments.lifting import build_lift_experiment
 from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
+from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
 from affordance.files.model_folder import MODELS

@@ -10,6 +10,7 @@ from typing import Any
 
 from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
+from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_experiment
@@ -106,4 +107,5 @@ def run_suite(
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     compare_feature_sources(out)
+    compare_tasks(out)
     return write_report(out)

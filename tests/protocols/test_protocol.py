@@ -204,3 +204,10 @@ def test_errors_of_people_propagate_to_first_order():
     expected = np.hypot(half[0], (1.0 - people["f"].value) * half[1]) / scale
     assert 0.5 * (people["f"].high - people["f"].low) == pytest.approx(expected, rel=1e-5)
     assert "weight_N_ci95" not in describe_people(people)
+
+
+def test_schema_beside_the_shipped_protocols_is_that_of_the_program():
+    assert (MODELS / "protocols" / SCHEMA_FILE).read_text(encoding="utf-8") == build_schema()
+    for name in list_shipped():
+        first = find_protocol(name).read_text(encoding="utf-8").splitlines()[0]
+        assert first == f"# yaml-language-server: $schema={SCHEMA_FILE}"

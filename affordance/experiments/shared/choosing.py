@@ -3,12 +3,14 @@
 A task adds how choices are planned, and what it costs in truth; what is common to all tasks stands here.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
 from affordance.choice.inner_simulation import Choice
+from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays
 from affordance.experiments.shared.correct_grip import Simulated, find_cheaper_grip
 from affordance.experiments.shared.decisions import let_observer_choose
@@ -114,4 +116,20 @@ class ChoiceExperiment:
                 off_axis=planned.off_axis,
             ),
             "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
+        }
+
+    def list_writers(
+        self, plan: Any, arrays: Arrays, numbers: Mapping[str, Any]
+    ) -> dict[str, Callable[[Path], None]]:
+        """What writes the choices, to be compared with those of other tasks."""
+        return {
+            "choices": partial(
+                save_choices,
+                novel=self.novel,
+                choices=self.get_planned(plan).choices,
+                chosen=arrays["paper"],
+                numbers=numbers,
+                settings=self.settings,
+                seed=self.seed,
+            )
         }
