@@ -108,11 +108,8 @@ class Protocol(DataModel):
 
     @property
     def is_closed_form(self) -> bool:
-        """Whether nothing is simulated: all lifts are in closed form."""
-        return all(
-            block.do.look is not None or (block.do.clamp is not None and block.do.clamp.closed_form)
-            for block in self.blocks
-        )
+        """Whether nothing is simulated: its lifts are in closed form."""
+        return any(block.do.clamp is not None and block.do.clamp.closed_form for block in self.blocks)
 
     def _list_groups(self) -> Iterator[tuple[str, str]]:
         """Every group that is named, with the key where it stands."""
