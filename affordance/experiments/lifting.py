@@ -292,7 +292,7 @@ def build_lift_experiment(
     for name, entry in protocol.numbers.items():
         if entry.measure is not None and entry.measure not in known:
             problem = describe_choice(entry.measure.value, [each.value for each in known])
-            raise BadValueError(path, f"numbers.{name}.measure", f"{problem}, of lifts in closed form")
+            raise BadValueError(path, f"numbers.{name}.measure", f"of lifts in closed form {problem}")
     objects = build_objects(protocol.objects, path, models)
     check_tools_can_be_held(objects.path, objects.tools, settings)
     asked = {entry.quantile for entry in protocol.numbers.values() if entry.measure is Measure.DENSITY}

@@ -12,6 +12,7 @@ from affordance.experiments.lifting import LiftExperiment
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.runner import run_experiment
+from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.settings import DEFAULT_SETTINGS
 
@@ -49,7 +50,10 @@ def load(tmp_path):
 def test_kinds_of_protocols_are_told_by_what_is_done(load):
     assert isinstance(load("  - {name: a, do: {hold: {duration: 0.1}}}"), HoldExperiment)
     assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}"), HoldExperiment)
-    with pytest.raises(BadValueError, match=r"numbers.expected.measure: is 'expected mass', must be one of force"):
+    with pytest.raises(
+        BadValueError,
+        match=r"numbers.expected.measure: of lifts in closed form is 'expected mass', must be one of force",
+    ):
         load("  - {name: a, do: {clamp: {closed_form: true}}}")
     assert isinstance(load_protocol_experiment("linear_plus"), LiftExperiment)
     with pytest.raises(
@@ -130,7 +134,7 @@ def test_prediction_of_simulated_presentations_has_every_learner(load, tmp_path)
 
 def test_first_block_that_is_not_measured_is_what_simulations_share():
     com, other = (load_hold_experiment("com") for _ in range(2))
-    assert com.experience == load_protocol_experiment("reach").experience
+    assert to_plain(com.experience) == to_plain(load_protocol_experiment("reach").experience)
     assert com.experience.num_trials == 6
     assert load_hold_experiment("weight").experience is None
     assert com.with_duration(1.0, repetitions=1).experience.num_trials == 2
