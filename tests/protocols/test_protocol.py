@@ -1,5 +1,6 @@
 """Protocols that come with the models are sound; spoilt ones end in one line; new ones run as they are."""
 
+import copy
 import json
 import shutil
 
@@ -8,13 +9,15 @@ import pytest
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
+from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_yaml
 from affordance.objects.load import load_materials, load_tools
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects
 from affordance.protocols.people import describe_people, list_people
-from affordance.protocols.protocol import find_protocol, list_shipped, load_protocol
+from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol
 from affordance.protocols.published import load_published
 from affordance.protocols.schema import SCHEMA_FILE, build_schema, write_protocol
 from affordance.reporting.section import load_claims
@@ -211,3 +214,38 @@ def test_schema_beside_the_shipped_protocols_is_that_of_the_program():
     for name in list_shipped():
         first = find_protocol(name).read_text(encoding="utf-8").splitlines()[0]
         assert first == f"# yaml-language-server: $schema={SCHEMA_FILE}"
+
+
+def list_places(content, place=()):
+    """Every place of a parsed file."""
+    entries = (
+        content.items() if isinstance(content, dict) else enumerate(content) if isinstance(content, list) else ()
+    )
+    for key, value in entries:
+        yield (*place, key)
+        yield from list_places(value, (*place, key))
+
+
+@pytest.mark.parametrize("name", ["com", "linear_plus_plus", "reach"])
+@pytest.mark.parametrize("wrong", [None, True, -1, 1e30, float("nan"), "", "x", [], {}, ["x"], {"x": 1}])
+def test_protocol_spoilt_anywhere_is_read_or_refused_in_one_line(name, wrong):
+    """Some changes leave it right, as another title; none ends in anything but our own error."""
+    path = find_protocol(name)
+    content = read_yaml(path)
+    refusals = []
+    for place in list_places(content):
+        spoilt = copy.deepcopy(content)
+        holder = spoilt
+        for part in place[:-1]:
+            holder = holder[part]
+        holder[place[-1]] = wrong
+        try:
+            protocol = check_content(path, "", spoilt, Protocol)
+            build_objects(protocol.objects, path, MODELS)
+        except BadValueError as error:
+            refusals.append(str(error))
+    assert len(refusals) > 20
+    for refusal in refusals:
+        assert "\n" not in refusal
+        assert "otherwise" not in refusal  # words of pydantic
+        assert f"{name}.yaml" in refusal or "cannot be read" in refusal
