@@ -100,10 +100,7 @@ class HoldExperiment:
         """All objects."""
         return self.objects.tools
 
-    @property
-    def tools_observed(self) -> tuple[Tool, ...]:
-        """All objects."""
-        return self.tools
+    tools_observed = tools
 
     @property
     def colours(self) -> tuple[Colour, ...]:
@@ -264,7 +261,6 @@ class HoldExperiment:
             return Outputs(figures=figures)
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
-        title = f"{self.name}, seed {self.seed}"
         names = [self.tools[each.presentation.tool].name for each in done]
         return Outputs(
             figures=figures,
@@ -273,7 +269,7 @@ class HoldExperiment:
                 {"trial": names, "joint": trial.arm.joint_names},
             ),
             diagram=lambda: trial.diagram,
-            replay=lambda path: write_replay(path, self.settings.arm, scenes, title=title),
+            replay=lambda path: write_replay(path, self.settings.arm, scenes, title=f"{self.name}, seed {self.seed}"),
         )
 
     def _begin(
