@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams tests run_experiments.py
 
-.PHONY: run test lint format diagrams bench trust clean
+.PHONY: run test wheel lint format diagrams bench trust clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -30,6 +30,9 @@ run: $(VENV)/run.stamp ## run every experiment and write results/report.html
 
 test: $(VENV)/dev.stamp ## run the test suite
 	$(PYTHON) -m pytest
+
+wheel: $(VENV)/dev.stamp ## build the wheel, and use it from an empty environment and another folder
+	./.ci/try_wheel.sh
 
 lint: $(VENV)/dev.stamp ## check format, style and types
 	$(PYTHON) -m ruff format --check $(SOURCES)

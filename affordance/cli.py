@@ -11,12 +11,13 @@ import sys
 from collections.abc import Sequence
 from typing import NoReturn, Protocol, cast
 
-from affordance.exceptions import AffordanceError, describe_choice
+from affordance.commands.study import STUDIES
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
 # Commands in the order of the help; a dash of a name is an underscore of its module.
-COMMANDS = ("run", "new-protocol", "predict", "study", "fit-kappa", "doctor")
+COMMANDS = ("run", "new-protocol", "predict", "import-arm", "study", "fit-kappa", "doctor")
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Needs no library of the system.
@@ -71,11 +72,12 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     try:
         if name not in _FREE:
             provide_libraries()
+        name, words = _choose_study(words[1:]) if name == "study" else (name, words[1:])
         command = load_command(name)
         logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
-        parser = OneLineParser(prog=f"{program} {name}", description=command.HELP)
+        parser = OneLineParser(prog=f"{program} {name.replace('_', ' ')}", description=command.HELP)
         command.add_arguments(parser)
-        return command.run(parser.parse_args(words[1:]))
+        return command.run(parser.parse_args(words))
     except AffordanceError as error:
         print(f"{program}: {error}", file=sys.stderr)
         return 2
@@ -85,6 +87,19 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     except OSError as error:  # a full disk, a folder that was taken away
         print(f"{program}: {error.filename}: {error.strerror}", file=sys.stderr)
         return 2
+
+
+def _choose_study(words: list[str]) -> tuple[str, list[str]]:
+    """The command of a study, and its own words; that which lists the studies if none is named.
+
+    Raises:
+        BadValueError: There is no such study.
+    """
+    if not words or words[0].startswith("-"):
+        return "study", words
+    if words[0] not in STUDIES:
+        raise BadValueError("study", "", describe_choice(words[0], STUDIES))
+    return f"study_{words[0]}", words[1:]
 
 
 def load_command(name: str) -> Command:

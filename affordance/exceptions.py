@@ -77,7 +77,7 @@ class UnavailableError(AffordanceError):
 
 
 class NoPlanError(AffordanceError):
-    """A controller that finds no motion within the limits of angle and rate.
+    """A controller that finds no motion within position and velocity limits.
 
     Attributes:
         time: When, since the motion began, [s].
@@ -92,7 +92,7 @@ class NoPlanError(AffordanceError):
 
     def __str__(self) -> str:
         near = f", near {self.place}" if self.place else ""
-        return _on_one_line(f"no plan keeps the joints' limits of angle and rate at t = {self.time:.3f} s{near}")
+        return _on_one_line(f"no plan keeps the joints' position and velocity limits at t = {self.time:.3f} s{near}")
 
 
 class StallError(AffordanceError):
@@ -120,7 +120,7 @@ class StallError(AffordanceError):
 
 
 class SeeingError(AffordanceError):
-    """A picture from which the features of an object cannot be had.
+    """A picture in which the features of an object cannot be detected.
 
     Attributes:
         reason: What is the matter, with the number and its bound.
@@ -167,11 +167,11 @@ class TooSmallError(SeeingError):
 
 
 class HiddenPartError(SeeingError):
-    """One part stands before another, so that too little of that one is seen."""
+    """One part stands before another, so that too little of that one is visible."""
 
 
 class NoFitError(SeeingError):
-    """No ellipsoid of a plausible size explains what is seen of a part."""
+    """No ellipsoid of a plausible size fits what is visible of a part."""
 
 
 def _on_one_line(text: str) -> str:

@@ -19,7 +19,7 @@ class Stream(enum.IntEnum):
     STATIC = 10**6 + 4  # the study of sensitivity
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
-    OBSERVATION = 10**6 + 7  # the look at an object that is chosen about, with its name
+    OBSERVATION = 10**6 + 7  # the observation of an object that is chosen about, with its name
     CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
     CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
     FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)

@@ -1,7 +1,7 @@
 """The one prior, noise model, controller and arm that serve all simulations, each with its source or reason.
 
 They were fixed before any experiment was run and are not tuned to its outcome; docs/decisions/ tells why each is
-what it is. A study of sensitivity replaces them one at a time.
+what it is.
 """
 
 import math
@@ -31,7 +31,7 @@ class Settings:
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
         feature_source: Whether features are measured or seen in pictures; vision_error is for those measured.
         mpc: Horizon, steps and weights of the controller.
-        angle_margin: What the controller keeps clear of the joints' limits of angle, [rad].
+        angle_margin: Margin that the controller keeps to position limits, [rad].
         control_period: Time between two plans of the controller, [s].
         point_estimate: Which density stands for the belief in control.
         uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
@@ -40,12 +40,13 @@ class Settings:
         log_period: Time between two rows of the logs, [s].
         integration_scheme: One of Drake's implicit integrators.
         accuracy: Its target accuracy.
+        stiff_accuracy: The same for an arm that damping brings to rest within a tick of the controller.
         max_step_size: Its largest step, [s].
         contact_scheme: The integrator while a tool may touch a nail, and from a second touch on.
         contact_accuracy: Its target accuracy.
         contact_max_step_size: Its largest step while the peak is looked for, [s].
         faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
-        learns_from_outliers: Whether a grossly surprising trial teaches what Bayes' rule says (the paper), or
+        learns_from_outliers: Whether a 5-sigma outlier teaches what Bayes' rule says (the paper), or
             nothing; it is flagged either way.
     """
 
@@ -64,20 +65,23 @@ class Settings:
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
     # docs/decisions/0005-controller.md
     mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)
-    # A limit is kept only as well as the believed inertia is right: without a margin it is overstepped by up to 2.3
+    # A limit is kept only as well as the believed inertia is right: without a margin it is violated by up to 2.3
     # mrad. docs/decisions/0009-limits-as-met.md
     angle_margin: float = math.radians(0.25)
-    # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x tick x 16.
+    # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x period x 16.
     control_period: float = 0.005
     point_estimate: PointEstimate = PointEstimate.MODE
     uses_posterior: bool = False
-    # Every sample is an exact linear observation of the same object: at 10 Hz the percept differs from that at 100 Hz
+    # Every sample is an exact linear observation of the same object: at 10 Hz the mean differs from that at 100 Hz
     # by a thousandth, a hundredth of its own uncertainty. docs/decisions/0008-percept-as-state.md
     sample_period: float = 0.1
     log_period: float = 0.01
     # Chosen by the table of docs/decisions/0007-integration.md.
     integration_scheme: str = "radau3"
     accuracy: float = 1e-4
+    # Each tick's step of torque starts a transient that is over before it moves anything: an integrator that is to
+    # follow it takes three times as many steps. Chosen by the table of docs/decisions/0023-stiff-arms.md.
+    stiff_accuracy: float = 1e-3
     max_step_size: float = 0.1
     # Chosen by the table of docs/decisions/0013-nail.md.
     contact_scheme: str = "implicit_euler"
@@ -90,6 +94,11 @@ class Settings:
     def simulator(self) -> SimulatorConfig:
         """Drake's configuration of the simulator."""
         return _configure(self.integration_scheme, self.accuracy, self.max_step_size)
+
+    @property
+    def stiff_simulator(self) -> SimulatorConfig:
+        """The same for an arm that damping brings to rest within a tick of the controller."""
+        return _configure(self.integration_scheme, self.stiff_accuracy, self.max_step_size)
 
     @property
     def contact_simulator(self) -> SimulatorConfig:

@@ -40,7 +40,7 @@ def compute_grid_percentiles(
 
 
 def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array, Array, Array]:
-    """Compares estimator and grid over percepts of objects of true densities, shape (N,).
+    """Compares estimator and grid over mean torques of objects of true densities, shape (N,).
 
     Returns: Offsets of the five percentiles, (N, 5); whether the estimator's and the grid's 50 and 90 % intervals
         cover the truth, (N, 2) each.

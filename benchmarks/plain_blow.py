@@ -90,7 +90,7 @@ def free_joints(plant: MultibodyPlant) -> None:
     """Takes the joints' limits away.
 
     A continuous plant knows none. Discrete plants and CENIC stop a joint within a step, and throw one back that is
-    beyond: the milliradians by which the controller oversteps become hundreds of rad/s.
+    beyond: the milliradians by which the controller violates limits become hundreds of rad/s.
     """
     for index in plant.GetJointActuatorIndices():
         plant.get_joint_actuator(index).joint().set_position_limits(np.array([-np.inf]), np.array([np.inf]))

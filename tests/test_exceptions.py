@@ -16,7 +16,7 @@ from affordance.exceptions import BadValueError, ModelFileError, NoPlanError, Se
         (BadValueError("--jobs", "", "is 0"), "--jobs: is 0"),
         (
             NoPlanError(0.2, "point 2 of 4"),
-            "no plan keeps the joints' limits of angle and rate at t = 0.200 s, near point 2 of 4",
+            "no plan keeps the joints' position and velocity limits at t = 0.200 s, near point 2 of 4",
         ),
         (
             StallError("stick", 0.91234, 200_000, (("tool", "nail"),)),

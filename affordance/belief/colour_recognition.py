@@ -1,8 +1,8 @@
 """Which material a colour is of: one seen before, or one never seen.
 
-A colour is measured with an error, and things of one material differ by what is just noticeable. Around each look
+A colour is measured with an error, and objects of one material differ by what is just noticeable. Around each colour
 that was met before colours are normal in CIELAB; those of materials never met are anywhere among the colours a
-picture can hold. All known looks and "never met" are equally probable before the colour is seen.
+picture can hold. All known colours and "never met" are equally probable before the colour is observed.
 """
 
 from collections.abc import Sequence
@@ -12,14 +12,14 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.colour import JUST_NOTICEABLE, convert_to_lab
 
-# Volume of the colours that sRGB holds, in cubic units of CIELAB (tests/test_recognition.py).
+# Volume of the colours that sRGB holds, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
 GAMUT_VOLUME = 8.2e5
 
 
 def compute_colour_probabilities(
     colour: tuple[float, float, float], colour_sd: float, colours: Sequence[tuple[float, float, float]]
 ) -> Array:
-    """Probabilities that a colour is each of K looks, and, last, that it was never met, (K + 1,).
+    """Probabilities that a colour is each of K known colours, and, last, that it was never met, (K + 1,).
 
     Args:
         colour: As measured, in [0, 1].

@@ -2,7 +2,7 @@
 
     p(rho) is proportional to exp(-rho^T Lambda rho / 2 + eta^T rho) where rho > 0, and zero elsewhere
 
-with Lambda the precision and eta the shift. Evidence adds to both, so the order of updates does not matter.
+with Lambda the precision and eta the information vector. Evidence adds to both, so the order of updates is free.
 """
 
 import enum
@@ -20,7 +20,7 @@ from affordance.belief.likelihood import Likelihood
 
 
 class Prior(NamedTuple):
-    """What is believed of a material never felt, the same for all of them.
+    """Prior of the density of a material that was never held, the same for all of them.
 
     Attributes:
         mode: Most probable density, [kg/m^3].
@@ -201,7 +201,7 @@ class DensityBelief:
         )
 
     def compute_p_value(self, likelihood: Likelihood) -> float:
-        """Probability of data at least as surprising as these under this belief, by their evidence.
+        """Probability of data at least as improbable as these under this belief, by their evidence.
 
         Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared number
         with as many degrees of freedom as there are measured numbers. That densities are positive is left out here.

@@ -8,7 +8,7 @@ from affordance.arrays import Array
 
 
 class Likelihood(NamedTuple):
-    """log p(data | rho) = -rho^T precision rho / 2 + shift^T rho + log_constant, for M densities.
+    """log p(data | rho) = -rho^T precision rho / 2 + information_vector^T rho + log_constant, for M densities.
 
     Attributes:
         precision: Shape (M, M).

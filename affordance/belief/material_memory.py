@@ -1,7 +1,7 @@
-"""Memory of materials: what is believed of the density of everything that looks alike.
+"""Memory of materials: beliefs about the densities of materials, by their colour.
 
-A material is known by its look, not by its name: whoever sees a brass-coloured object recalls what brass-coloured
-objects weighed. A look never seen before gets the broad prior.
+A material is known by its colour, not by its name: whoever sees a brass-coloured object recalls what brass-coloured
+objects weighed. A colour never seen before gets the broad prior.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,11 +23,11 @@ _CERTAIN_SD = 1e-3
 
 @dataclass(frozen=True)
 class MaterialMemory:
-    """Beliefs about the mean density of each look met so far.
+    """Beliefs about the mean density of each colour met so far.
 
     Attributes:
         colours: The colours, in the order they were met.
-        belief: Belief about their mean densities, of size len(looks).
+        belief: Belief about their mean densities, of size len(colours).
     """
 
     colours: tuple[Colour, ...] = ()
@@ -40,16 +40,16 @@ class MaterialMemory:
         return cls(tuple(densities), DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
 
     def find(self, colour: Colour) -> int | None:
-        """Returns the index of a look, or None if it was never met."""
+        """Returns the index of a colour, or None if it was never met."""
         for index, look in enumerate(self.colours):
             if is_same_colour(look, colour):
                 return index
         return None
 
     def recognise(self, colour: Colour, colour_sd: float, prior: Prior) -> "tuple[MaterialMemory, int]":
-        """Finds which look a measured colour is, or makes it a look of its own.
+        """Finds which material a measured colour is of, or makes it a material of its own.
 
-        A colour that may be of several materials becomes a look whose density has mean and covariances of the mixture
+        A colour that may be of several materials becomes one whose density has mean and covariances of the mixture
         of theirs: what is felt of it then teaches about each of them by its share. That normal distribution stands
         for the mixture is an approximation (docs/decisions/0015-vision-from-pixels.md).
 
@@ -58,7 +58,7 @@ class MaterialMemory:
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
             prior: What is believed of materials never met.
 
-        Returns: The memory, which has met the colour, and the index of its look.
+        Returns: The memory, which has met the colour, and the index of its material.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
@@ -93,7 +93,7 @@ class MaterialMemory:
         return Lesson(MaterialMemory(self.colours, materials), densities.condition(likelihood), likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory with these looks only, all of which it has met, in their order."""
+        """Returns the memory with these colours only, all of which it has met, in their order."""
         if tuple(colours) == self.colours:
             return self
         indices = [self.colours.index(look) for look in colours]

@@ -98,7 +98,7 @@ class Memory(Protocol):
 
 @dataclass(frozen=True)
 class ObjectBelief:
-    """What is believed of the object at hand.
+    """Belief about the object at hand.
 
     Attributes:
         memory: Beliefs about all materials, those of this object included.

@@ -84,7 +84,7 @@ class Choice:
         """Draws inertial parameters of all options from what is believed.
 
         The options of a sample are made of the same materials: a material's mean density is one for all of them, and
-        an object's own deviation from it, and the error of seeing it, are one for all grips of the object.
+        an object's own deviation from it, and the error of its features, are one for all grips of the object.
 
         Returns: Shape (options, num_samples, 10).
         """
@@ -98,15 +98,15 @@ class Choice:
         return self._grip(drawn)
 
     def add_colours(self, memory: Memory) -> Memory:
-        """The memory with the looks of all things, which gives all their densities one order."""
+        """The memory with the colours of all objects, which gives all their densities one order."""
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: Memory, rho: Array) -> Array:
         """Inertial parameters of all options at given densities, shape (options, S, 10).
 
         Args:
-            memory: What things are recognised by.
-            rho: Densities in the order of ``meet(memory)``, shape (S, M), [kg/m^3]. Those of looks that are only met
+            memory: By which materials are recognised.
+            rho: Densities in the order of ``add_colours(memory)``, (S, M), [kg/m^3]. Those of colours only met
                 here may be left out: they are what is expected, given the others.
         """
         met, geometries = self._recognise(memory)
@@ -123,7 +123,7 @@ class Choice:
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
     def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
-        """Recognises every part of every thing once; the geometries refer to the looks of the memory returned."""
+        """Recognises every part of every object once; the geometries refer to the colours of the memory returned."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
@@ -137,6 +137,6 @@ class Choice:
         }
 
     def _grip(self, parameters: Mapping[str, Array]) -> Array:
-        """Inertial parameters of all options, (options, S, 10), from those of the things in their own frames."""
+        """Inertial parameters of all options, (options, S, 10), from those of the objects in their own frames."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

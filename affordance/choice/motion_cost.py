@@ -1,8 +1,8 @@
 """What a planned motion costs, for ten thousand believed inertias at once.
 
-A plan of minimum angular acceleration is made of joint accelerations: while no torque limit is active it is the same
+A plan of least angular acceleration is made of joint accelerations: while no torque limit is active it is the same
 whatever the tool is believed to weigh, and only its torques differ, linearly in the tool's inertial parameters
-(regressor.py). So one kinematic roll-out serves all of them, and their energies are one matrix product (design 1).
+(payload_regressor.py). So one kinematic roll-out serves all of them, and their works are one matrix product.
 """
 
 from typing import NamedTuple

@@ -6,10 +6,12 @@ from pathlib import Path
 import joblib
 
 from affordance.belief.learners import Learner
+from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import SUFFIXES, list_shipped
+from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
@@ -47,6 +49,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--fault", action="append", default=[], help="what is to be wrong, of the models' faults.yaml; more than once"
     )
+    parser.add_argument(
+        "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
+    )
+    add_arm_arguments(parser, required=False)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
@@ -56,10 +62,11 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
+    experiments = check_arguments(arguments)
     report = run_suite(
-        check_arguments(arguments),
+        experiments,
         arguments.out,
-        models=arguments.models,
+        models=find_models(arguments),
         seed=arguments.seed,
         repeats=arguments.repeats,
         jobs=arguments.jobs,
@@ -70,6 +77,27 @@ def run(arguments: argparse.Namespace) -> int:
     )
     print(f"The report: {report}")
     return 0
+
+
+def find_models(arguments: argparse.Namespace) -> Path:
+    """The folder of models that was asked for, made of a robot's file if there is one.
+
+    Raises:
+        BadValueError: What is said of the arm is wrong, or does not go together.
+        ModelFileError: The robot's file cannot be read.
+    """
+    if arguments.arm is None:
+        if arguments.tip is not None:
+            raise BadValueError("--tip", "", "is of a robot's file, which --arm must name")
+        models: Path = arguments.models
+        return models
+    if arguments.tip is None:
+        raise BadValueError("--tip", "", "is missing: the link or frame of the robot's file that holds things")
+    if arguments.models != MODELS:
+        raise BadValueError("--arm", "", "makes a folder of models, so that --models cannot name another")
+    kept = import_kept(arguments.arm, read_options(arguments), arguments.out / "arms")
+    print(f"{arguments.arm.name}: models in {kept}")
+    return kept
 
 
 def check_arguments(arguments: argparse.Namespace) -> list[str]:

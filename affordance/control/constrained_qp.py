@@ -4,7 +4,7 @@ The accelerations are the decision variables; angles and rates after each step a
 angle and rate, which are many and of which few are ever reached, only those enter that a plan without them breaks.
 What enters is found by solving, looking, and solving again; a solution that breaks none of the others is the optimum
 of the whole program. Where no plan keeps all limits, as when the arm is beyond one already, a linear program first
-finds by how little they must be overstepped.
+finds the least by which they must be violated.
 """
 
 import numpy as np
@@ -15,9 +15,9 @@ from affordance.control.problem import MpcSettings, TerminalGoal, compute_respon
 from affordance.plant.arm import JointLimits
 
 # Four orders tighter than the solvers' own 1e-6 and 1e-8, so that plans agree with the closed form to 1e-8
-# (tests/test_mpc.py).
+# (tests/control/test_mpc.py).
 _PLAN_TOLERANCE, _RESCUE_TOLERANCE = 1e-10, 1e-12
-# How far a plan may overstep a limit before the limit enters: rounding, in rad and rad/s.
+# How far a plan may violate a limit before the limit enters: rounding, in rad and rad/s.
 LIMIT_TOLERANCE = 1e-9
 
 
@@ -53,7 +53,7 @@ class AccelerationProgram:
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
 
-        # How far angles and rates must overstep: the least of s_q / T^2 + s_v / T.
+        # By how much positions and velocities must violate their limits: the least of s_q / T^2 + s_v / T.
         self._rescue = MathematicalProgram()
         vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
         self._violation = self._rescue.NewContinuousVariables(2, "overstep")
@@ -121,7 +121,7 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """By how little angles and rates overstep at best, (2 N n,), and a rounding more; None if that fails."""
+        """Least violation of position and velocity limits, (2 N n,), and a rounding more; None if that fails."""
         self._rescue_upper.evaluator().UpdateUpperBound(upper)
         self._rescue_lower.evaluator().UpdateLowerBound(lower)
         result = self._rescue_solver.Solve(self._rescue, None, self._options)

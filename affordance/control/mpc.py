@@ -10,8 +10,8 @@ subject to the double integrator and
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
     |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
 
-s is zero wherever these limits can be kept, and else as small as can be: torque comes before angle and rate, these
-before the goal, and the goal before ease. The goal is soft, so that a plan always exists: it is missed by about
+s is zero wherever these limits can be kept, and else as small as can be. Priorities: torque > position and velocity >
+goal > cost. The goal is soft, so that a plan always exists: it is missed by about
 1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
 the optimum.
 """
@@ -93,7 +93,7 @@ class MinimumAccelerationMpc:
         """Plans from a state to a goal.
 
         Args:
-            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             goal: The goal at the end of the horizon.
             model: The believed dynamics, already at state x.
 
@@ -111,7 +111,7 @@ class MinimumAccelerationMpc:
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
         """Plans as if there were no limits, by one linear solve whose factor is kept while C_q and C_v stay.
 
-        Returns: Accelerations, angles and rates over the steps, shape (3 num_steps, num_joints).
+        Returns: Accelerations, angles and velocities over the steps, shape (3 num_steps, num_joints).
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._gain = self._compute_gain(goal)
@@ -142,7 +142,7 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Looks up the accelerations of an earlier plan, when a new one cannot be had.
+        """Looks up the accelerations of an earlier plan, when there is no new one.
 
         Args:
             vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].

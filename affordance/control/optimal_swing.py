@@ -234,7 +234,7 @@ class SwingSearch:
         found = complete(result.GetSolution(c))
         if not self._keeps_torques(found) or not self._condition.is_met(end @ found[-2:].ravel()):
             raise AffordanceError(
-                f"no swing of {self._times[-1]:g} s within the limits of angle, rate and torque was found"
+                f"no swing of {self._times[-1]:g} s within position, velocity and torque limits was found"
             )
         if self._keeps_torques(start) and self.compute_cost(integrand, found)[0] > first:
             return start, False

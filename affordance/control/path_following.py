@@ -18,7 +18,7 @@ class PathFollowing:
     """The task of following a path with a point F of a certain tool.
 
     Its goal is F's place on the path where the horizon ends, and of all joint rates that give F the path's velocity
-    there the least: where the rest of the arm goes is its own affair, but it is not to drift. Linear in the joint
+    there the least: null-space motion is free, but it is not to drift. Linear in the joint
     angles the place is only near some posture: it is linearised where the arm would coast to by then, which errs less
     by half than at the present posture (docs/decisions/0012-reaching.md).
     """

@@ -38,7 +38,7 @@ class TerminalGoal(NamedTuple):
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
-    """Angles and rates after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
+    """Angles and velocities after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
     N = settings.num_steps
     h = settings.horizon / N
     steps = np.arange(1, N + 1)

@@ -22,7 +22,7 @@ type StartEntry = Annotated[
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Refuses a start that an arm cannot take, as the value of a key of a task's file.
+    """Rejects a start that an arm cannot take, as the value of a key of a task's file.
 
     Raises:
         BadValueError: There is no such joint, or it cannot take its angle; names the file and the joint's key.

@@ -23,8 +23,8 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 
-# Moments of a swing at which the limits of angle and rate are kept, as fractions of its duration: between them a
-# joint of 50 rad/s^2 oversteps by a milliradian.
+# Moments of a swing at which position and velocity limits are kept, as fractions of its duration: between them a
+# joint of 50 rad/s^2 violates them by a milliradian.
 _CHECKED = np.linspace(0.02, 1.0, 50)
 # Scales of the optimisation: it counts costs in hundreds of rad^2/s^3, and misses in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
@@ -32,7 +32,7 @@ _MAX_MISS = 1e-5
 # The nail is at rest within 10 ms of the first touch, with either grip and for all forces of the map; then the arm
 # begins to come back, [s].
 FOLLOW_THROUGH = 0.015
-# A controller that plans in steps of 20 ms oversteps a swing's angles by about a degree; swings keep clear of limits
+# A controller that plans in steps of 20 ms leaves a swing's angles by about a degree; swings keep clear of limits
 # by so much, [rad].
 _MARGIN = np.radians(1.0)
 # Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
@@ -48,7 +48,7 @@ class Swing(NamedTuple):
     Attributes:
         q_start: Joint angles at its beginning, shape (num_joints,), [rad].
         q_end: Joint angles at the strike, the same shape.
-        v_end: Joint rates at the strike, the same shape, [rad/s].
+        v_end: Joint velocities at the strike, the same shape, [rad/s].
         duration: From rest to strike, [s].
     """
 
@@ -88,7 +88,7 @@ class Target(NamedTuple):
 
 
 class StrikeCondition:
-    """What angles and rates, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+    """What angles and velocities, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
         """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
@@ -158,7 +158,7 @@ def plan_swing(
         guess: A swing like the one that is sought, from which to search; from the start if None.
 
     Raises:
-        AffordanceError: No swing within the limits of angle and rate does it.
+        AffordanceError: No swing within position and velocity limits does it.
     """
     q_start, D = target.q_start, duration
     limits = model.arm.shrink_limits(_MARGIN, q_start)
@@ -172,7 +172,7 @@ def plan_swing(
     from_start = np.concatenate([q_start, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
-    # Angles and rates at the moments checked are linear in z.
+    # Angles and velocities at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
     for of_z, at_start, lower, upper in (
         ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),

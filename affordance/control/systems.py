@@ -15,20 +15,20 @@ from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
 from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import HeldTorqueModel
 
 _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """How many ticks of a trial had a limit active, and in how many the solver failed."""
+    """In how many control periods of a trial a limit was active, and in how many the solver failed."""
 
     limited: int
     failed: int
 
 
 class MpcController(SampledSystem):
-    """Replans at every tick and holds the first torque until the next.
+    """Replans every control period and holds the torque until the next.
 
     Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. The task chooses how
     far ahead is planned; where it says not at all, the previous plan goes on, and should the solver fail too, with a
@@ -37,7 +37,7 @@ class MpcController(SampledSystem):
     Input ports:
         belief: What is believed of the object, ObjectBelief.
         goal: The Task.
-        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+        state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
 
     Output ports:
         tau: Torques, (num_joints,), [N m].
@@ -53,11 +53,11 @@ class MpcController(SampledSystem):
         angle_margin: float,
     ) -> None:
         super().__init__()
-        self._model = ArmModel(arm)
+        self._model = HeldTorqueModel(arm, control_period)
         self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
-        # By their horizons in ticks; made when they are first asked for.
+        # By their horizons in control periods; built at first use.
         self._mpcs: dict[int, MinimumAccelerationMpc] = {}
         self._get_mpc(settings.horizon)
         self._num_joints = arm.num_joints
@@ -72,7 +72,7 @@ class MpcController(SampledSystem):
         self._plan = int(self.DeclareDiscreteState(N * n))
         # When the plan was made, and for how long.
         self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
-        self._counts = int(self.DeclareDiscreteState(2))  # ticks limited, ticks failed
+        self._counts = int(self.DeclareDiscreteState(2))  # control periods limited, and failed
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self._payload = self.declare_cached(
             "payload", self._calc_payload, {self.input_ticket("belief"), self._seed.ticket}
@@ -85,7 +85,7 @@ class MpcController(SampledSystem):
         self._seed.set(context, seed)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns how many ticks were limited and failed so far."""
+        """Returns how many control periods were limited and failed so far."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 
@@ -125,18 +125,11 @@ class MpcController(SampledSystem):
             discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
 
     def _hold_torque(self, x: Array, vdot: Array) -> Array:
-        """Torque that, held for a tick, gives accelerations in the mean of it: that of its middle, within limits.
+        """Torque that, held for a tick, gives mean accelerations, within limits.
 
-        The torque of its beginning would err by half of what gravity and gyration change in a tick, always in the
-        same direction: in two seconds of reaching the forearm, of whose angle nothing is asked, then drifts by
-        36 degrees (docs/decisions/0005-controller.md). Where a limit is active the program has bounded the torque of
-        the beginning, and that is what counts.
+        Where a limit is active the program has bounded the torque of the tick's beginning, and that is what counts.
         """
-        q, v = np.split(x, 2)
-        half = 0.5 * self._control_period
-        v_middle = v + half * vdot
-        self._model.set_state(np.concatenate([q + half * 0.5 * (v + v_middle), v_middle]))
-        tau: Array = np.clip(self._model.compute_inverse_dynamics(vdot), -self._limits.tau_max, self._limits.tau_max)
+        tau: Array = np.clip(self._model.compute_held_torque(x, vdot), -self._limits.tau_max, self._limits.tau_max)
         return tau
 
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:

@@ -15,7 +15,7 @@ class Task(Protocol):
         """Joint angles in which it begins, at rest, shape (num_joints,), [rad]."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses how far ahead the controller plans, a multiple of its tick.
+        """Chooses how far ahead the controller plans, a multiple of its control period.
 
         Args:
             time: Now, [s].
@@ -29,7 +29,7 @@ class Task(Protocol):
 
         Args:
             model: The arm, at state x when called and when left.
-            x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+            x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             time: Now, [s].
             horizon: How far ahead the goal lies, [s].
 

@@ -62,10 +62,10 @@ CURVES = (
 
 
 class SavedRun(NamedTuple):
-    """What an experiment found with one way of seeing.
+    """What an experiment found with one source of features.
 
     Attributes:
-        shared: What must be the same in both ways of seeing: faults, seed, repeats; models and program by their key.
+        shared: What must be the same with both sources: faults, seed, repeats; models and program by their key.
         values: Its curves, (K,) each.
     """
 
@@ -85,7 +85,7 @@ def save_vision_metrics(
 
 
 def compare_feature_sources(out: Path) -> None:
-    """Writes the section that compares both ways of seeing, of those experiments that a folder holds in both."""
+    """Writes the section that compares both sources, of those experiments that a folder holds in both."""
     found: dict[Curve, dict[str, Array]] = {}
     for name, curves in itertools.groupby(CURVES, lambda curve: curve.experiment):
         found.update(_read_both(out / name, list(curves)))
@@ -109,7 +109,7 @@ def _find_difference(curve: Curve, both: Mapping[str, Array]) -> float:
 
 
 def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, Array]]:
-    """Curves of an experiment in both ways of seeing; none if one is missing, or if they differ in more than that."""
+    """Curves of an experiment from both sources; none if one is missing, or if they differ in more than that."""
     kept = {
         feature_source.value: _read_mode(folder / f"numbers_{feature_source.value}.json", curves)
         for feature_source in FeatureSource
@@ -127,7 +127,7 @@ def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, A
 
 
 def _read_mode(path: Path, curves: Sequence[Curve]) -> SavedRun | None:
-    """Reads what was kept; None if nothing was. A file that is no such thing is set aside."""
+    """Reads what was kept; None if nothing was. A file that is no such thing is quarantined."""
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         shared = {name: numbers[_SHARED][name] for name in ("faults", "seed", "repeats", "models")}

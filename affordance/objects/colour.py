@@ -21,7 +21,7 @@ JUST_NOTICEABLE = 2.3
 
 def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     """CIELAB coordinates L*, a*, b* of colours in [0, 1], shape (..., 3)."""
-    if not np.size(colours):  # OpenCV refuses it
+    if not np.size(colours):  # OpenCV rejects it
         return np.zeros(np.shape(colours))
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
     lab: Array = cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
@@ -35,11 +35,11 @@ def compute_tints(colours: NDArray[np.floating]) -> Array:
     return tints
 
 
-# Two colours within this distance of each other in every channel, of [0, 1], are the same look: 5 of 255 steps, and
+# Two colours within this distance of each other in every channel, of [0, 1], are the same colour: 5 of 255 steps, and
 # half a step so that rounding does not decide.
 SAME_COLOUR = 5.5 / 255
 
 
 def is_same_colour(one: Colour, other: Colour) -> bool:
-    """Says whether two colours are the same look."""
+    """Says whether two colours count as the same."""
     return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR

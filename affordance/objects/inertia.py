@@ -28,7 +28,7 @@ class Shape(Protocol):
 
     @property
     def sizes(self) -> Array:
-        """The lengths that an eye would measure, shape (num_sizes,), [m]."""
+        """The lengths that can be seen, shape (num_sizes,), [m]."""
 
     @property
     def volume(self) -> float:
@@ -58,7 +58,7 @@ class Ellipsoid:
     semi_axes: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        """Refuses impossible ellipsoids.
+        """Rejects impossible ellipsoids.
 
         Raises:
             ValueError: A semi-axis is not finite and positive.
@@ -99,7 +99,7 @@ class Ellipsoid:
 def build_inertia_map(
     shapes: Sequence[Shape], poses_TE: Sequence[Array], material_indices: Sequence[int], num_materials: int
 ) -> Array:
-    """Builds Phi: pi = Phi rho (design 1).
+    """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
 
     Args:
         shapes: The solid parts E of a tool T.

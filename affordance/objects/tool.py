@@ -25,9 +25,9 @@ class Material:
 
     Attributes:
         name: Its key in the materials file.
-        colour: What the eye sees, red, green and blue in [0, 1].
-        density: Mean density of things made of it, [kg/m^3].
-        density_sd: Standard deviation between such things, [kg/m^3].
+        colour: Red, green and blue in [0, 1].
+        density: Mean density of objects made of it, [kg/m^3].
+        density_sd: Standard deviation between such objects, [kg/m^3].
         source: Where the density comes from.
     """
 
@@ -166,7 +166,7 @@ def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
 
 
 class PosedShape(Protocol):
-    """A solid at its place in a tool, whether it is known (Component) or only seen (ComponentFeatures)."""
+    """A solid at its place in a tool, whether it is known (Component) or observed (ComponentFeatures)."""
 
     @property
     def shape(self) -> Shape:

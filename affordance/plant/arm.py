@@ -227,7 +227,7 @@ def _finish_plant(
             problem = f"has {name} at {home[index]:g} rad in the home posture, must be from {low:g} to {high:g}"
             raise ModelFileError(directives, problem)
         if not limits.v_max[index] > 0.0:
-            problem = f"has {name} with a limit of rate of {limits.v_max[index]:g} rad/s, must be more than 0"
+            problem = f"has {name} with a velocity limit of {limits.v_max[index]:g} rad/s, must be more than 0"
             raise ModelFileError(directives, problem)
     for array in (home, *limits):
         array.setflags(write=False)
@@ -235,7 +235,7 @@ def _finish_plant(
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Refuses arms whose joints are not revolute, or do not pair off one to one with actuators."""
+    """Rejects arms whose joints are not revolute, or do not pair off one to one with actuators."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
     # The nail's comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]

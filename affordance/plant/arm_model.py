@@ -37,7 +37,7 @@ class ArmModel:
         self.arm.set_payload(self._context, pi)
 
     def set_state(self, x: Array) -> None:
-        """Sets joint angles and rates, stacked to shape (2 num_joints,), [rad, rad/s]."""
+        """Sets joint angles and velocities, stacked to shape (2 num_joints,), [rad, rad/s]."""
         self._plant.SetPositionsAndVelocities(self._context, x)
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:

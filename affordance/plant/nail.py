@@ -1,7 +1,7 @@
 """The nail that Simulation IV drives: its data, and its bodies in a plant.
 
 The nail slides along its own axis in a block that stands still. Its resistance is a system of its own
-(systems/nail_resistance.py), for Drake's joints know damping but no dry friction.
+(nail_system.py), for Drake's joints know damping but no dry friction.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """The payload regressor Y: torques of a held tool are linear in its inertial parameters.
 
-    tau = tau_arm(q, v, vdot) + Y(q, v, vdot) pi          (from the paper's eq. 2; design 1)
+    tau = tau_arm(q, v, vdot) + Y(q, v, vdot) pi          (from the paper's eq. 2)
 
 By the Newton-Euler equations of the tool about To, with a the acceleration of To less gravity, alpha and w its
 angular acceleration and velocity, all expressed in T:

@@ -24,7 +24,7 @@ _TOLERANCE = 1e-12
 
 
 class TorqueStatistics(NamedTuple):
-    """What a trial has felt so far.
+    """Sufficient statistics of the torques measured in a trial so far.
 
     Attributes:
         features: Running mean of the noise model's features, shape (num_features,).
@@ -35,7 +35,7 @@ class TorqueStatistics(NamedTuple):
     num_samples: int
 
     def add(self, features: Array) -> "TorqueStatistics":
-        """Returns the percept with one more sample's features, shape (num_features,)."""
+        """Returns the statistics with one more sample's features, shape (num_features,)."""
         num_samples = self.num_samples + 1
         return TorqueStatistics(self.features + (features - self.features) / num_samples, num_samples)
 
@@ -45,7 +45,7 @@ class Inference(NamedTuple):
 
     Attributes:
         posterior: Belief about the object and, in its memory, about all materials.
-        log_evidence: Log probability (density) of the percept before it was felt, the size of its errors taken at the
+        log_evidence: Log probability density of the measurement before it was made, its errors taken at the
             posterior mean as everywhere here; low means surprise.
         p_value: Probability of evidence as low as this, under what was believed.
     """
@@ -58,13 +58,13 @@ class Inference(NamedTuple):
 def compute_posterior(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
 ) -> Inference:
-    """Applies Bayes' rule to what was felt in a trial so far.
+    """Applies Bayes' rule to the torques measured in a trial so far.
 
     Args:
-        prior: Belief about the object before it was felt.
-        statistics: What was felt.
+        prior: Belief about the object before the trial.
+        statistics: Of the measured torques.
         num_joints: Number of joints.
-        noise: How well joints feel.
+        noise: Errors of measured torques.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
 
     Returns: Posterior and evidence; before the first sample the prior itself, zero log evidence and no surprise.

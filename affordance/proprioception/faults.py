@@ -1,6 +1,6 @@
 """Faults of sensors and of the arm's model, as data that can be switched on; by default there is none.
 
-Faults of sensors distort what joints feel, after the noise of feeling; the reflex sees the true state, as always. A
+Faults of sensors distort measured torques, after their noise; the controller sees the true state, as always. A
 sample that does not arrive is NaN at every joint. The heavier arm is the one that is moved: models keep their own.
 """
 
@@ -38,7 +38,7 @@ class Faults:
         stuck_joint: Name of a joint whose sensor reads one torque whatever it carries; empty for none.
         stuck_torque: What it reads, [N m].
         bias_sd: Every joint reads this many standard deviations of its noise too much.
-        delay_samples: Torques arrive this many samples late, beside angles and rates that do not.
+        delay_samples: Torques arrive this many samples late, beside angles and velocities that do not.
         arm_mass_factor: Mass and inertia of the arm that is moved, over those of its models.
     """
 

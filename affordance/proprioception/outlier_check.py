@@ -1,7 +1,7 @@
-"""Which samples of what joints feel are taken for what they say: those that could have been felt at all.
+"""Plausibility check of torque samples.
 
-A sample is refused if it did not arrive, is not finite, or if no densities there can be explain a joint's torque.
-Nothing here asks what is believed: a surprising object is not a broken sensor.
+A sample is rejected if it did not arrive, is not finite, or if no possible densities explain a joint's torque.
+The belief plays no part: a surprising object is not a broken sensor.
 """
 
 import enum
@@ -13,7 +13,7 @@ from affordance.objects.geometry import Geometry
 from affordance.objects.tool import DENSITY_MAX
 from affordance.proprioception.torque_noise import NoiseModel
 
-# Beyond what is possible by this many standard deviations of noise, a torque is refused: an honest one in 10^9.
+# A torque beyond the possible by this many standard deviations of noise is rejected: one in 10^9 without fault.
 _MARGIN = 6.0
 
 
@@ -27,7 +27,7 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Judges felt torques, shape (num_joints,), by themselves: ACCEPTED if they are finite."""
+    """Judges measured torques, shape (num_joints,), by themselves: ACCEPTED if they are finite."""
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -38,11 +38,11 @@ def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise
     """Judges finite torques by whether an object of this geometry could load the arm with them.
 
     Args:
-        tau: Felt torques, shape (num_joints,), [N m].
+        tau: Measured torques, shape (num_joints,), [N m].
         tau_arm: Torques of the arm alone, shape (num_joints,), [N m].
         Y: Payload regressor, shape (num_joints, 10).
-        geometry: Of the object, with the uncertainty of seeing it.
-        noise: How well joints feel.
+        geometry: Of the object, with its uncertainty.
+        noise: Errors of measured torques.
 
     Returns: ACCEPTED or IMPOSSIBLE.
     """

@@ -1,4 +1,4 @@
-"""What an object held still feels like, without simulating the hold: for studies of the estimator by the thousand.
+"""Measured torques of an object held still, without simulating it: for studies of the estimator by the thousand.
 
 The arm rests in one posture, so the percept is the mean torque of a hold in which nothing moves.
 """
@@ -31,7 +31,7 @@ class StaticHold:
         self.tau_arm = model.compute_inverse_dynamics(at_rest)
 
     def measure(self, belief: ObjectBelief, rho: Array, noise: NoiseModel, seed: tuple[int, ...]) -> TorqueStatistics:
-        """Draws the percept of an object.
+        """Draws the measured torques of an object.
 
         Args:
             belief: Gives the object's geometry.
@@ -39,7 +39,7 @@ class StaticHold:
             noise: How well joints feel.
             seed: Determines the errors of the trial; errors of single samples are left out.
 
-        Returns: The percept, of one sample.
+        Returns: Their statistics, of one sample.
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))

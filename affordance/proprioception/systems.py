@@ -18,7 +18,7 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 
 class SampleCounts(NamedTuple):
-    """How many samples of a trial were refused, and why, and how many were taken."""
+    """How many samples of a trial were rejected, and why, and how many were accepted."""
 
     missing: int
     not_finite: int
@@ -27,7 +27,7 @@ class SampleCounts(NamedTuple):
 
     @property
     def rejected(self) -> int:
-        """How many were refused."""
+        """How many were rejected."""
         return self.missing + self.not_finite + self.impossible
 
 

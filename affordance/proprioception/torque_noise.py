@@ -1,8 +1,8 @@
-"""How well joints feel torque: the observation models of proprioception.
+"""Errors of measured joint torques: the observation models of proprioception.
 
 Both models reduce a trial to the running mean of a feature vector, so that the estimator is recursive whichever is
-chosen, and turn that mean into a likelihood of the held object's densities. With tau the felt torque, tau_arm that
-of the arm alone, and Y the payload regressor, every sample says  tau = tau_arm + Y Phi rho + error.
+chosen, and turn that mean into a likelihood of the held object's densities. With tau the measured torque, tau_arm
+that of the arm alone, and Y the payload regressor, every sample says  tau = tau_arm + Y Phi rho + error.
 """
 
 from dataclasses import dataclass
@@ -50,9 +50,9 @@ class NoiseModel(Protocol):
 
 @dataclass(frozen=True)
 class WeberNoise:
-    """One percept a trial, felt with a Weber fraction and an absolute threshold (design 5).
+    """One measurement a trial, with errors of a Weber fraction and an absolute threshold.
 
-    The percept is the mean torque of the hold. Its standard deviation at joint j is
+    The measurement is the mean torque of the hold. Its standard deviation at joint j is
     sqrt(threshold^2 + (weber_fraction tau_j)^2), with tau_j the mean total torque, the arm's own weight included.
     As drawn, the error is a gain and an offset that last the trial, which gives the mean exactly that deviation.
 
@@ -75,7 +75,7 @@ class WeberNoise:
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Likelihood of the percept; errors are evaluated at the torque that rho predicts."""
+        """Likelihood of the mean torque; errors are evaluated at the torque that rho predicts."""
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         regressor = Y @ geometry.Phi  # (num_joints, M)

@@ -1,4 +1,4 @@
-"""Pictures of hammering: photographs of the blow, what happens to the nail, and which grip is the cheaper one."""
+"""Figures of hammering: renderings of the blow, what happens to the nail, and which grip is the cheaper one."""
 
 from collections.abc import Mapping, Sequence
 
@@ -34,7 +34,7 @@ _NOT_FEASIBLE = "#C8C8C8"
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: photographs, one row a grip.
+    """Draws figure 9: renderings, one row a grip.
 
     Args:
         rows: What each row is of, and its pictures, (height, width, 3) each; all rows are alike.
@@ -61,7 +61,7 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     """Draws the forces on a nail around the strike, and how far it is driven.
 
     Args:
-        records: What happened to the nail, by the grip the blow was dealt with.
+        records: What happened to the nail, by the grip of the blow.
         force_demanded: Peak of the resistance that was asked for, [N].
     """
     figure = Figure(figsize=(7.2, 5.4))
@@ -109,7 +109,7 @@ def draw_map(
         forces: Demanded force, (F,), rising, [N].
         values: The other quantity, (R,), rising.
         work: Work with each grip, (R, F), [J].
-        feasible: Whether the blow can be dealt with each grip, (R, F).
+        feasible: Whether the blow is feasible with each grip, (R, F).
         case: Force and value of the case that is marked.
         case_label: What it is called.
         value_label: Name and unit of the other quantity.

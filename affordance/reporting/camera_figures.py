@@ -1,4 +1,4 @@
-"""Pictures of seeing: what the camera saw and what was made of it, how well it is seen, and what that costs."""
+"""Figures of vision: what the camera saw, what was detected, how accurate it is, and what errors cost."""
 
 import textwrap
 from collections.abc import Sequence
@@ -22,12 +22,12 @@ _TITLE_WIDTH = 55  # [characters]
 
 
 class CameraView(NamedTuple):
-    """A look at an object.
+    """One observation of an object by the camera.
 
     Attributes:
         title: What it is.
         picture: What the camera saw.
-        detection: What was made of it; None if it could not be made out.
+        detection: What was detected; None if nothing was.
         note: Stands beside the title.
     """
 
@@ -38,7 +38,7 @@ class CameraView(NamedTuple):
 
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
-    """Draws looks, one a row: picture, depth, parts, and fitted outlines over the picture."""
+    """Draws observations, one a row: picture, depth, parts, and fitted outlines over the picture."""
     figure = Figure(figsize=(12.0, 1.9 * len(views) + 0.3))
     rows = figure.subplots(len(views), 4, squeeze=False)
     for axes, view in zip(rows, views, strict=True):
@@ -71,7 +71,7 @@ def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
 
 
 def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
-    """Draws how large errors of seeing are, and whether they are as large as the eye itself says.
+    """Draws errors of detected features, and whether they are as large as stated.
 
     Args:
         errors: Absolute relative errors by what they are of.
@@ -131,7 +131,7 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Rows and columns around the object; the whole picture if it was not made out. At least 4 to 3."""
+    """Rows and columns around the object; the whole picture if it was not detected. At least 4 to 3."""
     height, width = view.picture.depth.shape
     if view.detection is None:
         return slice(0, height), slice(0, width)

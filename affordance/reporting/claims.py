@@ -155,7 +155,10 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
             f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
         )
     met = value is not None and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
-    texts = [f"{COMPARISONS[how][1]} {_show_bound(criterion, bound)}".strip() for how, bound in bounds.items()]
+    texts = [
+        (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()
+        for (how, bound), written in zip(bounds.items(), criterion.bounds.values(), strict=True)
+    ]
     nearest = next((bound for bound in bounds.values() if not isinstance(bound, str | bool)), None)
     return CriterionResult(criterion.name, _show(criterion, value, nearest), " and ".join(texts), met)
 
@@ -177,13 +180,15 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
     return f"{', '.join(shown)} {criterion.unit}".strip()
 
 
-def _show_bound(criterion: Criterion, bound: Any) -> str:
+def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
+    """The bound in the unit of the value; one that is written as a number, as it is written."""
     if isinstance(bound, str):
         return bound
     if isinstance(bound, bool | np.bool_):
         return "yes" if bound else "no"
     entries = np.unique(np.atleast_1d(bound) * criterion.scale)
-    return f"{', '.join(f'{entry:.4g}' for entry in entries)} {criterion.unit}".strip()
+    shown = [f"{entry:.{criterion.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries]
+    return f"{', '.join(shown)} {criterion.unit}".strip()
 
 
 def _to_array(value: Any) -> Any:

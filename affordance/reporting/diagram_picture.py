@@ -20,9 +20,9 @@ _GROUPS = {
     "Control system": ("#fbe8d3", {"task", "mpc_controller"}),
     "World": ("#eeeeee", set[str]()),
 }
-# What was felt teaches what is seen, from trial to trial.
+# The teaching signal: posteriors become priors, from trial to trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
-# Connections against the flow from seeing over acting to feeling; they do not decide where a system stands.
+# Connections against the flow from vision over control to proprioception; they do not decide where a system stands.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
 
 

@@ -1,4 +1,4 @@
-"""Numbers and names as report and figures show them: in one place, so that they look alike everywhere."""
+"""Numbers and names as report and figures show them: in one place, so that they are the same everywhere."""
 
 import re
 from collections.abc import Iterable, Mapping
@@ -38,6 +38,8 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
         bound: The bound, in the same unit.
         digits: Decimals, if they do.
     """
+    if 0.0 < abs(bound) < 1e-4:
+        return format_number(value, max(2, digits))
     for more in range(digits, _MAX_DIGITS):
         shown = float(f"{value:.{more}f}")
         if (shown < bound, shown > bound) == (value < bound, value > bound):

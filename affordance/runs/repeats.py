@@ -25,7 +25,7 @@ from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
 _STAMP = "belongs_to"
-# What NumPy and zipfile raise for archives that are damaged somewhere (tests/test_bad_input.py damages many).
+# What NumPy and zipfile raise for archives that are damaged somewhere (tests/system/test_bad_input.py damages many).
 _DAMAGE = (
     OSError,
     ValueError,
@@ -184,7 +184,7 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Reads a kept repeat; None if there is none. One that cannot be read, or is another's, is set aside."""
+    """Reads a kept repeat; None if there is none. One that cannot be read, or is another's, is quarantined."""
     path = _path_of(folder, repeat)
     try:
         with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:

@@ -39,7 +39,7 @@ class Blow:
 
     Attributes:
         strike: What was planned.
-        record: The arm's motion, one row a tick.
+        record: The arm's motion, one row a control period.
         nail: What happened to the nail.
         work: Mechanical work without recovery, from rest to the strike, [J].
         work_raising: The part of it up to where the striking point is highest, [J].
@@ -83,7 +83,7 @@ def simulate_blow(
         hammer: What is asked for.
         planned: The blows that were planned for the tool.
         densities: True density of what shows a colour, [kg/m^3].
-        settings: Those of all simulations; only the log is kept at every tick.
+        settings: Those of all simulations; only the log is kept at every control period.
         force: Peak resistance, [N]; the one that is asked for if None.
         nail: What stands there in truth; what the blow is planned for if None.
 
@@ -136,7 +136,7 @@ def run_blow(
 
 
 class BlowMonitor:
-    """A monitor of a blow: refuses one that stalls, and while it is asked to, stops where anything touches."""
+    """A monitor of a blow: ends one that stalls, and while it is asked to, stops where anything touches."""
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
         """Takes the plant that is simulated, and what to call the tool."""

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.multibody.plant import MultibodyPlant
+from pydrake.systems.analysis import SimulatorConfig
 from pydrake.systems.framework import Diagram, DiagramBuilder, OutputPort, System
 from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSink
 
@@ -22,6 +23,7 @@ from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import compute_stiffness
 from affordance.plant.nail import NailPlacement
 from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
@@ -50,7 +52,7 @@ class TrialDiagram:
     """A built Diagram, with the handles needed to set it up and read it out.
 
     One serves any number of presentations: what a presentation changes lives in its Context. Without a nail
-    ``nail_logs`` is None.
+    ``nail_logs`` is None. An arm is stiff if damping brings a joint to rest within a tick of the controller.
     """
 
     diagram: Diagram
@@ -69,6 +71,12 @@ class TrialDiagram:
     state_log: VectorLogSink
     tau_log: VectorLogSink
     nail_logs: NailLogs | None
+    is_stiff: bool
+
+    @property
+    def simulator(self) -> SimulatorConfig:
+        """Drake's configuration of the simulator for this arm."""
+        return self.settings.stiff_simulator if self.is_stiff else self.settings.simulator
 
 
 def build_trial_diagram(
@@ -177,6 +185,7 @@ def build_trial_diagram(
         state_log=state_log,
         tau_log=tau_log,
         nail_logs=nail_logs,
+        is_stiff=compute_stiffness(model, settings.control_period) > 1.0,
     )
 
 

@@ -22,9 +22,9 @@ class Rollout(NamedTuple):
     Attributes:
         work: Mechanical work without recovery, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        path: Where the free end went, p_WF at every tick, (N, 3), [m].
+        path: Where the free end went, p_WF at every control period, (N, 3), [m].
         reference: Where it was to go, (N, 3), [m].
-        record: The motion, one row a tick.
+        record: The motion, one row a control period.
     """
 
     work: float
@@ -46,7 +46,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
         tool: The tool as it is gripped.
         task: What is to be done.
         densities: True density of what shows a colour, [kg/m^3].
-        settings: Those of all simulations; only the log is kept at every tick.
+        settings: Those of all simulations; only the log is kept at every control period.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)

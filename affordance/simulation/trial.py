@@ -188,7 +188,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     trial.task.set_task(trial.task.GetMyMutableContextFromRoot(context), task)
     trial.arm.set_posture(plant_context, task.q_start)
     simulator = Simulator(trial.diagram, context)
-    ApplySimulatorConfig(settings.simulator, simulator)
+    ApplySimulatorConfig(trial.simulator, simulator)
     simulator.Initialize()
     return simulator
 

@@ -1,4 +1,4 @@
-"""What the eye measures of a presented object: its features, with the error of measuring them.
+"""Visual features of an object, with their errors.
 
 The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the true
 features are handed over with a stated error, which by default is none.
@@ -19,7 +19,7 @@ from affordance.objects.tool import Tool
 
 
 class VisionError(NamedTuple):
-    """Standard deviations of the eye's measurements.
+    """Standard deviations of measured features.
 
     Attributes:
         size: Of each axis length, as a fraction of it.
@@ -41,7 +41,7 @@ class FeatureSource(enum.Enum):
 
 @dataclass(frozen=True)
 class ComponentFeatures:
-    """What the eye says of one component.
+    """Features of one component.
 
     Attributes:
         colour: Its colour, red, green and blue in [0, 1].

@@ -59,12 +59,12 @@ class MaterialMemorySystem(SampledSystem):
     """Remembers what is believed of materials, and learns when a presentation ends (the teaching signal).
 
     The state changes by one event a presentation: at its end the posterior becomes what is believed, unless the
-    presentation was so surprising that nothing is to be learned from it. Which colours are remembered beyond a
+    presentation was such an outlier that nothing is to be learned from it. Which colours are remembered beyond a
     presentation is a parameter of the Context.
 
     Input ports:
         posterior: Belief after what was measured, ObjectBelief.
-        p_value: Probability of measurements as surprising as these, (1,).
+        p_value: Probability of measurements as improbable as these, (1,).
 
     Output ports:
         materials: Memory.

@@ -1,4 +1,4 @@
-"""From what the eye measures to p(lambda | v), the belief about an object's inertia before it is felt.
+"""From visual features to p(lambda | v), the belief about an object's inertia before it is held.
 
 Colour selects each component's material and with it the belief about its density; sizes and pose give Phi, with its
 uncertainty to first order. Frames: T the tool, E a component.
@@ -20,14 +20,14 @@ _STEP = 1e-5
 
 
 def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior: Prior) -> ObjectBelief:
-    """Predicts an object's inertia from its looks.
+    """Predicts an object's inertia from its visual features.
 
     Args:
         features: What the eye says of each component.
         memory: What is believed of materials and objects met before.
         prior: What is believed of materials never met.
 
-    Returns: The belief about the object before it is felt; its memory includes every look of the object.
+    Returns: The belief about the object before it is held; its memory includes every colour of the object.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(

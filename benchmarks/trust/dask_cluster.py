@@ -1,4 +1,4 @@
-"""A Dask scheduler and its workers as processes of this machine, started as the README says."""
+"""A Dask scheduler and its workers as processes of this machine, started as docs/performance.md says."""
 
 import json
 import os

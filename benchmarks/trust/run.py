@@ -117,7 +117,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 
 
 def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
-    """Reads what a study found; None if it was not run. A file that is no such thing is set aside."""
+    """Reads what a study found; None if it was not run. A file that is no such thing is quarantined."""
     path = folder / f"{study}.json"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))

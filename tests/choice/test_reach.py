@@ -164,7 +164,7 @@ def test_chunks_do_not_change_the_costs(model, motion):
 def test_controller_without_a_plan_is_said(reach, model, monkeypatch):
     failed = MpcSolution(np.full((12, 7), np.nan), np.full(7, np.nan), MpcStatus.FAILED)
     monkeypatch.setattr(MinimumAccelerationMpc, "solve", lambda *arguments: failed)
-    with pytest.raises(NoPlanError, match=r"^no plan keeps the joints' limits of angle and rate at t = 0.000 s$"):
+    with pytest.raises(NoPlanError, match=r"^no plan keeps the joints' position and velocity limits at t = 0.000 s$"):
         plan_motion(model, reach.begin(model, P_TF), duration=0.1, settings=DEFAULT_SETTINGS)
     with pytest.raises(NoPlanError, match=r"at t = 0.000 s, near the start$"):
         reach.build_cost(model, STICK.components, DEFAULT_SETTINGS)

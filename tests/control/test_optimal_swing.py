@@ -203,6 +203,6 @@ def test_arm_that_is_too_weak_is_refused(own_model, target, swing):
     limits = own_model.arm.limits
     weak = dataclasses.replace(own_model.arm, limits=limits._replace(tau_max=0.01 * limits.tau_max))
     with pytest.raises(
-        AffordanceError, match=r"no swing of 0.8 s within the limits of angle, rate and torque was found$"
+        AffordanceError, match=r"no swing of 0.8 s within position, velocity and torque limits was found$"
     ):
         SwingSearch(ArmModel(weak), target, swing, PI, num_pieces=2).find_least_effort()

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_contract import check_results, read_section, render
+from helpers.results_files import check_results, read_section, render
 from helpers.shared import make_folder_once
 
 from affordance.belief.density_belief import DensityBelief
@@ -20,7 +20,7 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
 
-CONTRACT = {
+SHAPES = {
     "mass_true": (3,),
     "p_ToTcm_x_true": (3,),
     "height_extreme_m": (3,),
@@ -53,8 +53,8 @@ def folder(experiment, tmp_path_factory):
     return make_folder_once(tmp_path_factory, "results_com", fill) / "com"
 
 
-def test_results_keep_the_contract(folder):
-    numbers = check_results(folder, CONTRACT, ("figure5", "figure6"))
+def test_results_are_as_documented(folder):
+    numbers = check_results(folder, SHAPES, ("figure5", "figure6"), "com")
     assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
     assert numbers["density_median"].keys() == {"beech", "steel"}
 

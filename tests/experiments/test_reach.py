@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_contract import check_results, read_section, render
+from helpers.results_files import check_results, read_section, render
 from helpers.shared import compute_once, make_folder_once
 
 from affordance.belief.material_memory import MaterialMemory
@@ -22,7 +22,7 @@ from affordance.simulation.rollout import Rollout
 from affordance.simulation.trial import TrialRecord
 from affordance.vision.features import FeatureSource
 
-CONTRACT = {
+SHAPES = {
     "p_correct": (7,),
     "p_correct_ci95": (7, 2),
     "p_correct_bayes": (7,),
@@ -58,8 +58,8 @@ def numbers(folder):
     return json.loads((folder / "metrics.json").read_text())
 
 
-def test_results_keep_the_contract(folder):
-    numbers = check_results(folder, CONTRACT, ("figure7", "figure8", "path"))
+def test_results_are_as_documented(folder):
+    numbers = check_results(folder, SHAPES, ("figure7", "figure8", "path"), "reach and hammer", "reach")
     assert numbers["correct_grip"] in {"steel", "wood"}
     assert numbers["energy_true"].keys() == {"steel", "wood"}
 

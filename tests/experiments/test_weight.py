@@ -3,13 +3,15 @@
 import dataclasses
 import itertools
 import json
+import re
 import shutil
 from functools import partial
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
-from helpers.results_contract import check_results, read_section, render
+from helpers.results_files import DOCS, check_results, read_section, render
 from helpers.shared import make_folder_once
 
 from affordance.belief.learners import Learner
@@ -24,7 +26,7 @@ from affordance.reporting.section import load_claims
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings
 
-CONTRACT = {
+SHAPES = {
     "density_true": (),
     "density_p25": (5,),
     "density_median": (5,),
@@ -58,8 +60,8 @@ def numbers(folder):
     return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
-def test_results_keep_the_contract(folder):
-    numbers = check_results(folder, CONTRACT, ("figure3", "figure4"))
+def test_results_are_as_documented(folder):
+    numbers = check_results(folder, SHAPES, ("figure3", "figure4"), "weight")
     assert numbers["repeats"] == 3
     assert numbers["config"]["settings"]["noise"] == {"weber_fraction": 0.07, "threshold": 0.097}
 
@@ -82,6 +84,21 @@ def test_trajectories_are_those_of_the_metrics(weight, folder, numbers):
     np.testing.assert_allclose(drops[:4], numbers["drop_m"])
     assert found["percentile"].values.tolist() == [25.0, 50.0, 75.0]
     np.testing.assert_allclose(found["density"].sel(percentile=50.0).median("repeat")[:5], numbers["density_median"])
+
+
+def test_documented_lines_open_and_plot_a_trajectory(folder, tmp_path, monkeypatch):
+    (tmp_path / "results").mkdir()
+    (tmp_path / "results" / "weight").symlink_to(folder)
+    monkeypatch.chdir(tmp_path)
+    (block,) = re.findall(r"```python\n(.*?)```", DOCS.read_text(encoding="utf-8"), re.DOTALL)
+    opened = {}
+    with plt.rc_context({"backend": "agg"}):
+        exec(block, opened)
+        (axes,) = plt.gcf().axes
+    assert [text.get_text() for text in axes.get_legend().texts] == opened["trajectories"].trial.values.tolist()
+    assert axes.get_xlabel() == "time since the trial began [s]"
+    plt.close("all")
+    opened["trajectories"].close()
 
 
 def test_motions_of_each_trial_are_those_of_its_own_heights(weight, folder, chain):

@@ -196,6 +196,6 @@ def test_posture_beyond_a_limit_is_refused_by_joint_and_bound(tmp_path):
 def test_joint_that_may_not_move_is_refused(tmp_path):
     path = write_copy(tmp_path, "<velocity>26.4</velocity>", "<velocity>0</velocity>")
     with pytest.raises(
-        ModelFileError, match=r"has elbow_flexion with a limit of rate of 0 rad/s, must be more than 0"
+        ModelFileError, match=r"has elbow_flexion with a velocity limit of 0 rad/s, must be more than 0"
     ):
         load_arm(path)

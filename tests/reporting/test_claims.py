@@ -171,7 +171,7 @@ def test_claim_is_met_if_all_its_criteria_are():
         (0.10004, {"at_most": 0.1}, {"unit": "%", "scale": 100, "digits": 1}, "10.004 %", "at most 10 %"),
         (3.0, {"above": 1}, {}, "3.00", "above 1"),
         ([0.01, 0.02], {"below": 0.05}, {"unit": "cm", "scale": 100}, "1.00, 2.00 cm", "below 5 cm"),
-        ([1.0, 2.0], {"above": "y"}, {}, "1.00, 2.00", "above 0.5, 0.6"),
+        ([1.0, 2.0], {"above": "y"}, {}, "1.00, 2.00", "above 0.50, 0.60"),
         (0.9, {"at_least": 0.85, "at_most": 0.95}, {}, "0.90", "at least 0.85 and at most 0.95"),
         ("wood", {"is": "grip"}, {}, "wood", "steel"),
         (True, {"is": True}, {}, "yes", "yes"),

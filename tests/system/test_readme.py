@@ -5,11 +5,11 @@ import shutil
 from pathlib import Path
 
 import affordance
-from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.runner import run_experiment
+from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
 
-README = (Path(__file__).parents[2] / "README.md").read_text()
+ROOT = Path(__file__).parents[2]
+README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
 def find_blocks(language):
@@ -18,38 +18,49 @@ def find_blocks(language):
 
 def run_block(block, capsys):
     exec(block, {})
-    return capsys.readouterr().out.splitlines()
+    return capsys.readouterr().out
+
+
+def test_first_example_prints_what_stands_below_it(capsys):
+    before, _ = README.split("```text\n")
+    assert before.count("\n") + find_blocks("text")[0].count("\n") < 40
+    assert run_block(find_blocks("python")[0], capsys) == find_blocks("text")[0]
 
 
 def test_example_of_ranking_runs(capsys):
-    lines = run_block(find_blocks("python")[0], capsys)
-    assert len(lines) == 8
-    assert re.fullmatch(r"stick by steel: \d+\.\d J, best with probability 1\.00", lines[4])
-
-
-def test_example_of_an_observer_runs(capsys):
-    lines = run_block(find_blocks("python")[1], capsys)
-    assert len(lines) == 5
-    assert lines[0].startswith("rod_10cm: sank ")
-    assert [line.endswith("; grossly surprising") for line in lines] == [False] * 4 + [True]
+    lines = run_block(find_blocks("python")[1], capsys).splitlines()
+    assert len(lines) == 4
+    assert re.fullmatch(r"stick by steel: \d+\.\d J, best with probability 1\.00", lines[0])
 
 
 def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0])
-    config = load_hold_experiment("weight", models)
-    assert [tool.name for tool in config.tools] == ["small", "dumb-bell", "decoy"]
-    run_experiment(config, None, tmp_path / "results", repeats=1, jobs=1)
-    assert (tmp_path / "results" / "metrics.json").exists()
+    report = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
+    assert "dumb-bell" in report.read_text(encoding="utf-8")
+    assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 
 
-def test_files_linked_exist():
-    root = Path(__file__).parents[2]
-    targets = re.findall(r"\]\(([^)#]+)\)", README)
-    assert len(targets) > 8
-    for target in targets:
-        assert (root / target).exists(), target
+def list_anchors(page):
+    """Headings as links name them: in small letters, spaces as hyphens, without punctuation."""
+    headings = re.findall(r"^#+ (.*)$", page.read_text(encoding="utf-8"), re.MULTILINE)
+    return [re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings]
+
+
+def test_linked_files_and_headings_exist():
+    pages = [
+        ROOT / "README.md",
+        ROOT / "CONTRIBUTING.md",
+        *(ROOT / "docs").rglob("*.md"),
+        ROOT / "models" / "README.md",
+    ]
+    for page in pages:
+        for target, heading in re.findall(r"\]\(([^)#:]*)#?([^):]*)\)", page.read_text(encoding="utf-8")):
+            linked = page.parent / target if target else page
+            assert linked.exists(), f"{page}: {target}"
+            if heading:
+                assert heading in list_anchors(linked), f"{page}: {target}#{heading}"
 
 
 def test_every_public_name_is_there():

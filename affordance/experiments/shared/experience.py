@@ -74,7 +74,7 @@ class Experience:
         precision: Of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
         information_vector: Of the same, (repeats, K + 1, M).
         order: Which object was held in each trial, (repeats, K).
-        rejected: How many samples of each trial were refused, (repeats, K); empty if none can have been.
+        rejected: How many samples of each trial were rejected, (repeats, K); empty if none can have been.
         outlier: Whether each trial was a 5-sigma outlier, (repeats, K); empty if none can have been.
         kinds: Memories of a learner with kinds as text, (repeats, K + 1); empty for one density for each colour.
     """

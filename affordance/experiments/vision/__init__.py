@@ -1,1 +1,1 @@
-"""How well objects are seen."""
+"""How accurate features from pictures are."""

@@ -19,7 +19,7 @@ from affordance.vision.visual_prior import predict_object
 
 
 class Comparison(NamedTuple):
-    """What was seen of an object beside what it is; NaN for parts it does not have.
+    """Errors of the features detected of an object; NaN for parts it does not have.
 
     Attributes:
         visible_error: Relative errors of the two semi-axes across the view, (MAX_PARTS, 2).
@@ -42,7 +42,7 @@ NOTHING = Comparison(
 
 
 def compare(tool: Tool, detection: Detection) -> Comparison:
-    """Compares what was seen of an object, all parts of it, with what it is."""
+    """Compares the detected features of an object, of all its parts, with the true ones."""
     X_TC = get_camera_sensor().rig.compute_camera_pose(tool)
     features = detection.compute_features(X_TC)
     places = np.array([part.X_TE[:3, 3] for part in tool.components])

@@ -1,4 +1,4 @@
-"""How well objects are seen: sizes, masses and their uncertainty, from pictures of random objects.
+"""Accuracy of features from pictures: sizes, masses and their uncertainty, over random objects.
 
 Objects of one to three touching ellipsoids are drawn, presented to the camera, and their parts detected in a noisy
 picture. Sizes are compared with the true ones, masses at the true densities, and predicted intervals of mass with the
@@ -65,7 +65,7 @@ class Rankings(NamedTuple):
 
 @dataclass(frozen=True)
 class VisionExperiment:
-    """The study of seeing.
+    """The study of features from pictures.
 
     Attributes:
         uncommon: The two objects of the question.

@@ -1,4 +1,4 @@
-"""Objects drawn at random, to find out how well they are seen: chains of touching ellipsoids that face the camera."""
+"""Random objects, to measure the accuracy of detection: chains of touching ellipsoids that face the camera."""
 
 import numpy as np
 from scipy.spatial.transform import Rotation

@@ -13,10 +13,10 @@ from affordance.vision.pixels.sensor_noise import SensorNoise
 
 
 class CameraSensor:
-    """Looks at objects on a stand; what an appearance looks like without noise is rendered once."""
+    """Takes pictures of objects on a stand; the noise-free picture of an appearance is rendered once."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG, noise: SensorNoise = SensorNoise()) -> None:
-        """Takes the stand with its camera, and the noise of a look."""
+        """Takes the stand with its camera, and the noise of a picture."""
         self.rig = rig
         self.noise = noise
         self._renderings: dict[tuple[object, ...], Picture] = {}
@@ -28,7 +28,7 @@ class CameraSensor:
         return self.noise.add_to(self._renderings[tool.appearance], self.rig.camera, rng)
 
     def detect_parts(self, picture: Picture) -> Detection:
-        """Makes out what a picture shows; raises a SeeingError if it cannot."""
+        """Detects the parts a picture shows; raises a SeeingError if it shows none."""
         return detect_parts(picture, self.rig, self.noise)
 
     def observe(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
@@ -39,5 +39,5 @@ class CameraSensor:
 
 @functools.lru_cache(maxsize=1)
 def get_camera_sensor() -> CameraSensor:
-    """Returns this process's eye."""
+    """Returns this process's camera sensor."""
     return CameraSensor()

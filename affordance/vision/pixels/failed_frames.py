@@ -1,4 +1,4 @@
-"""Keeping pictures that could not be made out, for inspection."""
+"""Keeping pictures in which an object was not detected, for inspection."""
 
 from pathlib import Path
 

@@ -41,7 +41,7 @@ _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """What was made of a picture.
+    """What was detected in a picture.
 
     Attributes:
         segmentation: Which pixels show which part.
@@ -62,9 +62,9 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
     Raises:
-        SeeingError: What cannot be seen, by its kind: see exceptions.py, and segmentation.segment.
+        SeeingError: What cannot be detected, by its kind: see exceptions.py, and segmentation.segment.
         HiddenPartError: One part stands before another.
-        NoFitError: What is seen of a part is no ellipsoid.
+        NoFitError: What is visible of a part is no ellipsoid.
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []

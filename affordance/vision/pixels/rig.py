@@ -43,7 +43,7 @@ _RENDERER = "vtk"
 # Larger than the picture, so that there is stand wherever there is no object; its thickness is not seen, [m].
 _STAND_SIZE = (1.6, 1.4, 0.02)
 # Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small in the mean
-# (tests/test_rig.py); so it is told one that is as much larger.
+# (tests/vision/pixels/test_rig.py); so it is told one that is as much larger.
 _FACETS = 1.0013
 
 
@@ -167,7 +167,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         show(shape, X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
 
     camera = rig.camera
-    # Drake's renderer counts from a pixel's corner (found with a symmetric object, tests/test_rig.py), we from its
+    # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), we from its
     # centre.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)

@@ -65,7 +65,7 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Refuses what is no picture.
+    """Rejects what is no picture.
 
     Raises:
         UnusablePictureError: Colour and depth do not fit together, or are too small.

@@ -7,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_contract import check_results, read_section, render
+from helpers.results_files import check_results, read_section, render
 from helpers.shared import compute_once, make_folder_once
 
 from affordance.choice.blow_cost import BlowCost
@@ -27,7 +27,7 @@ from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import Faults
 from affordance.vision.features import FeatureSource
 
-CONTRACT = {
+SHAPES = {
     "p_correct": (7,),
     "p_correct_ci95": (7, 2),
     "p_correct_bayes": (7,),
@@ -73,8 +73,8 @@ def numbers(folder):
     return json.loads((folder / "metrics.json").read_text())
 
 
-def test_results_keep_the_contract(folder):
-    numbers = check_results(folder, CONTRACT, ("figure9", "figure10", "blow", "map"))
+def test_results_are_as_documented(folder):
+    numbers = check_results(folder, SHAPES, ("figure9", "figure10", "blow", "map"), "reach and hammer", "hammer")
     assert numbers["correct_grip"] in {"steel", "wood"}
     for key in ("energy_true", "force_measured_N", "kinetic_energy_true", "energy_without_raising_true"):
         assert numbers[key].keys() == {"steel", "wood"}

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_contract import read_section, render
+from helpers.results_files import check_keys, read_section, render
 from helpers.shared import make_folder_once
 from scipy.optimize import minimize
 
@@ -22,7 +22,7 @@ from affordance.vision.pixels.pipeline import Detection
 from affordance.vision.pixels.rig import DEFAULT_RIG, find_box
 from affordance.vision.pixels.segmentation import Segmentation
 
-CONTRACT = (
+SHAPES = (
     "objects",
     "failures",
     "semi_axis_error_visible_median",
@@ -53,8 +53,8 @@ def numbers(folder):
     return json.loads((folder / "metrics.json").read_text())
 
 
-def test_results_keep_the_contract(folder, numbers):
-    for key in CONTRACT:
+def test_results_are_as_documented(folder, numbers):
+    for key in SHAPES:
         assert np.isfinite(numbers[key]), key
     assert numbers["objects"] == 4
     assert numbers["objects_coverage"] == 10
@@ -62,6 +62,7 @@ def test_results_keep_the_contract(folder, numbers):
         assert (folder / f"{name}.png").stat().st_size > 10_000
     assert (folder / "diagram.dot").exists()
     assert numbers["versions"]["opencv-python-headless"]
+    check_keys(numbers, "vision")
 
 
 def test_objects_are_seen_as_well_as_was_asked(numbers):

@@ -1,20 +1,36 @@
 """What every experiment leaves behind, and its section with other numbers."""
 
 import json
+import re
 import types
+from pathlib import Path
 
 import numpy as np
 
 from affordance.experiments.runner import describe_faults, describe_few_observers
 from affordance.reporting.section import render_section
 
+DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 COMMON = {"seed": (), "repeats": (), "run_shown": (), "wall_s": ()}
 
 
-def check_results(folder, contract, figures):
+def find_documented_keys(*headings):
+    """Keys in the tables below headings of docs/results.md: what stands in backticks in their first column."""
+    parts = re.split(r"^### (.*)\n", DOCS.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    sections = dict(zip(parts[1::2], parts[2::2], strict=True))
+    rows = [line.split("|")[1] for heading in headings for line in sections[heading].splitlines() if line[:1] == "|"]
+    return {key for row in rows for key in re.findall(r"`(.+?)`", row)}
+
+
+def check_keys(numbers, *headings):
+    """Asserts that docs/results.md names every key of a metrics.json, and no other."""
+    assert set(numbers) == find_documented_keys("Every experiment", *headings)
+
+
+def check_results(folder, shapes, figures, *headings):
     """Asserts that figures, trajectories, diagram, replay, section and numbers are there; returns the numbers.
 
-    ``contract`` gives the shape of each number by its key.
+    ``shapes`` gives the shape of each number by its key; ``headings`` of docs/results.md name all keys.
     """
     for name in (*figures, "diagram"):
         assert (folder / f"{name}.svg").stat().st_size > 1000
@@ -23,10 +39,11 @@ def check_results(folder, contract, figures):
     assert (folder / "replay.html").stat().st_size > 1e6
     assert (folder / "trajectories.nc").exists()
     numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
-    for key, shape in {**contract, **COMMON}.items():
+    for key, shape in {**shapes, **COMMON}.items():
         assert np.shape(numbers[key]) == shape, key
         assert np.isfinite(numbers[key]).all(), key
     assert numbers["versions"]["drake"]
+    check_keys(numbers, *headings)
     return numbers
 
 

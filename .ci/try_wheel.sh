@@ -1,0 +1,23 @@
+#!/bin/sh
+# Builds the wheel, installs it into an empty environment, and uses it from another folder.
+set -eu
+project=$(cd "$(dirname "$0")/.." && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+export PIP_CONSTRAINT="$project/constraints.txt" PIP_BUILD_CONSTRAINT="$project/constraints.txt"
+"$project/.venv/bin/python" -m build --wheel --outdir "$work/dist" "$project" >"$work/build.log" 2>&1 || { cat "$work/build.log"; exit 1; }
+"$project/.venv/bin/python" -m venv "$work/env"
+"$work/env/bin/python" -m pip install --quiet "$work"/dist/*.whl
+mkdir "$work/elsewhere"
+cd "$work/elsewhere"
+unset PYTHONPATH
+"$work/env/bin/affordance" --version
+"$work/env/bin/affordance" doctor
+"$work/env/bin/affordance" weight --repeats 2 --out results
+test -s results/report.html
+# The examples of README, one file each.
+awk '/^```python/ {n++; on = 1; next} /^```/ {on = 0} on {print > ("example_" n ".py")}' "$project/README.md"
+for example in example_*.py; do
+    "$work/env/bin/python" "$example"
+done
+echo "the wheel works from another folder"

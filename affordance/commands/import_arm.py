@@ -1,0 +1,95 @@
+"""affordance import-arm: from any robot's file to a folder of models for its arm."""
+
+import argparse
+import time
+from pathlib import Path
+
+from affordance.robots.frozen import parse_values
+from affordance.robots.importer import AXES, ImportOptions, parse_rotor_inertia
+from affordance.robots.kept import import_arm
+from affordance.robots.report import PAGE, TEXT
+
+HELP = "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF)"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the command's arguments."""
+    parser.add_argument("file", type=Path, help="the robot's file")
+    add_arm_arguments(parser, required=True)
+    parser.add_argument("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
+    parser.add_argument(
+        "--tasks",
+        choices=("fit", "keep"),
+        default="fit",
+        help="whether path, blow and objects are changed to what the arm can do",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="folder for the models; must be new or empty")
+
+
+def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> None:
+    """Declares what is said of an arm besides its file; also for commands that take a robot's file in passing."""
+    parser.add_argument("--tip", required=required, help="link or frame at the arm's end, where it holds things")
+    parser.add_argument("--base", help="link that is fixed to the world (default: where the limb begins)")
+    parser.add_argument(
+        "--out-axis",
+        metavar="AXIS",
+        help=f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z",
+    )
+    parser.add_argument(
+        "--posture",
+        nargs="+",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="where other joints are frozen, and the arm's own at home (rad, m)",
+    )
+    parser.add_argument(
+        "--rotor-inertia",
+        nargs="+",
+        default=[],
+        metavar="VALUE",
+        help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
+    )
+    parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
+    parser.add_argument(
+        "--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)"
+    )
+    parser.add_argument(
+        "--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)"
+    )
+
+
+def read_options(arguments: argparse.Namespace) -> ImportOptions:
+    """Makes options of the arguments that ``add_arm_arguments`` declares.
+
+    Raises:
+        BadValueError: One of them is not what it must be.
+    """
+    return ImportOptions(
+        tip=arguments.tip,
+        base=arguments.base,
+        out_axis=arguments.out_axis,
+        posture=parse_values("--posture", arguments.posture),
+        rotor_inertia=parse_rotor_inertia(arguments.rotor_inertia),
+        damping=arguments.damping == "file",
+        height=arguments.base_height,
+        up=arguments.up,
+    )
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Imports an arm; returns the exit status.
+
+    Raises:
+        AffordanceError: The file, or an argument, does not say what an arm needs; nothing was written.
+    """
+    start = time.perf_counter()
+    lines = import_arm(
+        arguments.file,
+        read_options(arguments),
+        arguments.out,
+        with_meshes=not arguments.no_meshes,
+        fits_tasks=arguments.tasks == "fit",
+    )
+    print("\n".join(lines))
+    print(f"{arguments.out}: written in {time.perf_counter() - start:.1f} s; see {PAGE} or {TEXT} there")
+    return 0

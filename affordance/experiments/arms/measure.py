@@ -1,0 +1,116 @@
+"""What an arm does when an object is put into its hand that it takes for lighter than it is, and why.
+
+The arm sags until what its plan asks for, under the believed inertia, makes up for the torque it did not foresee. A
+plan of minimum acceleration in N steps from rest at a distance e from its goal begins with 6 N / (N + 1) e / T^2, so
+that
+
+    e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
+
+with M the mass matrix under the believed load, for a torque that is held (plant/held_torque.py). The heavier arm and
+rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen,
+over the sum of the arm's own effective mass and the mass that is believed.
+"""
+
+import dataclasses
+import time
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
+from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import HeldTorqueModel
+from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRunner
+
+# Long enough for the sag to be over, [s].
+_HOLD = 1.5
+# How often it is timed; the fastest counts, as what else a machine does only slows it down, and the first one also
+# builds the Diagram.
+_TIMES = 3
+
+
+class Sag(NamedTuple):
+    """The first hold of Simulation I.
+
+    Attributes:
+        arm_mass: Effective mass of the empty arm at the hand along the vertical, [kg].
+        object_mass: [kg].
+        predicted: Fall of the object's centre by the formula above, [m].
+        simulated: The same in Drake, [m].
+        rate: Largest rate of a joint over its limit, [1].
+        rate_joint: Which joint.
+        limited: Part of the ticks in which a limit was active.
+        real_time_factor: Simulated time over CPU time, of the fastest of three holds.
+    """
+
+    arm_mass: float
+    object_mass: float
+    predicted: float
+    simulated: float
+    rate: float
+    rate_joint: str
+    limited: float
+    real_time_factor: float
+
+
+def measure_sag(models: Path, tool_index: int = 0, task_models: Path | None = None) -> Sag:
+    """Puts an object of Simulation I into the hand of an arm that never held one.
+
+    Args:
+        models: The folder with the arm.
+        tool_index: Which object, in their order.
+        task_models: The folder with the objects; that of the arm if None.
+    """
+    settings = dataclasses.replace(Settings(arm=models / ARM.name), log_period=Settings().control_period)
+    folder = task_models or models
+    tool = load_tools(folder / "tools" / "weight.yaml", load_materials(folder / "materials.yaml"))[tool_index]
+    arm = load_arm(settings.arm)
+    believed = _believe(tool, settings.prior.mode)
+    home = np.concatenate([arm.home, np.zeros(arm.num_joints)])
+    plain, held = ArmModel(arm), HeldTorqueModel(arm, settings.control_period)
+    plain.set_state(home)
+    up = np.array([0.0, 0.0, 1.0])
+    lift = up @ plain.compute_point_jacobian(np.zeros(3))
+    arm_mass = 1.0 / float(lift @ np.linalg.solve(plain.compute_mass_matrix(), lift))
+    Y = compute_payload_regressor(plain, home, np.zeros(arm.num_joints))
+    held.set_payload(believed.parameters)
+    held.set_state(home)
+    unforeseen = Y @ (tool.parameters - believed.parameters)
+    compliance = (1.0 + 1.0 / settings.mpc.num_steps) * settings.mpc.horizon**2 / 6.0
+    e = compliance * np.linalg.solve(held.compute_mass_matrix(), unforeseen)
+    predicted = float(up @ held.compute_point_jacobian(tool.p_TTcentre) @ e)
+
+    runner = TrialRunner(settings)
+    seconds = []
+    for _ in range(_TIMES):
+        start = time.process_time()
+        record = runner.run_hold(tool, MaterialMemory(), duration=_HOLD, seed=(0,))
+        seconds.append(time.process_time() - start)
+    rates = np.abs(record.v).max(axis=0) / arm.limits.v_max
+    return Sag(
+        arm_mass,
+        tool.mass,
+        predicted,
+        float(max(0.0, -record.height_centre.min())),
+        float(rates.max()),
+        arm.joint_names[int(np.argmax(rates))],
+        record.counts.limited * settings.control_period / _HOLD,
+        _HOLD / min(seconds),
+    )
+
+
+def _believe(tool: Tool, density: float) -> Tool:
+    """The object as an arm believes it to be that never held one."""
+    return tool.with_densities({part.looks_like.colour: density for part in tool.components})
+
+
+def measure_ours() -> Sag:
+    """The same for the arm that comes with the program."""
+    return measure_sag(MODELS)

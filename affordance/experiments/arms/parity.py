@@ -1,0 +1,142 @@
+"""An imported arm beside Pinocchio, which reads the robot's file by itself and freezes joints in its own way."""
+
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from pydrake.multibody.tree import MultibodyForces
+
+from affordance.arrays import Array
+from affordance.robots.importer import ImportOptions, ReadArm, build_statics, read_arm
+
+# States compared, and how fast joints turn and speed up in them, [rad/s, rad/s^2].
+_STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0
+
+
+class ParityError(NamedTuple):
+    """Largest differences over random states, each over the largest number compared."""
+
+    mass_matrix: float
+    gravity: float
+    inverse_dynamics: float
+    tip: float
+
+    @property
+    def largest(self) -> float:
+        """The largest of them."""
+        return max(self)
+
+
+def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityError:
+    """Compares an arm whose other joints are frozen at random with Pinocchio's reduced model of the same file.
+
+    Damping is left out on our side, as Pinocchio's inverse dynamics leaves it out.
+
+    Raises:
+        ImportError: Pinocchio is not installed.
+    """
+    rng = np.random.default_rng(seed)
+    frozen = draw_posture(read_arm(path, options), rng)
+    imported = read_arm(path, ImportOptions(options.tip, options.base, options.out_axis, frozen, damping=False))
+    reduced = _build_reduced(path, imported)
+    return _compare(imported, *reduced, rng)
+
+
+def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
+    """Draws values for all joints but the arm's own, within their limits, or half a turn of those that have none."""
+    tree, chain = read.tree, set(read.arm.joint_names)
+    values = {}
+    for joint in tree.joints_above.values():
+        notes = tree.description.joints.get(joint.name())
+        if joint.num_velocities() != 1 or joint.name() in chain or notes is None or notes.mimic is not None:
+            continue
+        low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+        low, high = (low if np.isfinite(low) else -0.5 * np.pi), (high if np.isfinite(high) else 0.5 * np.pi)
+        values[joint.name()] = float(rng.uniform(low, high))
+    return values
+
+
+def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
+    """Pinocchio's model with the same joints frozen, and the number of the tip's frame in it."""
+    import pinocchio
+
+    if imported.tree.description.kind == "mjcf":
+        model = pinocchio.buildModelFromMJCF(str(path))
+    else:
+        model = pinocchio.buildModelFromUrdf(str(path))
+    q = pinocchio.neutral(model)
+    kept = set(imported.arm.joint_names)
+    locked = []
+    for number in range(1, model.njoints):
+        name, joint = model.names[number], model.joints[number]
+        if name in kept:
+            continue
+        locked.append(number)
+        value = imported.arm.frozen.get(name)
+        if value is not None and joint.nq == 1:
+            q[joint.idx_q] = value
+        elif value is not None and joint.nq == 2:  # a joint without end, as a point of the unit circle
+            q[joint.idx_q : joint.idx_q + 2] = np.cos(value), np.sin(value)
+    reduced = pinocchio.buildReducedModel(model, locked, q)
+    return reduced, reduced.getFrameId(imported.chain.tip.name(), pinocchio.FrameType.BODY)
+
+
+def _compare(imported: ReadArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
+    import pinocchio
+
+    statics, n = build_statics(imported.arm), len(imported.arm.links)
+    plant, context, forces = statics.plant, statics.context, MultibodyForces(statics.plant)
+    data = reduced.createData()
+    R_TH = (
+        imported.chain.tip.CalcPose(
+            imported.tree.plant.CreateDefaultContext(), imported.chain.joints[-1].frame_on_child()
+        )
+        .rotation()
+        .matrix()
+        .T
+        @ imported.arm.X_LH.rotation().matrix()
+    )
+    found = []
+    for _ in range(_STATES):
+        q, v, vdot = (
+            rng.uniform(-1.5, 1.5, n),
+            rng.uniform(-_RATE, _RATE, n),
+            rng.uniform(-1.0, 1.0, n) * _ACCELERATION,
+        )
+        q_pin = _write_angles(reduced, q)
+        M = pinocchio.crba(reduced, data, q_pin)
+        M = np.triu(M) + np.triu(M, 1).T
+        gravity = pinocchio.computeGeneralizedGravity(reduced, data, q_pin).copy()
+        tau = pinocchio.rnea(reduced, data, q_pin, v, vdot).copy()
+        pinocchio.framesForwardKinematics(reduced, data, q_pin)
+        X_WT = data.oMf[tip].homogeneous
+        plant.SetPositionsAndVelocities(context, np.concatenate([q, v]))
+        plant.CalcForceElementsContribution(context, forces)
+        X_WH = statics.hand.CalcPoseInWorld(context).GetAsMatrix4()
+        X_TH = np.eye(4)
+        X_TH[:3, :3] = R_TH
+        pairs = (
+            (plant.CalcMassMatrix(context), M),
+            (-plant.CalcGravityGeneralizedForces(context), gravity),
+            (plant.CalcInverseDynamics(context, vdot, forces), tau),
+            (X_WH, X_WT @ X_TH),
+        )
+        found.append([_relate(ours, theirs) for ours, theirs in pairs])
+    return ParityError(*(float(value) for value in np.max(found, axis=0)))
+
+
+def _relate(ours: Array, theirs: Array) -> float:
+    """Largest difference over the largest number."""
+    return float(np.abs(ours - theirs).max() / np.abs(theirs).max())
+
+
+def _write_angles(model: Any, q: Array) -> Array:
+    """Angles as Pinocchio writes them: joints without end as points of the unit circle."""
+    written = np.zeros(model.nq)
+    for number, angle in enumerate(q, start=1):
+        joint = model.joints[number]
+        if joint.nq == 1:
+            written[joint.idx_q] = angle
+        else:
+            written[joint.idx_q : joint.idx_q + 2] = np.cos(angle), np.sin(angle)
+    return written

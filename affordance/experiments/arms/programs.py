@@ -1,0 +1,36 @@
+"""The experiments as this study uses them: whether one can be run with a folder of models, and what it finds."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from affordance.exceptions import AffordanceError
+from affordance.experiments.suite import load_experiment, run_suite
+from affordance.plant.arm import ARM
+from affordance.settings import Settings
+
+OK = "ok"
+NAMES = ("weight", "com", "reach", "hammer")
+
+
+def find_lack(name: str, models: Path) -> str:
+    """Says why an experiment cannot be run with a folder of models, in a line; ``ok`` if it can."""
+    try:
+        load_experiment(name, models, 0, Settings(arm=models / ARM.name)).plan(1)
+    except AffordanceError as error:
+        return str(error).replace(f"{models}/", "")
+    return OK
+
+
+def run_program(name: str, models: Path, out: Path, *, seed: int, repeats: int, jobs: int) -> dict[str, Any] | str:
+    """Runs an experiment into a folder; observers that were simulated before are not simulated again.
+
+    Returns: Its metrics, with its claims under ``claims``; or why it cannot be run, in a line.
+    """
+    try:
+        run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs)
+    except AffordanceError as error:
+        return str(error).replace(f"{models}/", "")
+    metrics: dict[str, Any] = json.loads((out / name / "metrics.json").read_text())
+    section: dict[str, Any] = json.loads((out / name / "section.json").read_text())
+    return {**metrics, "claims": {claim["text"]: claim["met"] for claim in section["claims"]}}

@@ -1,0 +1,67 @@
+"""Which arms of the wheel example-robot-data are studied, and how each is named in its file."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+from affordance.robots.importer import ImportOptions
+
+_ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
+
+
+class Robot(NamedTuple):
+    """An arm of the wheel.
+
+    Attributes:
+        name: What it is called here.
+        file: Its file, within the folder of robots.
+        tip: The link or frame that holds things.
+        required: Whether all four experiments are to run on it; others may be told why not.
+        up: Which axis of its root points up.
+    """
+
+    name: str
+    file: str
+    tip: str
+    required: bool = True
+    up: str = "z"
+
+    @property
+    def options(self) -> ImportOptions:
+        """What is said of it."""
+        return ImportOptions(self.tip, up=self.up)
+
+
+ROBOTS = (
+    Robot("panda", "panda_description/urdf/panda.urdf", "panda_hand_tcp"),
+    Robot("ur5", "ur_description/urdf/ur5_robot.urdf", "tool0"),
+    Robot("ur10", "ur_description/urdf/ur10_robot.urdf", "tool0"),
+    Robot("xarm7", "xarm_description/urdf/xarm7.urdf", "link_eef"),
+    Robot("baxter_right", "baxter_description/urdf/baxter.urdf", "right_gripper"),
+    Robot("baxter_left", "baxter_description/urdf/baxter.urdf", "left_gripper"),
+    Robot("z1", "z1_description/urdf/z1.urdf", "gripperStator"),
+    Robot("talos", "talos_data/robots/talos_full_v2.urdf", "gripper_left_base_link"),
+    Robot("kinova", "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
+    Robot(
+        "human", "human_description/robots/human.urdf", "right_hand"
+    ),  # y is up in its file: with z up it lies; upright, its path is not followed
+    Robot("ur3", "ur_description/urdf/ur3_robot.urdf", "tool0", required=False),
+    Robot("tiago", "tiago_description/robots/tiago.urdf", "arm_tool_link", required=False),
+    Robot("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "left_rubber_hand", required=False),
+    Robot("icub", "icub_description/robots/icub.urdf", "l_hand", required=False),
+    Robot("pr2", "pr2_description/urdf/pr2.urdf", "r_gripper_tool_frame", required=False),
+    Robot("romeo", "romeo_description/urdf/romeo.urdf", "l_wrist", required=False),
+    Robot("centauro", "centauro_description/urdf/centauro.urdf", "arm1_8", required=False),
+    Robot("so101", "so_arm_description/urdf/so101.urdf", "gripper_frame_link", required=False),
+    Robot(
+        "anymal-kinova",
+        "anymal_b_simple_description/robots/anymal-kinova.urdf",
+        "j2s6s200_end_effector",
+        required=False,
+    ),
+    Robot("tiago_pro", "tiago_pro_description/robots/tiago_pro.urdf", "arm_right_tool_link", required=False),
+)
+
+
+def find_folder(folder: Path) -> Path:
+    """The folder of robots below one into which the wheel was installed or unpacked, or itself."""
+    return folder / _ROBOTS if (folder / _ROBOTS).is_dir() else folder

@@ -1,0 +1,93 @@
+"""Values of the task files that an arm needs otherwise: each with its old and new value, and why."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from affordance.files.atomic import write_text
+
+# The key that stands for every length of the objects of a tools file; its values are factors.
+SIZE_OF_TOOLS = "size"
+_LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
+
+
+class Change(NamedTuple):
+    """A value that differs from the one the tasks came with.
+
+    Attributes:
+        file: Path within the folder of models.
+        key: Where in the file.
+        old: What it was.
+        new: What it is; None if it is left out.
+        why: Why.
+    """
+
+    file: str
+    key: str
+    old: Any
+    new: Any
+    why: str
+
+    def __str__(self) -> str:
+        return f"{self.file}: {self.key}: {show(self.old)} -> {show(self.new)} ({self.why})"
+
+
+def show(value: Any) -> str:
+    """A value in few digits."""
+    if value is None:
+        return "left out"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(show(entry) for entry in value)}]"
+    return str(value)
+
+
+def apply_changes(models: Path, changes: Sequence[Change]) -> None:
+    """Writes changed values into the files of a folder of models, and says so at the top of each.
+
+    Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
+    """
+    for file in dict.fromkeys(change.file for change in changes):
+        of_file = [change for change in changes if change.file == file]
+        path = models / file
+        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        for change in of_file:
+            if change.key == SIZE_OF_TOOLS:
+                factor = change.new / change.old
+                for key in _LENGTHS:
+                    _edit(content, key.split("."), partial(_scale, factor))
+            else:
+                _edit(content, change.key.split("."), partial(_replace, change.new))
+        notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
+        write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
+
+
+def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
+    """Changes the value at a path of keys, or with ``*`` all values there; some may be absent."""
+    first, rest = keys[0], keys[1:]
+    if first == "*":
+        for entry in content.values() if isinstance(content, dict) else content:
+            _edit(entry, rest, change)
+    elif first in content:
+        if rest:
+            _edit(content[first], rest, change)
+        else:
+            content[first] = change(content[first])
+            if content[first] is None:
+                del content[first]
+
+
+def _replace(new: Any, value: Any) -> Any:
+    """The new value, whatever the old one was."""
+    return new
+
+
+def _scale(factor: float, value: Any) -> Any:
+    """Multiplies a number, or every number of a list, keeping six significant digits."""
+    if isinstance(value, list):
+        return [_scale(factor, entry) for entry in value]
+    return float(f"{value * factor:.6g}")

@@ -1,0 +1,208 @@
+"""Which path, blow and objects an arm can do: proposals, tried in a fixed order, never a silent change.
+
+The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects
+stay as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the
+true densities, and what can be planned is simulated.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import load_hammer
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import AffordanceError
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.static_hold import StaticHold
+from affordance.robots.changes import SIZE_OF_TOOLS, Change
+from affordance.settings import Settings
+from affordance.simulation.rollout import roll_out
+
+PATH, NAIL = "paths/reach.yaml", "nail.yaml"
+_HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
+_ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
+# Sides and paces of the path, and its sizes if none of those will do.
+_PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (0.75, 0.5, 0.35)
+_SWING_PACES = (1.0, 1.5, 2.0)
+# Objects are made smaller to where they load no joint by more than this part of its limit; the rest moves the arm.
+_FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
+_STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
+_MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+class Fit(NamedTuple):
+    """What was found for one task.
+
+    Attributes:
+        changes: What must be changed; empty if it can be done as it is.
+        lack: Why it cannot be done whatever is changed; empty if it can.
+    """
+
+    changes: tuple[Change, ...]
+    lack: str = ""
+
+
+class Holding(NamedTuple):
+    """How much the objects load the arm at home.
+
+    Attributes:
+        load: Largest part of a torque limit.
+        joint: Where.
+        object_name: Under which object.
+        mass: Of it, [kg].
+        empty: Largest part of a torque limit with an empty hand.
+    """
+
+    load: float
+    joint: str
+    object_name: str
+    mass: float
+    empty: float
+
+
+def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:
+    """Lists all objects as they are held, novel ones by each grip."""
+    materials = load_materials(models / "materials.yaml")
+    tools = [tool for file in files for tool in load_tools(models / file, materials)]
+    return [held for tool in tools for held in ([tool.gripped_by(grip) for grip in tool.grips] or [tool])]
+
+
+def measure_holding(models: Path, factor: float = 1.0) -> Holding:
+    """Finds which object, made larger by a factor, loads the arm most in its home posture."""
+    arm = load_arm(models / ARM.name)
+    static = StaticHold(arm)
+    empty = np.abs(static.tau_arm) / arm.limits.tau_max
+    # Mass grows with the third power of size, its moments with the fourth and fifth.
+    growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
+    found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0, float(empty.max()))
+    for tool in list_held(models):
+        load = np.abs(static.tau_arm + static.Y @ (growth * tool.parameters)) / arm.limits.tau_max
+        if load.max() > found.load:
+            joint = arm.joint_names[int(np.argmax(load))]
+            found = Holding(float(load.max()), joint, tool.name, factor**3 * tool.mass, found.empty)
+    return found
+
+
+def fit_objects(models: Path) -> Fit:
+    """Makes objects smaller if the arm cannot hold them; see the module."""
+    holding = measure_holding(models)
+    if holding.load <= 1.0:
+        return Fit(())
+    too_heavy = (
+        f"the {holding.object_name} of {holding.mass:.2f} kg" if holding.object_name else "its own weight"
+    ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
+    for factor in _FACTORS:
+        if measure_holding(models, factor).load <= _ENOUGH:
+            why = f"{too_heavy}; masses are {factor**3:.2f} times what they were"
+            files = [file for file in _ALL_TOOLS if (models / file).exists()]
+            return Fit(tuple(Change(file, SIZE_OF_TOOLS, 1.0, factor, why) for file in files))
+    least = 100.0 * measure_holding(models, _FACTORS[-1]).load
+    return Fit((), f"{too_heavy}, and with objects {_FACTORS[-1]:g} times as large still {least:.0f} %")
+
+
+def fit_path(models: Path) -> Fit:
+    """Finds a path that the arm can follow with every novel object in every grip."""
+    settings, asked = Settings(arm=models / ARM.name), load_path(models / PATH)
+    model = ArmModel(load_arm(settings.arm))
+    tools = list_held(models, ("tools/novel.yaml",))
+    first_lack = ""
+    for path, why in _list_paths(asked):
+        lack = _find_lack(model, path, tools, settings)
+        first_lack = first_lack or lack
+        if not lack:
+            return Fit(tuple(_list_path_changes(asked, path, f"as it is {first_lack}; {why}" if first_lack else "")))
+    return Fit((), first_lack)
+
+
+def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
+    """The path as it is, mirrored, slower, and last smaller, each with what it is."""
+    points = np.array(asked.points)
+    for size in (1.0, *_SIZES):
+        for pace in _PACES:
+            for mirrored in (False, True):
+                placed = size * points * (_MIRROR if mirrored else 1.0)
+                words = [f"{size:g} times as large"] if size != 1.0 else []
+                words += ["mirrored"] if mirrored else []
+                words += [f"{pace:g} times slower"] if pace != 1.0 else []
+                rows = tuple((float(f"{x:.6g}"), float(f"{y:.6g}"), float(f"{z:.6g}")) for x, y, z in placed)
+                yield replace(asked, points=rows, duration=asked.duration * pace), ", ".join(words)
+
+
+def _find_lack(model: ArmModel, path: TimedPath, tools: Sequence[Tool], settings: Settings) -> str:
+    """Why a path cannot be followed with some object; empty if it can with all."""
+    for tool in tools:
+        try:
+            cost = Reach(path).build_cost(model, tool.components, settings)
+        except AffordanceError as error:
+            return str(error)
+        if cost.infeasible_reason:
+            return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
+        loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
+        if loads.max() > 1.0:
+            joint = model.arm.joint_names[int(np.argmax(loads))]
+            return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+    # What is planned well may yet be carried out badly, as where limits hold the arm back.
+    for tool in tools:
+        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
+        if missed := path.describe_error(rollout.error):
+            return f"{tool.name} by {tool.grip}, simulated, {missed}"
+    return ""
+
+
+def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
+    if old.points != new.points:
+        yield Change(PATH, "points", [list(p) for p in old.points], [list(p) for p in new.points], why)
+    if old.duration != new.duration:
+        yield Change(PATH, "duration", old.duration, new.duration, why)
+
+
+def fit_blow(models: Path) -> Fit:
+    """Finds how deep the arm can drive the nail with every novel object in every grip, and how fast it must swing."""
+    settings, asked = Settings(arm=models / ARM.name), load_hammer(models / NAIL)
+    tools = list_held(models, ("tools/novel.yaml",))
+    best: tuple[float, float] = asked.nail.depth_set, 0.0
+    lack = ""
+    for pace in _SWING_PACES:
+        task = replace(asked, duration=asked.duration * pace)
+        model = ArmModel(load_arm(settings.arm))
+        depth, limiting = asked.nail.depth_demanded, ""
+        for tool in tools:
+            cost = task.build_cost(model, tool.components, settings)
+            reached = _bound_depth(cost, tool)
+            if reached < depth:
+                depth, limiting = (
+                    reached,
+                    f"with the {tool.name} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}",
+                )
+        lack = lack or limiting
+        if depth > best[0]:
+            best = depth, task.duration
+        if depth >= asked.nail.depth_demanded:
+            break
+    depth, duration = best
+    if duration == 0.0:
+        return Fit((), lack)
+    changes = []
+    if depth < asked.nail.depth_demanded:
+        changes.append(Change(NAIL, "depth_demanded", asked.nail.depth_demanded, depth, lack))
+    if duration != asked.duration:
+        changes.append(Change(NAIL, "blow.duration", asked.duration, duration, lack))
+    return Fit(tuple(changes))
+
+
+def _bound_depth(cost: BlowCost, tool: Tool) -> float:
+    """How deep the nail can be driven, in tenths of a millimetre if not as deep as is asked for, [m]."""
+    nail = cost.nail
+    if cost.infeasible_reason:
+        return nail.depth_set
+    depth = cost.find_greatest_depth(tool.parameters)
+    return depth if depth >= nail.depth_demanded else round(math.floor(depth / _STEP_OF_DEPTH) * _STEP_OF_DEPTH, 6)

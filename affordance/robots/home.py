@@ -1,0 +1,201 @@
+"""A posture to hold objects in: hand level and pointing away from the shoulder, far from singularities and limits.
+
+The arm reaches out by nine tenths of its length, or less where it could not bear objects there. Which way it reaches
+does not matter: the base is turned instead. Frames: H the hand, S the origin of the second joint (the shoulder).
+"""
+
+import itertools
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+from pydrake.multibody.inverse_kinematics import (
+    AngleBetweenVectorsConstraint,
+    GazeTargetConstraint,
+    PointToPointDistanceConstraint,
+)
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import Frame, JacobianWrtVariable, Joint, MultibodyForces
+from pydrake.solvers import MathematicalProgram, SnoptSolver
+
+from affordance.arrays import Array
+from affordance.exceptions import ModelFileError
+from affordance.robots.reduced_arm import ReducedArm
+
+# Parts of the arm's length at which the hand is held, tried from far to near.
+_REACHES = (0.9, 0.8, 0.7, 0.6, 0.5)
+# What the arm is asked to bear when postures are compared, as much as the heavier objects, and how far out, [kg, m].
+TEST_MASS, TEST_DISTANCE = 0.8, 0.125
+# The first reach that loads no joint by more than this part of its torque limit is taken: what is left moves the arm.
+_ENOUGH = 0.8
+# The hand points away from the shoulder within the first of these cones, or where no posture does, the second; joints
+# keep so far from their limits, [rad].
+_CONES, _CLEARANCE = np.radians([20.0, 60.0]), np.radians(10.0)
+# Least singular value of the hand's Jacobian, as part of the arm's length: below, the arm is nearly singular.
+_LEAST_SINGULAR = 0.03
+# Weight of the mean square distance of joints from the middle of their range, beside the load.
+_OFF_CENTRE = 0.1
+_STARTS, _SAMPLES, _SEED = 16, 1500, 0
+# Half the range of a joint that turns without end, [rad].
+_ENDLESS = np.pi
+
+
+class HomePosture(NamedTuple):
+    """A posture to hold objects in.
+
+    Attributes:
+        q: Joint angles, (num_joints,), [rad].
+        load: Largest part of a torque limit there, with TEST_MASS in the hand.
+        reach: Distance from shoulder to hand, as part of the longest.
+        length: The longest, [m].
+        smallest_singular_value: Of the Jacobian of the hand's place, [m/rad].
+    """
+
+    q: Array
+    load: float
+    reach: float
+    length: float
+    smallest_singular_value: float
+
+
+class ArmStatics:
+    """Places, Jacobians and static torques of an arm whose base is welded to the world."""
+
+    def __init__(self, plant: MultibodyPlant, hand: Frame, joints: list[Joint], efforts: Array) -> None:
+        """Takes a finalized plant of the arm alone, in the order of its joints."""
+        self.plant, self.hand, self.joints, self.efforts = plant, hand, joints, efforts
+        self.context = plant.CreateDefaultContext()
+        self._forces = MultibodyForces(plant)
+
+    def compute_hand(self, q: Array) -> Array:
+        """Pose of the hand, X_WH, (4, 4)."""
+        self.plant.SetPositions(self.context, q)
+        pose: Array = self.hand.CalcPoseInWorld(self.context).GetAsMatrix4()
+        return pose
+
+    def compute_shoulder(self) -> Array:
+        """Place of the shoulder in the posture last set, (3,), [m]."""
+        joint = self.joints[min(1, len(self.joints) - 1)]
+        place: Array = joint.frame_on_parent().CalcPoseInWorld(self.context).translation()
+        return place
+
+    def compute_jacobian(self, q: Array, p_HQ: Array) -> Array:
+        """Jacobian of the velocity of a point of the hand, (3, num_joints)."""
+        self.plant.SetPositions(self.context, q)
+        world = self.plant.world_frame()
+        J: Array = self.plant.CalcJacobianTranslationalVelocity(
+            self.context, JacobianWrtVariable.kV, self.hand, p_HQ, world, world
+        )
+        return J
+
+    def compute_torques(self, q: Array, mass: float) -> Array:
+        """Static torques with a mass in the hand, its centre TEST_DISTANCE out, (num_joints,), [N m]."""
+        J = self.compute_jacobian(q, np.array([TEST_DISTANCE, 0.0, 0.0]))
+        gravity = self.plant.gravity_field().gravity_vector()
+        own = -self.plant.CalcGravityGeneralizedForces(self.context)
+        torques: Array = own - J.T @ (mass * gravity)
+        return torques
+
+    def compute_payload(self, q: Array) -> tuple[float, int]:
+        """The largest mass the arm bears there, centre TEST_DISTANCE out, [kg], and the joint that gives way."""
+        own = self.compute_torques(q, 0.0)
+        each = self.compute_torques(q, 1.0) - own
+        with np.errstate(divide="ignore", invalid="ignore"):
+            room = np.where(each == 0.0, np.inf, (np.sign(each) * -own + self.efforts) / np.abs(each))
+        worst = int(np.argmin(room))
+        return max(0.0, float(room[worst])), worst
+
+
+def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) -> HomePosture:
+    """Finds the posture; joints that are given stay where they are, and with all given nothing is searched.
+
+    Raises:
+        ModelFileError: There is no posture with the hand level and pointing outwards.
+    """
+    rng = np.random.default_rng(_SEED)
+    lower, upper = (np.array([getattr(link, name) for link in arm.links]) for name in ("lower", "upper"))
+    fixed = np.array([given.get(name, np.nan) for name in arm.joint_names])
+    low = np.where(np.isfinite(lower), lower, -_ENDLESS)
+    high = np.where(np.isfinite(upper), upper, _ENDLESS)
+    middle, half = 0.5 * (low + high), 0.5 * (high - low)
+    clear = np.minimum(_CLEARANCE, half)
+    bounds = np.where(np.isnan(fixed), low + clear, fixed), np.where(np.isnan(fixed), high - clear, fixed)
+    length = _measure_length(statics, low, high, rng)
+
+    def measure(q: Array) -> HomePosture:
+        X_WH = statics.compute_hand(q)
+        reach = float(np.linalg.norm(X_WH[:3, 3] - statics.compute_shoulder())) / length
+        load = float(np.max(np.abs(statics.compute_torques(q, TEST_MASS)) / statics.efforts))
+        least = float(np.linalg.svd(statics.compute_jacobian(q, np.zeros(3)), compute_uv=False)[-1])
+        return HomePosture(q, load, reach, length, least)
+
+    if not np.isnan(fixed).any():
+        return measure(fixed)
+    best: tuple[float, HomePosture] | None = None
+    singular: tuple[float, HomePosture] | None = None
+    for cone, reach in itertools.product(_CONES, _REACHES):
+        if cone > _CONES[0] and (best or singular) is not None:
+            break
+        goal = _Goal(bounds, middle, half, reach * length, float(cone))
+        for start in range(_STARTS):
+            q = _solve(statics, goal, middle if start == 0 else rng.uniform(*bounds))
+            if q is None:
+                continue
+            posture = measure(q)
+            cost = posture.load + _OFF_CENTRE * float(np.mean(((q - middle) / half) ** 2))
+            if posture.smallest_singular_value < _LEAST_SINGULAR * length:
+                if singular is None or cost < singular[0]:
+                    singular = cost, posture
+            elif best is None or cost < best[0]:
+                best = cost, posture
+        if best is not None and best[1].load <= _ENOUGH:
+            break
+    best = best or singular
+    if best is None:
+        problem = "has no posture with the hand level and pointing away from the shoulder"
+        raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis")
+    return best[1]
+
+
+def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random.Generator) -> float:
+    """All but the longest thousandth of distances from shoulder to hand over random postures, [m]."""
+    distances = []
+    for q in rng.uniform(low, high, (_SAMPLES, len(low))):
+        p_WH = statics.compute_hand(q)[:3, 3]
+        distances.append(np.linalg.norm(p_WH - statics.compute_shoulder()))
+    return float(np.quantile(distances, 0.999))
+
+
+class _Goal(NamedTuple):
+    """Where joints may be, the middle and half of their ranges, the hand's distance, [m], and its cone, [rad]."""
+
+    bounds: tuple[Array, Array]
+    middle: Array
+    half: Array
+    distance: float
+    cone: float
+
+
+def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
+    """The posture nearest to the middle of all ranges with the hand at a distance, level and pointing outwards."""
+    bounds, middle, half, distance, cone = goal
+    plant, hand, context = statics.plant, statics.hand, statics.context
+    joint = statics.joints[min(1, len(statics.joints) - 1)]
+    shoulder = joint.frame_on_parent()
+    program = MathematicalProgram()
+    q = program.NewContinuousVariables(len(middle), "q")
+    program.AddBoundingBoxConstraint(*bounds, q)
+    weights = np.diag(1.0 / half**2)
+    program.AddQuadraticErrorCost(weights, middle, q)
+    origin, ahead = np.zeros(3), np.array([1.0, 0.0, 0.0])
+    up, level = np.array([0.0, 0.0, 1.0]), 0.5 * np.pi
+    program.AddConstraint(
+        AngleBetweenVectorsConstraint(plant, plant.world_frame(), up, hand, ahead, level, level, context), q
+    )
+    program.AddConstraint(
+        PointToPointDistanceConstraint(plant, shoulder, origin, hand, origin, distance, distance, context), q
+    )
+    # Looking back along the hand, the shoulder is within the cone.
+    program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, cone, context), q)
+    result = SnoptSolver().Solve(program, guess)
+    return result.GetSolution(q) if result.is_success() else None

@@ -1,0 +1,189 @@
+"""What an arm looks like: the file's own shapes, its meshes as files that Drake draws everywhere, or capsules.
+
+Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converted to OBJ, one for each colour, with at
+most so many triangles that a page with the arm stays small.
+"""
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
+
+from affordance.arrays import Array
+from affordance.robots.arm_file import BASE, name_links
+from affordance.robots.description import Visual, as_triple
+from affordance.robots.reduced_arm import ReducedArm, describe_pose
+
+# Of each link, at most; a page with nine links then grows by about a megabyte.
+_TRIANGLES = 4000
+# Colours that differ by less in every channel are drawn as one.
+_COLOUR_STEP = 0.1
+_GREY = (0.70, 0.74, 0.78, 1.0)
+# Capsules are as thick as this part of their length, but within bounds, [m].
+_THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
+_FOLDER = "meshes"
+_PACKAGE = "package://"
+
+
+class Appearance:
+    """What is drawn of an arm, and the meshes that takes.
+
+    Attributes:
+        visuals: Shapes by the name of a link of the written file.
+        meshes: Text of each mesh file by its name.
+        remarks: What could not be drawn as the file has it.
+    """
+
+    def __init__(self) -> None:
+        """Starts with nothing."""
+        self.visuals: dict[str, list[Visual]] = {}
+        self.meshes: dict[str, str] = {}
+        self.remarks: list[str] = []
+
+
+def draw_arm(
+    arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool
+) -> Appearance:
+    """Chooses what is drawn of each link: the file's shapes where they are available, else capsules.
+
+    Args:
+        arm: The arm.
+        shapes: What the file draws, by link.
+        path: The robot's file, beside or above which its meshes are looked for.
+        with_meshes: Whether meshes are converted at all.
+    """
+    appearance = Appearance()
+    ends = [*(link.X_PL for link in arm.links), arm.X_LH]
+    groups = [(BASE, arm.base_bodies), *zip(name_links(arm), (link.bodies for link in arm.links), strict=True)]
+    for (name, bodies), X_next in zip(groups, ends, strict=True):
+        drawn: list[Visual] = []
+        meshed: list[tuple[Any, tuple[float, ...]]] = []
+        for body, X_LB in bodies:
+            for shape in shapes.get(body, ()):
+                X_LV = X_LB @ RigidTransform(RollPitchYaw(np.array(shape.rpy)), np.array(shape.place))
+                if shape.shape != "mesh":
+                    place, rpy = (shape.place, shape.rpy) if X_LB.IsExactlyIdentity() else describe_pose(X_LV)
+                    drawn.append(shape._replace(place=place, rpy=rpy))
+                elif with_meshes:
+                    meshed += _load_mesh(shape, X_LV, path, appearance)
+        drawn += _write_meshes(name, meshed, appearance)
+        if not drawn and name != BASE:
+            drawn = _draw_capsule(X_next.translation())
+        appearance.visuals[name] = drawn
+    return appearance
+
+
+def find_mesh_file(name: str, path: Path) -> Path | None:
+    """Where a mesh is that a robot's file names; None if it is nowhere.
+
+    ``package://`` and ``model://`` are looked for from every folder above the file, with and without the package's
+    own name; other names beside the file.
+    """
+    for scheme in (_PACKAGE, "model://", "file://"):
+        if name.startswith(scheme):
+            inside = name.removeprefix(scheme)
+            tails = [inside, inside.partition("/")[2]]
+            candidates = [folder / tail for folder in path.absolute().parents for tail in tails if tail]
+            candidates.insert(0, Path(inside))
+            break
+    else:
+        candidates = [path.parent / name]
+    return next((candidate for candidate in candidates if candidate.is_file()), None)
+
+
+def _load_mesh(
+    shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
+) -> list[tuple[Any, tuple[float, ...]]]:
+    """Triangles in a link's frame, each part with its colour; says so where they are unavailable."""
+    import trimesh  # here, as it takes a second and only this needs it
+
+    file = find_mesh_file(shape.mesh, path)
+    if file is None:
+        appearance.remarks.append(f"the mesh {shape.mesh} was not found")
+        return []
+    try:
+        scene = trimesh.load_scene(file)
+        parts = [part for part in scene.dump() if len(getattr(part, "faces", ()))]
+    except Exception as error:  # whatever a loader of some format raises for a file that is damaged
+        appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
+        return []
+    if not parts:
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it holds no triangles)")
+    X = X_LV.GetAsMatrix4() @ np.diag([*shape.sizes, 1.0])
+    found = []
+    for part in parts:
+        part.apply_transform(X)
+        found.append((part, shape.colour or _find_colour(part)))
+    return found
+
+
+def _find_colour(part: Any) -> tuple[float, ...]:
+    """Main colour of a mesh."""
+    try:
+        rgba = np.asarray(
+            part.visual.main_color if hasattr(part.visual, "main_color") else part.visual.material.main_color
+        )
+    except (AttributeError, TypeError, ValueError):
+        return _GREY
+    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's own, where a file says nothing
+        return _GREY
+    red, green, blue = (float(value) / 255.0 for value in rgba[:3])
+    return red, green, blue, 1.0
+
+
+def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appearance: Appearance) -> list[Visual]:
+    """Writes the triangles of a link, those of one colour into one file."""
+    import trimesh
+
+    groups: dict[tuple[int, ...], list[tuple[Any, tuple[float, ...]]]] = {}
+    for part, colour in parts:
+        key = tuple(int(value / _COLOUR_STEP) for value in colour)
+        groups.setdefault(key, []).append((part, colour))
+    total = sum(len(part.faces) for part, _ in parts)
+    visuals = []
+    for number, key in enumerate(sorted(groups)):
+        mesh: Any = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
+        mesh.merge_vertices()
+        target = max(4, int(_TRIANGLES * len(mesh.faces) / total))
+        if len(mesh.faces) > target:
+            mesh = mesh.simplify_quadric_decimation(face_count=target)
+        name = f"{''.join(c if c.isalnum() else '_' for c in link)}_{number}.obj"
+        appearance.meshes[name] = write_obj(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+        place = (0.0, 0.0, 0.0)
+        colour = groups[key][0][1]
+        uri = f"package://affordance_models/{_FOLDER}/{name}"
+        visuals.append(Visual("mesh", (1.0, 1.0, 1.0), place, place, uri, colour))
+    return visuals
+
+
+def write_obj(vertices: Array, faces: Iterable[Array]) -> str:
+    """Writes triangles as a Wavefront file, each with its own normal: edges of machines are sharp.
+
+    Args:
+        vertices: (N, 3), [m].
+        faces: Indices of three vertices each.
+    """
+    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices)]
+    shown = []
+    for a, b, c in faces:
+        normal = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
+        area = float(np.linalg.norm(normal))
+        if area > 0.0:
+            x, y, z = normal / area
+            lines.append(f"vn {x:.3f} {y:.3f} {z:.3f}")
+            shown.append((a + 1, b + 1, c + 1))
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(shown, start=1)]
+    return "\n".join(lines) + "\n"
+
+
+def _draw_capsule(end: Array) -> list[Visual]:
+    """A capsule from a link's joint to the next."""
+    length = float(np.linalg.norm(end))
+    radius = float(np.clip(_THICKNESS * length, _THINNEST, _THICKEST))
+    if length < 1e-6:
+        return [Visual("sphere", (radius,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
+    R = RotationMatrix.MakeFromOneVector(end / length, 2)
+    _, rpy = describe_pose(RigidTransform(R))
+    return [Visual("capsule", (radius, length), as_triple(0.5 * end), rpy)]

@@ -1,0 +1,24 @@
+"""Reading a robot's file, whichever of the three formats it is in."""
+
+from pathlib import Path
+
+from affordance.exceptions import BadValueError
+from affordance.robots.description import Description
+from affordance.robots.mjcf import read_mjcf
+from affordance.robots.sdf import read_sdf
+from affordance.robots.urdf import read_urdf
+from affordance.robots.xml_reader import read_xml
+
+_READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
+
+
+def read_robot(path: Path) -> Description:
+    """Reads a robot's file; its root element says which format it is in.
+
+    Raises:
+        BadValueError: It cannot be read, or is not a URDF, SDF or MJCF file whose values are what they must be.
+    """
+    root = read_xml(path)
+    if root.tag not in _READERS:
+        raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
+    return _READERS[root.tag](path, root)

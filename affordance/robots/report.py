@@ -1,0 +1,179 @@
+"""The report of an import, as text and as a page with pictures of the posture."""
+
+import html
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.exceptions import UnavailableError
+from affordance.files.atomic import write_atomic, write_text
+from affordance.objects.load import load_materials, load_tools
+from affordance.plant.arm import ARM, load_arm
+from affordance.reporting.figures import OBJECT_COLOURS, tidy
+from affordance.reporting.renderings import Pose, render_poses
+from affordance.robots.changes import show
+from affordance.robots.folder import Fitted
+from affordance.robots.home import TEST_DISTANCE, TEST_MASS
+from affordance.robots.importer import ImportedArm, ImportOptions
+from affordance.robots.notes import list_notes
+
+TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
+_WIDTH, _HEIGHT = 720, 540
+_STYLE = (
+    "body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem } "
+    "img { max-width: 100% } table { border-collapse: collapse } td, th { text-align: left; padding: 0.3rem 0.8rem; "
+    "border-bottom: 1px solid #ddd; vertical-align: top } td.number { text-align: right }"
+)
+
+
+class Part(NamedTuple):
+    """A part of the report: a heading, sentences, and a table whose first row is its head, or none."""
+
+    heading: str
+    sentences: Sequence[str]
+    table: Sequence[Sequence[str]] = ()
+
+
+def write_report(
+    models: Path, imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
+) -> None:
+    """Writes ``report.txt``, ``report.html`` and a picture into a folder of models.
+
+    Args:
+        models: The folder, with the arm in it.
+        imported: The arm.
+        options: What the user said of it.
+        fitted: What became of the tasks; None if they were left as they came.
+        looks: What could not be drawn as the file has it.
+    """
+    parts = list_parts(imported, options, fitted, looks)
+    title = f"The arm of {imported.tree.description.path.name}, to {options.tip}"
+    figure = draw_posture(models)
+    write_atomic(models / PICTURE, lambda path: figure.savefig(path, dpi=130))
+    write_text(models / TEXT, _write_text(title, parts))
+    write_text(models / PAGE, _write_page(title, parts))
+
+
+def list_parts(
+    imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
+) -> list[Part]:
+    """What the report says."""
+    notes, arm, home = list_notes(imported, options), imported.arm, imported.home
+    head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
+    rows = [
+        (
+            link.joint,
+            f"{link.lower:.4g}",
+            f"{link.upper:.4g}",
+            f"{link.velocity:.4g}",
+            f"{link.effort:.4g}",
+            f"{link.damping:.3g}",
+            f"{link.rotor_inertia:.3g}",
+            f"{angle:.3f}",
+        )
+        for link, angle in zip(arm.links, home.q, strict=True)
+    ]
+    holding = [
+        f"the hand is {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m away from the shoulder",
+        f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint most loaded; "
+        f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
+        f"at rest it bears {imported.payload:.3g} kg there; then {imported.weakest} gives way",
+        f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
+    ]
+    if fitted is None:
+        tasks = Part("Tasks", ["left as they came"])
+    elif not fitted.changes:
+        tasks = Part(
+            "Tasks", ["path, blow and objects serve as they are" if not fitted.lacks else "nothing was changed"]
+        )
+    else:
+        table = [
+            (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes
+        ]
+        tasks = Part("Tasks", ["changed to what the arm can do:"], [("file", "value", "old", "new", "why"), *table])
+    lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
+    parts = [
+        Part("Taken", notes.taken, [head, *rows]),
+        Part("Posture to hold things in", holding),
+        Part("Assumed", notes.assumed),
+        Part("Left out", notes.dropped),
+        Part("Beware", notes.warnings),
+        tasks,
+        Part("What it cannot do", lacks),
+        Part("Looks", looks),
+    ]
+    return [part for part in parts if part.sentences]
+
+
+def draw_posture(models: Path) -> Figure:
+    """Draws the arm at home with an object: rendered, and its joints from the side and from above."""
+    arm = load_arm(models / ARM.name)
+    tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
+    longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
+    try:
+        (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
+    except UnavailableError:
+        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # the joints are drawn all the same
+    context: Any = arm.plant.CreateDefaultContext()
+    joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
+    hand: Any = arm.hand.CalcPoseInWorld(context)
+    free = hand @ longest.p_TTfree
+    places = [joint.frame_on_child().CalcPoseInWorld(context).translation() for joint in joints]
+    points = np.array([*places, hand.translation()])
+    figure = Figure(figsize=(12.0, 4.6), layout="constrained")
+    rendered, side, above = figure.subplots(1, 3, width_ratios=[1.5, 1.0, 1.0])
+    rendered.imshow(picture)
+    rendered.set_axis_off()
+    rendered.set_title(f"at home, with {longest.name}")
+    for axes, row, name, label in (
+        (side, 2, "from the right", "up (m)"),
+        (above, 1, "from above", "to the left (m)"),
+    ):
+        axes.plot(points[:, 0], points[:, row], "o-", color=OBJECT_COLOURS[0], label="joints and hand")
+        ends = np.array([hand.translation(), free])
+        axes.plot(ends[:, 0], ends[:, row], "-", color=OBJECT_COLOURS[4], linewidth=3.0, label="object")
+        axes.set_aspect("equal", adjustable="datalim")
+        axes.set_xlabel("forward (m)")
+        axes.set_ylabel(label)
+        axes.set_title(name)
+    side.legend(frameon=False, fontsize=8)
+    tidy(side, above)
+    return figure
+
+
+def _write_text(title: str, parts: Sequence[Part]) -> str:
+    lines = [title, "=" * len(title)]
+    for part in parts:
+        lines += ["", part.heading, "-" * len(part.heading), *(f"- {sentence}" for sentence in part.sentences)]
+        if part.table:
+            widths = [max(len(row[k]) for row in part.table) for k in range(len(part.table[0]))]
+            lines += [
+                "",
+                *(
+                    "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+                    for row in part.table
+                ),
+            ]
+    return "\n".join(lines) + "\n"
+
+
+def _write_page(title: str, parts: Sequence[Part]) -> str:
+    body = [f"<h1>{html.escape(title)}</h1>", f'<img src="{PICTURE}" alt="the arm in its home posture">']
+    for part in parts:
+        body.append(f"<h2>{html.escape(part.heading)}</h2>")
+        body.append("<ul>" + "".join(f"<li>{html.escape(sentence)}</li>" for sentence in part.sentences) + "</ul>")
+        for number, row in enumerate(part.table):
+            cell = "td" if number else "th"
+            cells = "".join(f"<{cell}>{html.escape(value)}</{cell}>" for value in row)
+            body.append(("" if number else "<table>") + f"<tr>{cells}</tr>")
+        if part.table:
+            body.append("</table>")
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8">'
+        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n"
+        + "\n".join(body)
+        + "\n</body></html>\n"
+    )

@@ -1,0 +1,129 @@
+"""Reading a URDF: what Drake needs of it, and what Drake leaves out."""
+
+from pathlib import Path
+from typing import cast
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+
+from affordance.exceptions import BadValueError
+from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
+from affordance.robots.xml_reader import Numbers, get_attribute, name_of, remove_children
+
+_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
+_XACRO = "http://www.ros.org/wiki/xacro"
+_NO_PLACE = (0.0, 0.0, 0.0)
+
+
+def read_urdf(path: Path, root: Element) -> Description:
+    """Reads a URDF.
+
+    Raises:
+        BadValueError: A value is not what it must be, or a name is given twice; the message says where.
+    """
+    if any(f"{{{_XACRO}}}" in element.tag for element in root.iter()):
+        raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
+    numbers = Numbers(path)
+    joints: dict[str, JointNotes] = {}
+    inertials: dict[str, Inertial] = {}
+    visuals: dict[str, tuple[Visual, ...]] = {}
+    faults: dict[str, str] = {}
+    colours = _read_colours(root, numbers)
+    others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
+    for link in root.findall("link"):
+        name = name_of(link, path)
+        visuals[name] = tuple(
+            visual for element in link.findall("visual") for visual in _read_visual(element, numbers, name, colours)
+        )
+        inertial = link.find("inertial")
+        if inertial is not None:
+            inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
+            if fault := inertials[name].find_fault():
+                faults[name] = fault
+                link.remove(inertial)  # Drake would put a sphere of water in its place
+        remove_children(link, ("visual", "collision"))
+    for joint in root.findall("joint"):
+        name = name_of(joint, path)
+        if name in joints:
+            raise BadValueError(path, f"joint {name}", "is there twice")
+        joints[name] = _read_joint(joint, numbers, f"joint {name}")
+        remove_children(joint, ("mimic", "safety_controller", "calibration"))
+        dynamics = joint.find("dynamics")
+        if dynamics is not None:
+            for attribute in set(dynamics.attrib) - {"damping"}:
+                del dynamics.attrib[attribute]
+    for child in list(root):
+        if child.tag not in ("link", "joint"):
+            root.remove(child)
+    dropped = (f"elements {', '.join(sorted(others))} of the file, which do not concern motion",) if others else ()
+    text = ElementTree.tostring(root, encoding="unicode")
+    return Description(path, "urdf", text, joints, inertials, faults, visuals, dropped)
+
+
+def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
+    limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
+    follows = None
+    if mimic is not None:
+        follows = Mimic(
+            mimic.get("joint", ""),
+            numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
+            numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
+        )
+    for bound in ("lower", "upper", "velocity"):  # Drake reads them; here they are only made sure to be numbers
+        numbers.parse_bound(get_attribute(limit, bound), f"{key}.limit.{bound}")
+    numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
+    return JointNotes(
+        kind=joint.get("type", ""),
+        effort=numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort"),
+        friction=numbers.parse_one(get_attribute(dynamics, "friction"), f"{key}.dynamics.friction", 0.0),
+        mimic=follows,
+    )
+
+
+def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
+    origin, moments = inertial.find("origin"), inertial.find("inertia")
+    place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
+    rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
+    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    values = tuple(numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in names)
+    mass = numbers.parse_one(get_attribute(inertial.find("mass"), "value"), f"{key}.mass", 0.0)
+    return Inertial(
+        mass,
+        as_triple(list(place)),
+        as_triple(list(rpy)),
+        cast(tuple[float, float, float, float, float, float], values),
+    )
+
+
+def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...]]:
+    """Colours of the materials that the file names."""
+    colours = {}
+    for material in root.iter("material"):
+        rgba = get_attribute(material.find("color"), "rgba")
+        if rgba and material.get("name"):
+            colours[material.get("name", "")] = numbers.parse(rgba, "material.color.rgba", 4, ())
+    return colours
+
+
+def _read_visual(
+    element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
+) -> list[Visual]:
+    geometry, origin, key = element.find("geometry"), element.find("origin"), f"link {link}.visual"
+    if geometry is None or not len(geometry):
+        return []
+    shape = geometry[0]
+    place = as_triple(list(numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)))
+    rpy = as_triple(list(numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)))
+    material = element.find("material")
+    colour = colours.get(get_attribute(material, "name") or "")
+    if material is not None and material.find("color") is not None:
+        colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
+    if shape.tag == "mesh":
+        scale = numbers.parse(shape.get("scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
+        return [Visual("mesh", scale, place, rpy, shape.get("filename", ""), colour)]
+    if shape.tag not in _SIZES:
+        return []
+    sizes: tuple[float, ...] = ()
+    for attribute in _SIZES[shape.tag]:
+        count = 3 if attribute == "size" else 1
+        sizes += numbers.parse(shape.get(attribute), f"{key}.{shape.tag}.{attribute}", count, (0.01,) * count)
+    return [Visual(shape.tag, sizes, place, rpy, "", colour)]

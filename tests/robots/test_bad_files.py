@@ -1,0 +1,183 @@
+"""Every mistake in a robot's file, or in what is said of it, is one line that names file or option and place."""
+
+from pathlib import Path
+
+import pytest
+from helpers.robot_files import MJCF, SDF, write_urdf
+
+from affordance.exceptions import AffordanceError
+from affordance.robots.importer import ImportOptions, extract_arm, parse_rotor_inertia
+
+TIP = ImportOptions("right_tool")
+GOOD_LIMIT = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
+
+
+def refuse(path: Path, options: ImportOptions = TIP) -> str:
+    with pytest.raises(AffordanceError) as caught:
+        extract_arm(path, options)
+    text = str(caught.value)
+    assert "\n" not in text
+    return text
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        (
+            {GOOD_LIMIT: 'lower="-2.5" upper="2.4" velocity="3"'},
+            "joint right_j1: has no limit of torque (effort), must",
+        ),
+        (
+            {'effort="40"': 'effort="0"'},
+            "joint right_j1: has a limit of torque (effort) of 0 N m, must be more than 0",
+        ),
+        ({'velocity="3"': 'velocity="0"'}, "joint right_j1: has a velocity limit of 0 rad/s, must be more"),
+        ({'upper="2.4"': 'upper="fast"'}, "joint lift.limit.upper: is 'fast', must be a number"),
+        ({'effort="40"': 'effort="much"'}, "joint lift.limit.effort: is 'much', must be a number"),
+        ({'lower="-2.5" upper="2.4"': 'lower="1" upper="1"'}, "has position limits from 1 to 1 rad, must be a range"),
+        (
+            {'name="right_j3" type="revolute"': 'name="right_j3" type="prismatic"'},
+            "joint right_j3: is of type prismatic",
+        ),
+        (
+            {'<safety_controller k_velocity="1"/>': '<mimic joint="right_j2"/>'},
+            "joint right_j3: follows right_j2 (mimic)",
+        ),
+        ({'<mass value="1.0"/>': '<mass value="-2"/>'}, "link right_1: has a mass of -2 kg with moments of inertia"),
+        ({'<mass value="1.0"/>': '<mass value="0"/>'}, "link right_1: has a mass of 0 kg with moments of inertia"),
+        ({'ixx="0.004"': 'ixx="0.4"'}, "has an inertia no solid can have (Ixx, Iyy, Izz 0.4, 0.005, 0.006 kg m^2)"),
+        (
+            {'rpy="0.1 0.2 0.3"': 'rpy="0.1 0.2"'},
+            "link pelvis.inertial.origin.rpy: is '0.1 0.2', must be 3 finite numbers",
+        ),
+        ({"</robot>": ""}, "is not XML: "),
+        (
+            {"<robot ": '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" ', "<gazebo/>": "<xacro:macro/>"},
+            "is a xacro",
+        ),
+        (
+            {"<robot ": "<machine ", "</robot>": "</machine>"},
+            "is of <machine>, must be of <robot> (URDF), <sdf> or <muj",
+        ),
+        ({'joint name="neck"': 'joint name="lift"'}, "joint lift: is there twice"),
+        ({'<parent link="right_1"/>': '<parent link="nowhere"/>'}, "cannot be parsed: "),
+    ],
+)
+def test_a_bad_urdf_is_refused_in_one_line(tmp_path: Path, changes: dict[str, str], said: str) -> None:
+    path = write_urdf(tmp_path, changes=changes)
+    # The two arms share their texts; the left one is made well again where Drake itself would stumble over it.
+    text = refuse(path)
+    assert said in text
+    assert str(path) in text
+
+
+def test_mimic_and_prismatic_end_a_chain_but_not_one_that_names_its_base(tmp_path: Path) -> None:
+    path = write_urdf(tmp_path)
+    assert extract_arm(path, TIP).arm.base == "torso"
+    assert "joint lift: is of type prismatic, must be revolute" in refuse(path, ImportOptions("right_tool", "pelvis"))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (ImportOptions("right_tol"), "--tip: is 'right_tol', which"),
+        (ImportOptions("right_tol"), "nearest: right_tool"),
+        (ImportOptions("right_j2"), "is a joint of"),
+        (ImportOptions("right_j2"), "must be a link: right_2?"),
+        (ImportOptions("pelvis"), "--tip: is 'pelvis', with no joint that turns"),
+        (ImportOptions("right_tool", "left_1"), "--base: is 'left_1', which is not above right_tool, must be of"),
+        (ImportOptions("right_tool", "tors"), "nearest: torso"),
+        (ImportOptions("right_tool", out_axis="up"), "--out-axis: is 'up', must be one of x, y, z, -x, -y, -z"),
+        (ImportOptions("right_tool", posture={"nek": 0.1}), "--posture: names 'nek', which is no moving joint of"),
+        (ImportOptions("right_tool", posture={"neck": 7.0}), "--posture: puts neck at 7, must be from -2.5 to 2.4"),
+        (ImportOptions("right_tool", posture={"left_follow": 0.2}), "which follows left_grip"),
+        (
+            ImportOptions("right_tool", rotor_inertia={"neck": 0.2}),
+            "--rotor-inertia: names 'neck', which is no joint of",
+        ),
+    ],
+)
+def test_a_bad_option_is_refused_in_one_line(tmp_path: Path, options: ImportOptions, said: str) -> None:
+    assert said in refuse(write_urdf(tmp_path), options)
+
+
+def test_rotor_inertia_must_be_numbers_of_at_least_zero() -> None:
+    assert parse_rotor_inertia(["0.1", "elbow=0.2"]) == {"": 0.1, "elbow": 0.2}
+    with pytest.raises(AffordanceError, match="is -1 for elbow, must be at least 0"):
+        parse_rotor_inertia(["elbow=-1"])
+    with pytest.raises(AffordanceError, match="must be JOINT=VALUE"):
+        parse_rotor_inertia(["elbow=heavy"])
+
+
+def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Path) -> None:
+    path = tmp_path / "twins.sdf"
+    model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
+    twin = model.replace('name="swinger"', 'name="other"')
+    for name in ("pan", "tilt", "bend"):
+        twin = twin.replace(f'joint name="{name}"', f'joint name="{name}_2"')
+    path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
+    text = refuse(path, ImportOptions("grip"))
+    assert "has more than once: other::grip, swinger::grip" in text
+    assert extract_arm(path, ImportOptions("other::grip")).arm.joint_names == ["pan_2", "tilt_2", "bend_2"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("<effort>20</effort>", "", "joint bend: has no limit of torque (effort)"),
+        ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no limit of torque (effort)"),
+        ("<velocity>2</velocity><effort>20", "<velocity>0</velocity><effort>20", "joint bend: has a velocity limit"),
+        ("<mass>0.5</mass>", "<mass>half</mass>", "link wrist.inertial.mass: is 'half', must be a finite number"),
+        ("<mass>0.5</mass>", "<mass>0</mass>", "link wrist: has a mass of 0 kg with moments of inertia"),
+        ('type="revolute"><parent>lower', 'type="ball"><parent>lower', "joint bend: is of type"),
+    ],
+)
+def test_a_bad_sdf_is_refused_in_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in SDF
+    path = tmp_path / "bad.sdf"
+    path.write_text(SDF.replace(old, new))
+    assert said in refuse(path, ImportOptions("grip", "foot"))
+
+
+def test_an_sdf_link_of_the_arm_without_inertial_is_refused_and_not_taken_for_a_kilogram(tmp_path: Path) -> None:
+    path = tmp_path / "bare.sdf"
+    start = SDF.index("<inertial><mass>0.5")
+    path.write_text(SDF[:start] + SDF[SDF.index("</inertial>", start) + len("</inertial>") :])
+    assert "link wrist: has no <inertial>, for which SDF puts 1 kg" in refuse(path, ImportOptions("grip"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('forcerange="-8 7"', "", "joint a3: has no limit of torque (effort)"),
+        (
+            '<inertial pos="0.05 0 0" mass="0.4" diaginertia="0.001 0.0012 0.0013"/>',
+            '<geom type="mesh" mesh="m"/>',
+            "link third: takes its inertia from the mesh m, must have an <inertial>",
+        ),
+        ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
+        ("<asset>", '<include file="more.xml"/><asset>', "include: is not read here, must be written out"),
+    ],
+)
+def test_a_bad_mjcf_is_refused_in_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:
+    assert old in MJCF
+    path = tmp_path / "bad.xml"
+    path.write_text(MJCF.replace(old, new))
+    assert said in refuse(path, ImportOptions("grip_site"))
+
+
+def test_a_file_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    assert "cannot be read: No such file" in refuse(tmp_path / "none.urdf")
+
+
+def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
+    massless = {'<joint name="right_j4" type="continuous">': '<joint name="right_j4" type="continuous">'}
+    text = write_urdf(tmp_path, changes=massless).read_text()
+    for name in ("right_4", "right_finger", "right_thumb"):
+        start = text.index(f'<link name="{name}">')
+        end = text.index("</inertial>", start) + len("</inertial>")
+        text = text[: start + len(f'<link name="{name}">')] + text[end:]
+    path = tmp_path / "light.urdf"
+    path.write_text(text)
+    assert "joint right_j4: moves nothing that has inertia" in refuse(path)
+    assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01})).arm.links[3].rotor_inertia

@@ -1,0 +1,125 @@
+"""Tasks are changed to what an arm can do, in the order that is said, and every change is written down."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from affordance.choice.hammer import load_hammer
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.robots import fitting
+from affordance.robots.changes import SIZE_OF_TOOLS, Change, apply_changes
+from affordance.robots.fitting import NAIL, PATH, fit_blow, fit_objects, fit_path, measure_holding
+
+ARM_FILES = ("arm.sdf", "arm.dmd.yaml", "package.xml", "materials.yaml", "nail.yaml")
+
+
+@pytest.fixture
+def models(tmp_path: Path) -> Path:
+    """A copy of our own models."""
+    for file in (*ARM_FILES, *(f"tools/{name}.yaml" for name in ("weight", "com", "novel", "uncommon")), PATH):
+        (tmp_path / file).parent.mkdir(exist_ok=True)
+        (tmp_path / file).write_bytes((MODELS / file).read_bytes())
+    return tmp_path
+
+
+def change_joint(models: Path, joint: str, old: str, new: str) -> None:
+    """Changes a text in what our arm's file says of a joint."""
+    text = (models / "arm.sdf").read_text()
+    start = text.index(old, text.index(f'joint name="{joint}"'))
+    (models / "arm.sdf").write_text(text[:start] + new + text[start + len(old) :])
+
+
+def test_objects_that_a_weak_wrist_cannot_hold_are_made_smaller_until_it_can(models: Path) -> None:
+    change_joint(models, "wrist_flexion", "<effort>7.1", "<effort>3")
+    assert measure_holding(models).load > 1.0
+    fit = fit_objects(models)
+    assert {change.key for change in fit.changes} == {SIZE_OF_TOOLS}
+    assert "loads wrist_flexion with" in fit.changes[0].why
+    factor = fit.changes[0].new
+    materials = load_materials(models / "materials.yaml")
+    before = [tool.mass for tool in load_tools(models / "tools" / "weight.yaml", materials)]
+    expected = measure_holding(models, factor)
+    apply_changes(models, fit.changes)
+    after = load_tools(models / "tools" / "weight.yaml", materials)
+    assert [tool.mass for tool in after] == pytest.approx([factor**3 * mass for mass in before], rel=1e-4)
+    assert measure_holding(models).load == pytest.approx(expected.load, rel=1e-4)
+    assert measure_holding(models).load <= 0.8
+    assert fit_objects(models).changes == ()
+
+
+def test_an_arm_that_can_hold_nothing_is_told_by_joint_and_kilograms(models: Path) -> None:
+    change_joint(models, "shoulder_elevation", "<effort>68.6", "<effort>11.5")
+    fit = fit_objects(models)
+    assert fit.changes == ()
+    assert "of 1.00 kg loads shoulder_elevation with" in fit.lack
+    assert "% of its torque limit, and with objects 0.4 times as large still" in fit.lack
+
+
+def test_paths_are_tried_as_they_are_then_mirrored_then_slower_and_last_smaller(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def refuse(model: object, path: TimedPath, tools: object, settings: object) -> str:
+        tried.append((path.points[0][1], path.points[0][2], path.duration))
+        return "is too much" if len(tried) < 13 else ""
+
+    monkeypatch.setattr(fitting, "_find_lack", refuse)
+    fit = fit_path(models)
+    left, up, duration = 0.2, 0.2, 2.0
+    assert tried[:4] == [(left, up, duration), (-left, up, duration), (left, up, 2.5), (-left, up, 2.5)]
+    assert tried[10:12] == [(0.15, 0.15, 2.0), (-0.15, 0.15, 2.0)]
+    assert [change.key for change in fit.changes] == ["points", "duration"]
+    assert fit.changes[0].why == "as it is is too much; 0.75 times as large, 1.25 times slower"
+    apply_changes(models, fit.changes)
+    assert load_path(models / PATH).points[0] == pytest.approx((-0.075, 0.15, 0.15))
+
+
+def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    hold_one_object(monkeypatch)
+    for joint, limit in (
+        ("shoulder_azimuth", 10.8),
+        ("shoulder_elevation", 10.8),
+        ("shoulder_rotation", 42.2),
+        ("elbow_flexion", 26.4),
+    ):
+        change_joint(models, joint, f"<velocity>{limit}", "<velocity>0.35")
+    fit = fit_path(models)
+    assert "duration" in [change.key for change in fit.changes]
+    apply_changes(models, fit.changes)
+    assert load_path(models / PATH).duration > load_path(MODELS / PATH).duration
+    assert fit_path(models).changes == ()
+
+
+def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    hold_one_object(monkeypatch)
+    monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
+    change_joint(models, "shoulder_elevation", "<effort>68.6", "<effort>14")
+    fit = fit_blow(models)
+    (depth,) = fit.changes
+    assert depth.key == "depth_demanded"
+    assert "must bear" in depth.why
+    assert depth.new < depth.old == load_hammer(MODELS / NAIL).nail.depth_demanded
+    apply_changes(models, fit.changes)
+    assert fit_blow(models).changes == ()
+
+
+def hold_one_object(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Has only one of the novel objects tried, in one grip, as planning takes long."""
+    every = fitting.list_held
+    monkeypatch.setattr(fitting, "list_held", lambda *arguments: every(*arguments)[:1])
+
+
+def test_a_change_is_said_at_the_top_of_its_file_and_leaves_the_rest(tmp_path: Path) -> None:
+    (tmp_path / "nail.yaml").write_text((MODELS / "nail.yaml").read_text())
+    apply_changes(tmp_path, [Change("nail.yaml", "blow.duration", 0.8, 1.6, "slow joints")])
+    text = (tmp_path / "nail.yaml").read_text()
+    assert text.startswith("# Changed by affordance import-arm: nail.yaml: blow.duration: 0.8 -> 1.6 (slow joints)\n")
+    before = yaml.safe_load((MODELS / "nail.yaml").read_text())
+    before["blow"]["duration"] = 1.6
+    assert yaml.safe_load(text) == before

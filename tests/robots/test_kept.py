@@ -1,0 +1,96 @@
+"""Importing once, and what is said of it."""
+
+import argparse
+from pathlib import Path
+
+import pytest
+from helpers.robot_files import MJCF, write_urdf
+from matplotlib.figure import Figure
+
+from affordance.commands import import_arm as command
+from affordance.exceptions import AffordanceError
+from affordance.plant.arm import ARM, load_arm
+from affordance.robots import kept, report
+from affordance.robots.folder import Fitted
+from affordance.robots.importer import ImportOptions
+from affordance.robots.kept import import_kept
+
+TIP = ImportOptions("right_tool")
+
+
+@pytest.fixture(autouse=True)
+def _hurry(monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest) -> None:
+    """Fitting tasks is slow, and tested elsewhere; pictures are drawn where they are asked for."""
+    monkeypatch.setattr(kept, "fit_tasks", lambda _: Fitted((), {"blow": "too weak"}))
+    if "report" not in request.node.name:
+        monkeypatch.setattr(report, "draw_posture", lambda _: Figure())
+
+
+def test_an_arm_is_imported_once_for_the_same_file_and_options(tmp_path: Path) -> None:
+    path = write_urdf(tmp_path)
+    first = import_kept(path, TIP, tmp_path / "kept")
+    stamp = (first / "arm.sdf").stat().st_mtime_ns
+    assert import_kept(path, TIP, tmp_path / "kept") == first
+    assert (first / "arm.sdf").stat().st_mtime_ns == stamp
+    turned = import_kept(path, ImportOptions("right_tool", posture={"neck": 0.3}), tmp_path / "kept")
+    assert turned != first
+    path.write_text(path.read_text().replace('effort="40"', 'effort="41"'))
+    assert import_kept(path, TIP, tmp_path / "kept") not in (first, turned)
+
+
+def test_an_import_that_was_broken_off_is_done_anew(tmp_path: Path) -> None:
+    path = write_urdf(tmp_path)
+    folder = import_kept(path, TIP, tmp_path / "kept")
+    (folder / "report.html").unlink()
+    (folder / "arm.sdf").write_text("half")
+    assert import_kept(path, TIP, tmp_path / "kept") == folder
+    assert load_arm(folder / ARM.name).num_joints == 4
+
+
+def test_the_report_says_what_was_taken_assumed_left_out_and_lacks(tmp_path: Path) -> None:
+    folder = import_kept(write_urdf(tmp_path), TIP, tmp_path / "kept")
+    text = (folder / "report.txt").read_text()
+    for said in (
+        "4 joints from torso to right_tool: right_j1, right_j2, right_j3, right_j4",
+        "base: torso, as another limb leaves from it, by left_j1",
+        "Coulomb friction (N m), which Drake's joints do not know: right_j2 1.5",
+        "couplings of joints, which are frozen where they follow to: right_follow, left_follow",
+        "inertia of the link head, which is not part of the arm: it has a mass of -1 kg",
+        "no inertia of rotors and gears, for every joint",
+        "links that move with another were added to it: 3 to right_4",
+        "blow: too weak",
+        "the mesh package://nowhere/meshes/right_1.stl was not found",
+        "at rest it bears",
+    ):
+        assert said in text
+        assert said.split("<")[0].replace("'", "&#x27;") in (folder / "report.html").read_text()
+    assert (folder / "posture.png").stat().st_size > 10_000
+
+
+def parse(*words: str) -> argparse.Namespace:
+    parser = argparse.ArgumentParser()
+    command.add_arguments(parser)
+    return parser.parse_args(words)
+
+
+def test_the_command_imports_any_format_and_says_what_it_did(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "reacher.xml"
+    path.write_text(MJCF)
+    out = tmp_path / "models"
+    words = ["--tip", "grip_site", "--rotor-inertia", "0.2", "a4=0.3", "--base-height", "1.1", "--out", str(out)]
+    assert command.run(parse(str(path), *words, "--tasks", "keep")) == 0
+    printed = capsys.readouterr().out
+    assert "4 joints from root to grip_site; at home it bears" in printed
+    assert f"{out}: written in" in printed
+    text = (out / "arm.sdf").read_text()
+    assert text.count("<drake:rotor_inertia>0.2<") == 3
+    assert text.count("<drake:rotor_inertia>0.3<") == 1
+    assert "translation: [0.0, 0.0, 1.1]" in (out / ARM.name).read_text()
+
+
+def test_the_command_writes_nothing_if_the_file_is_wrong(tmp_path: Path) -> None:
+    with pytest.raises(AffordanceError, match="cannot be read"):
+        command.run(parse(str(tmp_path / "none.urdf"), "--tip", "a", "--out", str(tmp_path / "models")))
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,130 @@
+"""The arm alone moves as it does in the whole robot."""
+
+import os
+import site
+from pathlib import Path
+
+import numpy as np
+import pytest
+from helpers.robot_files import MJCF, SDF, write_urdf
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+
+from affordance.experiments.arms.parity import compute_parity
+from affordance.experiments.arms.robots import ROBOTS, Robot, find_folder
+from affordance.robots.importer import ImportOptions, build_statics, read_arm
+
+# What is left is rounding.
+EXACT = 1e-12
+
+
+def find_wheel() -> Path | None:
+    """The robots of example-robot-data: where AFFORDANCE_ROBOTS says, or among the installed packages."""
+    folders = [Path(os.environ["AFFORDANCE_ROBOTS"])] if "AFFORDANCE_ROBOTS" in os.environ else []
+    folders += [Path(folder) for folder in site.getsitepackages()]
+    return next((find_folder(folder) for folder in folders if (find_folder(folder) / ROBOTS[0].file).is_file()), None)
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_urdf_arm_agrees_with_pinocchio_whatever_is_frozen(tmp_path: Path, seed: int) -> None:
+    pytest.importorskip("pinocchio")
+    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio bears it only once
+    path = write_urdf(tmp_path, changes={grey: ""})
+    assert compute_parity(path, ImportOptions("right_tool"), seed).largest < EXACT
+
+
+def test_an_mjcf_arm_agrees_with_pinocchio(tmp_path: Path) -> None:
+    pytest.importorskip("pinocchio")
+    path = tmp_path / "reacher.xml"
+    text = MJCF
+    # Pinocchio would open the mesh, lets a free root fall or puts it at the origin, and makes one joint of the two of
+    # a body.
+    for unwanted in (
+        ' pos="0 0 0.4"',
+        '<mesh name="m" file="nowhere.stl"/>',
+        '<geom type="mesh" mesh="m"/>',
+        "<freejoint/>",
+        '<joint name="a2" axis="0 1 0"/>',
+        '<motor joint="a2" ctrlrange="-9 9"/>',
+    ):
+        assert unwanted in text
+        text = text.replace(unwanted, "")
+    path.write_text(text)
+    assert compute_parity(path, ImportOptions("third")).largest < EXACT
+
+
+def test_an_sdf_arm_agrees_with_the_block_of_the_whole_robots_mass_matrix(tmp_path: Path) -> None:
+    path = tmp_path / "swinger.sdf"
+    path.write_text(SDF)
+    imported = read_arm(path, ImportOptions("grip", base="upper", posture={"pan": 0.7}))
+    whole = MultibodyPlant(0.0)
+    without_mesh = SDF[: SDF.index("<collision")] + SDF[SDF.index("</collision>") + len("</collision>") :]
+    Parser(whole).AddModelsFromString(without_mesh, "sdf")
+    whole.WeldFrames(whole.world_frame(), whole.GetFrameByName("foot"))
+    whole.Finalize()
+    context, rng = whole.CreateDefaultContext(), np.random.default_rng(4)
+    statics = build_statics(imported.arm)
+    for _ in range(10):
+        q = rng.uniform(-1.5, 1.5, 2)
+        whole.SetPositions(context, np.array([0.7, *q]))
+        statics.plant.SetPositions(statics.context, q)
+        np.testing.assert_allclose(
+            statics.plant.CalcMassMatrix(statics.context), whole.CalcMassMatrix(context)[1:, 1:], rtol=0.0, atol=EXACT
+        )
+        np.testing.assert_allclose(
+            statics.plant.CalcGravityGeneralizedForces(statics.context),
+            whole.CalcGravityGeneralizedForces(context)[1:],
+            rtol=0.0,
+            atol=EXACT,
+        )
+        p_WG = whole.GetFrameByName("grip").CalcPoseInWorld(context).translation()
+        np.testing.assert_allclose(statics.compute_hand(q)[:3, 3], p_WG, rtol=0.0, atol=EXACT)
+
+
+def test_a_gripper_weighs_what_its_parts_weigh(tmp_path: Path) -> None:
+    arm = read_arm(write_urdf(tmp_path), ImportOptions("right_tool")).arm
+    assert arm.mass == pytest.approx(2.0 / 2 + 2.0 / 3 + 2.0 / 4 + 2.0 / 5 + 0.05 + 0.04, rel=1e-14)
+    assert [name for name, _ in arm.links[-1].bodies] == ["right_4", "right_tool", "right_finger", "right_thumb"]
+
+
+def test_joints_that_follow_are_frozen_where_they_follow_to(tmp_path: Path) -> None:
+    imported = read_arm(write_urdf(tmp_path), ImportOptions("right_tool", posture={"right_grip": 0.03, "neck": 0.5}))
+    assert imported.arm.frozen["right_follow"] == pytest.approx(5 * 0.03 + 0.1)
+    assert imported.arm.frozen["left_follow"] == pytest.approx(0.1)
+    assert imported.arm.frozen["neck"] == 0.5
+
+
+def test_an_mjcf_joint_has_the_torque_of_the_weaker_direction_and_the_armature_of_its_class(tmp_path: Path) -> None:
+    path = tmp_path / "reacher.xml"
+    path.write_text(MJCF)
+    imported = read_arm(path, ImportOptions("grip_site"))
+    assert [link.effort for link in imported.arm.links] == [30.0, 18.0, 7.0, 30.0]
+    assert [link.rotor_inertia for link in imported.arm.links] == [0.05, 0.05, 0.05, 0.01]
+    assert [link.damping for link in imported.arm.links] == [0.1] * 4
+    assert imported.arm.X_LH.translation()[0] == pytest.approx(0.1)
+    assert np.isinf([link.velocity for link in imported.arm.links]).all()
+
+
+def test_rotors_and_damping_are_what_is_asked_for(tmp_path: Path) -> None:
+    path = write_urdf(tmp_path)
+    kept = read_arm(path, ImportOptions("right_tool")).arm
+    assert [link.damping for link in kept.links] == [0.0, 0.2, 0.0, 0.0]
+    options = ImportOptions("right_tool", rotor_inertia={"": 0.1, "right_j2": 0.3}, damping=False)
+    changed = read_arm(path, options).arm
+    assert [link.damping for link in changed.links] == [0.0] * 4
+    q = np.array([0.1, 0.2, 0.3, 0.4])
+    matrices = []
+    for arm in (kept, changed):
+        statics = build_statics(arm)
+        statics.plant.SetPositions(statics.context, q)
+        matrices.append(statics.plant.CalcMassMatrix(statics.context))
+    np.testing.assert_allclose(matrices[1] - matrices[0], np.diag([0.1, 0.3, 0.1, 0.1]), rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
+def test_arms_of_the_wheel_agree_with_pinocchio(robot: Robot) -> None:
+    folder = find_wheel()
+    if folder is None:
+        pytest.skip("example-robot-data is neither installed nor where AFFORDANCE_ROBOTS says")
+    pytest.importorskip("pinocchio")
+    assert compute_parity(folder / robot.file, ImportOptions(robot.tip)).largest < 1e-9
