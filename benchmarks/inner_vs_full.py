@@ -27,9 +27,8 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments import reach
-from affordance.experiments.hammer import experiment as hammer
 from affordance.experiments.hammer.plan import FORCE_TOLERANCE, list_blow_costs
+from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.inertia import Ellipsoid
@@ -156,7 +155,7 @@ def measure(
         crooked: How many tools are drawn.
         jobs: Processes.
     """
-    reaching, hammering = reach.load(), hammer.load()
+    reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
     rho = draw_densities(reaching.experience, reaching.settings, count)
     rng = np.random.default_rng(0)
     parts = reaching.novel[0].components

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from helpers.children import Start, keep_children
 
-from affordance.experiments.weight import Weight, load
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.plant.arm import Arm, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import SerialChain, build_chain
@@ -41,10 +42,10 @@ def chain(arm: Arm) -> SerialChain:
 
 
 @pytest.fixture(scope="session")
-def weight() -> Weight:
-    return load()
+def weight() -> HoldExperiment:
+    return load_hold_experiment("weight")
 
 
 @pytest.fixture(scope="session")
-def runner(weight: Weight) -> TrialRunner:
+def runner(weight: HoldExperiment) -> TrialRunner:
     return TrialRunner(weight.settings)

@@ -42,7 +42,7 @@ class Clamp:
         self._anchor.SetPoseInParentFrame(plant_context, self._hand.CalcPoseInWorld(plant_context))
         self._set(plant_context, STIFFNESS, _DAMPING)
 
-    def open(self, plant_context: Context) -> None:
+    def release(self, plant_context: Context) -> None:
         """Lets go of the hand."""
         self._set(plant_context, 0.0, 0.0)
 

@@ -75,7 +75,7 @@ def run_clamp_and_release(
     for time in np.linspace(CLAMPED - _AVERAGED, CLAMPED, _NUM_READINGS + 1)[1:]:
         simulator.AdvanceTo(float(time))
         readings.append(float(arm.clamp.compute_force(plant_context) @ up))
-    arm.clamp.open(plant_context)
+    arm.clamp.release(plant_context)
     arm.set_payload(plant_context, tool.parameters)
     trial.estimator.forget(trial.estimator.GetMyMutableContextFromRoot(context))
     config = runner.settings.simulator

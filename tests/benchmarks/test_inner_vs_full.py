@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from affordance.choice.motion_cost import Costs
-from affordance.experiments import reach
+from affordance.experiments.protocol_runs import load_choice_experiment
 from benchmarks.inner_vs_full import BOUND, Comparison, compare, draw_crooked, draw_densities
 
 
 @pytest.fixture(scope="module")
 def experiment():
-    return reach.load()
+    return load_choice_experiment("reach")
 
 
 def test_crooked_tools_are_one_piece_and_held_along_the_part_in_the_hand(experiment):

@@ -102,7 +102,7 @@ def test_clamp_pulls_as_a_spring_of_the_published_stiffness():
     arm.plant.SetPositions(plant_context, arm.home + 1e-4 * np.arange(1, 8))
     moved = arm.hand.CalcPoseInWorld(plant_context).translation() - home
     np.testing.assert_allclose(arm.clamp.compute_force(plant_context), STIFFNESS * moved, rtol=1e-2, atol=1e-3)
-    arm.clamp.open(plant_context)
+    arm.clamp.release(plant_context)
     np.testing.assert_array_equal(arm.clamp.compute_force(plant_context), np.zeros(3))
 
 

@@ -31,6 +31,6 @@ def run_program(name: str, models: Path, out: Path, *, seed: int, repeats: int, 
         run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs)
     except AffordanceError as error:
         return str(error).replace(f"{models}/", "")
-    metrics: dict[str, Any] = json.loads((out / name / "metrics.json").read_text())
-    section: dict[str, Any] = json.loads((out / name / "section.json").read_text())
+    metrics: dict[str, Any] = json.loads((out / name / "metrics.json").read_text(encoding="utf-8"))
+    section: dict[str, Any] = json.loads((out / name / "section.json").read_text(encoding="utf-8"))
     return {**metrics, "claims": {claim["text"]: claim["met"] for claim in section["claims"]}}

@@ -105,7 +105,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
     kept = out / robot.name / "summary.json"
     key = compute_key(dataclasses.replace(config, jobs=1, only=(), robots=Path(robot.name)), models)
     if kept.exists():
-        summary: dict[str, Any] = json.loads(kept.read_text())
+        summary: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if summary["key"] == key:
             return summary
     imported = extract_arm(path, options)
@@ -155,7 +155,7 @@ def _study_ours(config: StudyConfig, out: Path) -> dict[str, Any]:
     kept = out / "ours" / "summary.json"
     key = compute_key(dataclasses.replace(config, jobs=1, only=(), robots=Path("ours")), MODELS)
     if kept.exists():
-        summary: dict[str, Any] = json.loads(kept.read_text())
+        summary: dict[str, Any] = json.loads(kept.read_text(encoding="utf-8"))
         if summary["key"] == key:
             return summary
     ran = _run_all(MODELS, config, out / "ours")
@@ -184,7 +184,7 @@ def _measure_with_rotors(path: Path, options: ImportOptions, rotor: float, model
     folder = out / "imported" / "with_rotors"
     write_text(folder / "arm.sdf", write_arm(imported.arm, {}, path.name))
     write_text(folder / ARM.name, write_directives(imported.home_angles, imported.X_WB))
-    write_text(folder / "package.xml", (models / "package.xml").read_text())
+    write_text(folder / "package.xml", (models / "package.xml").read_text(encoding="utf-8"))
     return asdict_of(measure_sag(folder, task_models=models))
 
 
@@ -196,9 +196,8 @@ def _list_changed(models: Path) -> list[str]:
         *sorted((models / "paths").glob("*.yaml")),
         *sorted((models / "tools").glob("*.yaml")),
     ]
-    return [
-        line.removeprefix(mark) for file in files for line in file.read_text().splitlines() if line.startswith(mark)
-    ]
+    lines = [line for file in files for line in file.read_text(encoding="utf-8").splitlines()]
+    return [line.removeprefix(mark) for line in lines if line.startswith(mark)]
 
 
 def _pick_outcomes(ran: dict[str, dict[str, Any] | str]) -> dict[str, Any]:

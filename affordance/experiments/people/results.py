@@ -18,10 +18,10 @@ from affordance.experiments.people.linear_plus import (
     build_experiment,
     list_test_cycles,
 )
-from affordance.experiments.people.published import PublishedTable
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
+from affordance.protocols.published import PublishedTable
 from affordance.reporting.figures import save_figure
 from affordance.reporting.findings import Finding, build_section
 from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_object
