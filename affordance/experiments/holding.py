@@ -3,7 +3,7 @@
 Simulations I and II of the paper (IV-A and IV-B) are two of them, models/protocols/weight.yaml and com.yaml.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -23,12 +23,11 @@ from affordance.experiments.shared.hold_measures import get_measure, select_lear
 from affordance.experiments.shared.hold_outputs import draw_figures, label_results
 from affordance.experiments.shared.reaching import present_reach
 from affordance.experiments.shared.trajectories import stack_presentations
-from affordance.experiments.within_trial import WHITE, WithinTrialStudy
-from affordance.files.atomic import write_json
+from affordance.experiments.within_trial import WHITE, WithinTrialStudy, draw_within_trial
 from affordance.files.netcdf import Trajectories
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.block_entries import BlockEntry, change_holds
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects, find_file
@@ -129,21 +128,7 @@ class HoldExperiment:
 
     def with_duration(self, duration: float, repetitions: int | None = None) -> "HoldExperiment":
         """Returns the experiment with holds of another duration, [s], and other repetitions of the first block."""
-        blocks = [
-            block.model_copy(
-                update={
-                    "do": block.do.model_copy(
-                        update={"hold": block.do.hold.model_copy(update={"duration": duration})}
-                    )
-                }
-            )
-            if block.do.hold
-            else block
-            for block in self.blocks
-        ]
-        if repetitions is not None:
-            blocks[0] = blocks[0].model_copy(update={"repetitions": repetitions})
-        return replace(self, blocks=tuple(blocks))
+        return replace(self, blocks=change_holds(self.blocks, duration, repetitions))
 
     def count_repeats(self, observers: int) -> int:
         """One repeat an observer."""
@@ -263,17 +248,12 @@ class HoldExperiment:
         figures = draw_figures(self.figures, self.objects, arrays, self.quantiles, self.seed)
         if not held:
             return Outputs(figures=figures)
-        within = self.study_within_trial()
-        in_trials = {"belief within a trial": within.draw_growth, "sinking": within.draw_sinking}
-        figures |= {name: in_trials[entry.draw] for name, entry in self.figures.items() if entry.draw in in_trials}
-        writers: dict[str, Callable[[Path], None]] = {}
-        if any(entry.draw in in_trials for entry in self.figures.values()):
-            writers["within_trial"] = lambda folder: write_json(folder / "within_trial.json", within.summarise())
+        more, writers = draw_within_trial(self.figures, self.study_within_trial())
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         names = [self.tools[each.presentation.tool].name for each in done]
         return Outputs(
-            figures=figures,
+            figures={**figures, **more},
             trajectories=Trajectories(
                 label_results(arrays, self.quantiles, [record for _, record in held]),
                 {"trial": names, "joint": trial.arm.joint_names},

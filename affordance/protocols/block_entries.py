@@ -1,5 +1,6 @@
 """The blocks of a protocol: which objects are presented in which order, and what is done in a presentation."""
 
+from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -120,3 +121,18 @@ class BlockEntry(DataModel):
     ask_after_each: Annotated[
         bool, Field(description="Of a choice: asked before the first and after each presentation before it.")
     ] = False
+
+
+def change_holds(
+    blocks: Sequence[BlockEntry], duration: float, repetitions: int | None = None
+) -> tuple[BlockEntry, ...]:
+    """The blocks with holds of another duration, [s], and other repetitions of the first."""
+    changed = []
+    for block in blocks:
+        if block.do.hold is not None:
+            hold = block.do.hold.model_copy(update={"duration": duration})
+            block = block.model_copy(update={"do": block.do.model_copy(update={"hold": hold})})
+        changed.append(block)
+    if repetitions is not None:
+        changed[0] = changed[0].model_copy(update={"repetitions": repetitions})
+    return tuple(changed)
