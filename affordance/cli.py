@@ -17,7 +17,17 @@ from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
 # Commands in the order of the help; a dash of a name is an underscore of its module.
-COMMANDS = ("run", "rank", "import-arm", "identify", "study", "fit-kappa", "doctor")
+COMMANDS = (
+    "run",
+    "new-protocol",
+    "predict",
+    "rank",
+    "import-arm",
+    "identify",
+    "study",
+    "fit-kappa",
+    "doctor",
+)
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Needs no library of the system.

@@ -26,7 +26,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
-from affordance.experiments.weight import Weight, load
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
@@ -150,9 +151,9 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
             setattr(owner, name, original)
 
 
-def measure_case(experiment: Weight, tool: Tool, density: float) -> dict[str, float]:
+def measure_case(experiment: HoldExperiment, tool: Tool, density: float) -> dict[str, float]:
     """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
-    memory = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
     record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
     runner = TrialRunner(experiment.settings)
@@ -178,7 +179,7 @@ def measure_case(experiment: Weight, tool: Tool, density: float) -> dict[str, fl
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
-    experiment = load()
+    experiment = load_hold_experiment("weight")
     true = experiment.tools[0].components[0].material.density
     learned = 0.97 * true  # about what is believed after a trial or two
     cases = [

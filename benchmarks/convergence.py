@@ -12,7 +12,8 @@ import numpy as np
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.weight import Weight, load
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRecord, TrialRunner
 from benchmarks.tables import format_table
@@ -26,12 +27,12 @@ PATIENCE = 10.0
 MAX_STEPS = (2.5e-3, 1.25e-3, 0.5e-3)
 
 
-def run_trials(experiment: Weight, settings: Settings) -> tuple[list[TrialRecord], float]:
+def run_trials(experiment: HoldExperiment, settings: Settings) -> tuple[list[TrialRecord], float]:
     """Runs the two trials; returns their records and the wall time of both, without building, [s]."""
     runner = TrialRunner(settings)
     unknown = MaterialMemory()
     density = experiment.tools[0].components[0].material.density
-    known = MaterialMemory((experiment.colour,), DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    known = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     cases = ((experiment.tools[0], unknown), (experiment.tools[-1], known))
     runner.get_diagram(experiment.duration)
     start = time.perf_counter()
@@ -41,7 +42,7 @@ def run_trials(experiment: Weight, settings: Settings) -> tuple[list[TrialRecord
 
 def measure() -> list[list[str]]:
     """Measures every scheme at every accuracy; returns rows of a table."""
-    experiment = load()
+    experiment = load_hold_experiment("weight")
     reference, _ = run_trials(
         experiment, dataclasses.replace(experiment.settings, integration_scheme="runge_kutta5", accuracy=1e-11)
     )

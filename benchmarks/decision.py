@@ -19,9 +19,10 @@ from affordance.choice.motion_cost import NUM_NODES, MotionCost
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.exceptions import AffordanceError
-from affordance.experiments import reach
-from affordance.experiments.hammer import experiment as hammer
+from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.hammer.plan import FORCE_TOLERANCE, list_blow_costs
+from affordance.experiments.protocol_runs import load_choice_experiment
+from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
@@ -43,7 +44,9 @@ NEAR_TIE = 0.03
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions a second."""
-    reaching, hammering = reach.load(), hammer.load()
+    reaching, hammering = (load_choice_experiment(name) for name in ("reach", "hammer"))
+    assert isinstance(reaching, ReachExperiment)
+    assert isinstance(hammering, HammerExperiment)
     settings, tool = reaching.settings, reaching.novel[0]
 
     def follow_path(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
@@ -139,7 +142,7 @@ def compare(
     return column, brute_seconds / fast_seconds
 
 
-def measure_quadrature(choice: Choice, experiment: reach.ReachExperiment) -> float:
+def measure_quadrature(choice: Choice, experiment: ReachExperiment) -> float:
     """Largest error of the work by the nodes of the quadrature, as a part of it, under densities of the prior."""
     memory = MaterialMemory().add_colours(experiment.experience.colours, choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)

@@ -11,7 +11,7 @@ from scipy.stats import norm, truncnorm
 from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.weight import load
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.plant.arm import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
@@ -46,7 +46,7 @@ def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array
         cover the truth, (N, 2) each.
     """
     hold = StaticHold(load_arm())
-    features = measure_features(load().tools[2], VisionError(), np.random.default_rng(0))
+    features = measure_features(load_hold_experiment("weight").tools[2], VisionError(), np.random.default_rng(0))
     belief = predict_object(features, MaterialMemory(), prior)
     offsets: list[Array] = []
     covered: list[list[bool]] = []

@@ -15,8 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments import com, reach, weight
-from affordance.experiments.hammer import experiment as hammer
+from affordance.experiments.hammer.experiment import HammerExperiment
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
+from affordance.experiments.reach import ReachExperiment
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -65,9 +66,11 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
         duration: Of holds, [s]; reaching and hammering take as long as they take.
         num_tools: How many novel tools are used, by their first grips; all by all grips if None.
     """
-    yield "weight", functools.partial(_hold, weight.load().tools, duration)
-    yield "com", functools.partial(_hold, com.load().tools, duration)
-    reaching = reach.load()
+    yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
+    yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)
+    reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
+    assert isinstance(reaching, ReachExperiment)
+    assert isinstance(hammering, HammerExperiment)
     yield (
         "reach",
         lambda settings: [
@@ -75,7 +78,7 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
             for tool, gripped in _list_gripped(reaching.novel, num_tools)
         ],
     )
-    task, model = hammer.load().task, ArmModel(load_arm())
+    task, model = hammering.task, ArmModel(load_arm())
     # Swings are planned once: what is compared is the arm that carries them out.
     planned = [
         (gripped, task.build_cost(model, gripped.components, DEFAULT_SETTINGS), list_densities([tool]))

@@ -2,14 +2,14 @@
 
 from pathlib import Path
 
-from affordance.experiments import weight
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.simulation.diagram import build_trial_diagram
 
 
 def main() -> None:
     """Writes one .dot and one .svg file; all experiments run Diagrams of this wiring, with other tools and tasks."""
-    experiment = weight.load()
+    experiment = load_hold_experiment("weight")
     trial = build_trial_diagram(experiment.settings, experiment.duration)
     save_diagram(trial.diagram, Path(__file__).parent, experiment.name)
 

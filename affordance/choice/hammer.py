@@ -4,23 +4,25 @@ import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
-from affordance.control.start_posture import Start, read_start
+from affordance.control.start_posture import Start, StartEntry
 from affordance.control.strike import Strike
 from affordance.control.swing import Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
-from affordance.files.yaml_reader import read_record
+from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact_face import ContactFace
 from affordance.plant.effective_mass import EffectiveMass
-from affordance.plant.nail import Nail, NailPlacement, read_nail
+from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
@@ -75,30 +77,58 @@ class Hammer:
         return plan_blows(model, parts, self, settings)
 
 
+class _BlowEntry(DataModel):
+    """A blow as a file has it."""
+
+    offset: Annotated[
+        Annotated[tuple[float, float, float], Vector(3, Within(-2.0, 2.0))],
+        Field(description="Of the nail's head, from where the point that strikes is at the start, [m]."),
+    ]
+    direction: Annotated[
+        Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))],
+        Field(description="Where the nail is driven to."),
+    ]
+    duration: Annotated[float, Within(0.2, 10.0), Field(description="From rest to the strike, [s].")]
+    start: StartEntry = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def check_place(self) -> Self:
+        """Refuses a blow without direction, and one that starts beyond the nail.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        direction = np.array(self.direction)
+        length = float(np.linalg.norm(direction))
+        if length < _MIN_LENGTH:
+            raise complain(f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}", "direction")
+        ahead = float(np.array(self.offset) @ direction) / length
+        if ahead < _MIN_LENGTH:  # the tool would have to pass through the nail
+            problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
+            raise complain(f"{problem}, must be at least {_MIN_LENGTH:g} m", "offset")
+        return self
+
+
+class HammerEntry(NailEntry):
+    """A nail and how it is struck as a file has them."""
+
+    blow: _BlowEntry
+
+    def build_task(self) -> Hammer:
+        """Builds the task."""
+        nail, direction = self.build(), np.array(self.blow.direction)
+        a, b, c = (float(value) for value in direction / float(np.linalg.norm(direction)))
+        start = tuple(self.blow.start.items())
+        return Hammer(nail, self.blow.offset, (a, b, c), self.blow.duration, nail.force_demanded, start)
+
+
 def load_hammer(path: Path) -> Hammer:
     """Reads a nail file: the nail, and under ``blow`` where it stands and how it is struck.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    record = read_record(path)
-    nail = read_nail(record)
-    blow = record.record("blow")
-    x, y, z = (float(value) for value in blow.vector("offset", 3, low=-2.0, high=2.0))
-    direction = blow.vector("direction", 3, low=-1.0, high=1.0)
-    length = float(np.linalg.norm(direction))
-    if length < _MIN_LENGTH:
-        raise blow.error("direction", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
-    ahead = float(np.array([x, y, z]) @ direction) / length
-    if ahead < _MIN_LENGTH:  # the tool would have to pass through the nail
-        problem = f"puts the head {ahead:.3g} m ahead of the tool's point along the blow"
-        raise blow.error("offset", f"{problem}, must be at least {_MIN_LENGTH:g} m")
-    duration = blow.number("duration", low=0.2, high=10.0)
-    start = read_start(blow)
-    blow.finish()
-    record.finish()
-    a, b, c = (float(value) for value in direction / length)
-    return Hammer(nail, (x, y, z), (a, b, c), duration, nail.force_demanded, start)
+    return load_model(path, HammerEntry).build_task()
 
 
 def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:

@@ -10,17 +10,23 @@ from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.files.model_folder import MODELS
+from affordance.protocols.protocol import SUFFIXES, list_shipped
 from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
-HELP = "run the paper's simulations and write their numbers, figures and report"
+HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("experiment", nargs="?", default="all", help=f"{', '.join(EXPERIMENTS)} or all (default)")
+    parser.add_argument(
+        "experiment",
+        nargs="?",
+        default="all",
+        help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol: its path, or its name",
+    )
     parser.add_argument(
         "--repeats", type=int, default=200, help="simulated observers; for vision, objects (default 200)"
     )
@@ -100,10 +106,14 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     Raises:
         BadValueError: An argument is out of bounds.
     """
-    if arguments.experiment not in (*EXPERIMENTS, "all"):
-        raise BadValueError("experiment", "", describe_choice(arguments.experiment, (*EXPERIMENTS, "all")))
     check_bounds(arguments)
-    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
+    if arguments.experiment == "all":
+        return list(EXPERIMENTS)
+    if arguments.experiment not in EXPERIMENTS and Path(arguments.experiment).suffix not in SUFFIXES:
+        known = (*EXPERIMENTS, "all", *(name for name in list_shipped(arguments.models) if name not in EXPERIMENTS))
+        if arguments.experiment not in known:
+            raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
+    return [arguments.experiment]
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:

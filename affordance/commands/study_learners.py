@@ -6,9 +6,8 @@ from pathlib import Path
 import joblib
 
 from affordance.commands.run import check_bounds
-from affordance.experiments.com import load as load_com
 from affordance.experiments.learners import results
-from affordance.experiments.weight import load as load_weight
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import prepare_folder
 
@@ -33,7 +32,7 @@ def run(arguments: argparse.Namespace) -> int:
     """
     check_bounds(arguments)
     folder = prepare_folder(arguments.out) / "learners"
-    weight, com = load_weight(arguments.models, arguments.seed), load_com(arguments.models, arguments.seed)
+    weight, com = (load_hold_experiment(name, arguments.models, arguments.seed) for name in ("weight", "com"))
     numbers = results.run(weight, com, arguments.models, folder, repeats=arguments.repeats, jobs=arguments.jobs)
     if results.add_to_simulation(numbers, arguments.out / weight.name):
         print(f"{arguments.out / weight.name / 'metrics.json'} has brass_after_decoy too")

@@ -10,10 +10,11 @@ from affordance.experiments.tools.data_set import Half
 from affordance.experiments.tools.drawings import save_figures
 from affordance.experiments.tools.numbers import list_details, list_metrics
 from affordance.experiments.tools.pictures import save_pictures
-from affordance.experiments.tools.section import convert, describe
+from affordance.experiments.tools.section import describe
 from affordance.experiments.tools.study import ToolsConfig, ToolsResult
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
+from affordance.reporting.report import write_report, write_section
 
 HELP = "meshes, materials by part, masses before first touch, and which end of a hammer to hold"
 NAME = "tools"
@@ -56,15 +57,19 @@ def write_study(result: ToolsResult, folder: Path) -> int:
     section = describe(result)
     write_json(folder / "metrics.json", list_metrics(result))
     write_json(folder / "details.json", list_details(result))
-    write_json(folder / "section.json", convert(section))
+    write_section(folder, section)
     save_figures(result, folder)
     save_pictures(result, folder)
     missed = 0
     for claim in section.claims:
         missed += not claim.met
-        print(f"{'met    ' if claim.met else 'not met'} {claim.text}: {claim.criterion}; found {claim.value:.4g}")
-    for paragraph in section.text:
+        (found,) = claim.criteria
+        print(
+            f"{'met    ' if claim.met else 'not met'} {claim.text}: {found.name} {found.bound}; found {found.value}"
+        )
+    for paragraph in (section.summary, *section.remarks):
         print(paragraph)
+    write_report(folder.parent)
     return missed
 
 

@@ -2,24 +2,23 @@
 
 import math
 from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.files.yaml_reader import Record
+from affordance.files.data_model import Within
 from affordance.plant.arm import Arm
 
 # Where a task's file says it starts: joints that are not as in the home posture, and their angles, [rad].
 type Start = tuple[tuple[str, float], ...]
 
 
-def read_start(record: Record) -> Start:
-    """Takes the optional mapping ``start`` of a task's file.
-
-    Raises:
-        BadValueError: It is not a mapping of names to angles of a turn at most.
-    """
-    if not record.has("start"):
-        return ()
-    return tuple(record.record("start").numbers(low=-2.0 * math.pi, high=2.0 * math.pi).items())
+# The same in a file, left out where a task starts as the home posture.
+type StartEntry = Annotated[
+    dict[str, Annotated[float, Within(-2.0 * math.pi, 2.0 * math.pi)]],
+    Field(description="Joints that do not start as in the home posture, and their angles, [rad]."),
+]
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:

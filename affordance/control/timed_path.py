@@ -2,12 +2,14 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
 
-from affordance.control.start_posture import Start, read_start
-from affordance.files.yaml_reader import read_record
+from affordance.control.start_posture import Start, StartEntry
+from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
 
 # What an arm can be asked for: points within two metres, in a twentieth of a second to a minute.
 _REACH_MAX = 2.0
@@ -66,22 +68,39 @@ class TimedPath:
         )
 
 
+class PathEntry(DataModel):
+    """A path as a file has it."""
+
+    duration: Annotated[float, Within(_DURATION_MIN, _DURATION_MAX), Field(description="From rest to rest, [s].")]
+    tolerance: Annotated[float, Within(1e-4, _REACH_MAX), Field(description="How far from it counts as on it, [m].")]
+    points: Annotated[
+        list[Annotated[tuple[float, float, float], Vector(3, Within(-_REACH_MAX, _REACH_MAX))]],
+        Field(min_length=1, description="After the start, relative to it: forward, left, up, [m]."),
+    ]
+    start: StartEntry = Field(default_factory=dict)
+
+    @model_validator(mode="after")
+    def check_steps(self) -> Self:
+        """Refuses a path that stands still.
+
+        Raises:
+            PydanticCustomError: It does.
+        """
+        steps = np.linalg.norm(np.diff(np.array(self.points), axis=0, prepend=0.0), axis=1)
+        if (steps < _SEPARATION_MIN).any():
+            problem = f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m"
+            raise complain(problem, f"points[{np.argmin(steps)}]")
+        return self
+
+    def build(self) -> TimedPath:
+        """Builds the path."""
+        return TimedPath(tuple(self.points), self.duration, self.tolerance, tuple(self.start.items()))
+
+
 def load_path(path: Path) -> TimedPath:
     """Reads a path file: ``duration``, ``tolerance``, ``points``, a list of three coordinates each, and ``start``.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    record = read_record(path)
-    duration = record.number("duration", low=_DURATION_MIN, high=_DURATION_MAX)
-    tolerance = record.number("tolerance", low=1e-4, high=_REACH_MAX)
-    points = record.vectors("points", 3, low=-_REACH_MAX, high=_REACH_MAX)
-    start = read_start(record)
-    record.finish()
-    steps = np.linalg.norm(np.diff(points, axis=0, prepend=0.0), axis=1)
-    if (steps < _SEPARATION_MIN).any():
-        raise record.error(
-            f"points[{np.argmin(steps)}]",
-            f"lies {steps.min():g} m from the point before, must be at least {_SEPARATION_MIN:g} m",
-        )
-    return TimedPath(tuple((float(x), float(y), float(z)) for x, y, z in points), duration, tolerance, start)
+    return load_model(path, PathEntry).build()

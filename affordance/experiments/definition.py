@@ -45,9 +45,17 @@ class Experiment(Protocol):
     A run goes through ``plan``, ``run_observer`` for every observer, ``compute_metrics``, and ``show``.
     """
 
-    name: str  # of its folder and on the command line
-    unit: str  # what a repeat is, for progress bars
-    section: Path  # its section file
+    @property
+    def name(self) -> str:
+        """Of its folder and on the command line."""
+
+    @property
+    def unit(self) -> str:
+        """What a repeat is, for progress bars."""
+
+    @property
+    def section(self) -> Path:
+        """Its section file, or the protocol's file."""
 
     @property
     def seed(self) -> int:

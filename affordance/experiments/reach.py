@@ -6,9 +6,8 @@ cheaper one is found by simulating both with the true densities.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache, partial
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,26 +16,20 @@ from matplotlib.figure import Figure
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
-from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
-from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.correct_grip import (
     check_one_grip_is_cheaper,
-    find_cheaper_grip,
     find_grip_of_densest,
     remove_errors,
 )
-from affordance.experiments.shared.decisions import label_choices, let_observer_choose
-from affordance.experiments.shared.experience import Experience, ExperienceConfig
-from affordance.experiments.shared.gain_experience import collect_experience
+from affordance.experiments.shared.decisions import label_choices
+from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.grip_choices import plan_choices
-from affordance.experiments.shared.novel_tools import load_subjects
 from affordance.experiments.shared.off_axis import measure_changes
-from affordance.experiments.shared.proportions import compute_proportions, describe_tools, draw_proportions
+from affordance.experiments.shared.proportions import describe_tools, draw_proportions
 from affordance.experiments.shared.trajectories import label_motions
-from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.tool import Tool, find_free_end, list_densities
 from affordance.plant.arm import load_arm
@@ -45,7 +38,7 @@ from affordance.reporting import figures
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay
 from affordance.runs.repeats import run_tasks
-from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.settings import Settings
 from affordance.simulation.rollout import Rollout, roll_out
 from affordance.simulation.trial import get_runner
 
@@ -65,47 +58,14 @@ class ReachPlan(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ReachExperiment:
+class ReachExperiment(ChoiceExperiment):
     """Simulation III.
 
     Attributes:
-        experience: The objects that are held, and how they are learned.
-        novel: The tools that are chosen about; the first is the paper's.
         task: The path to follow.
-        models: The folder that they are from.
     """
 
-    experience: ExperienceConfig
-    novel: tuple[Tool, ...]
     task: Reach
-    models: Path
-
-    name = "reach"
-    unit = "observer"
-    section = Path(__file__).parent / "sections" / "reach.yaml"
-
-    @property
-    def tools_observed(self) -> tuple[Tool, ...]:
-        """The novel tools."""
-        return self.novel
-
-    @property
-    def seed(self) -> int:
-        """Root of every random draw."""
-        return self.experience.seed
-
-    @property
-    def settings(self) -> Settings:
-        """What all simulations share."""
-        return self.experience.settings
-
-    def with_settings(self, settings: Settings) -> "ReachExperiment":
-        """Returns the experiment with other settings."""
-        return replace(self, experience=replace(self.experience, settings=settings))
-
-    def count_repeats(self, observers: int) -> int:
-        """One repeat an observer."""
-        return observers
 
     def plan(self, jobs: int) -> ReachPlan:
         """Plans the choices, and simulates the task with every grip.
@@ -114,7 +74,7 @@ class ReachExperiment:
             BadValueError: The path cannot be followed, or no grip is cheaper than the other.
             SeeingError: A picture of a tool does not show what is needed.
         """
-        path = self.models / "paths" / "reach.yaml"
+        path = self.task_file
         try:
             choices = plan_choices(
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
@@ -134,7 +94,7 @@ class ReachExperiment:
                 if problem := self.task.path.describe_error(rollout.error):
                     raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
             works = [rollout.work for rollout in simulated[tool.name].values()]
-            check_one_grip_is_cheaper(self.models, tool, works)
+            check_one_grip_is_cheaper(self.novel_file, tool, works)
         work = partial(compute_reach_work, self.task, remove_errors(self.settings))
         off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         return ReachPlan(choices, simulated, off_axis)
@@ -151,35 +111,11 @@ class ReachExperiment:
         done = iter(run_tasks(tasks, jobs=jobs, description="reach: simulations"))
         return {name: {grip: next(done) for grip in grips} for name, grips in held.items()}
 
-    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
-        """Lets observers hold the objects of Simulation II."""
-        return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
-
-    def select_shared(self, plan: ReachPlan) -> list[Choice]:
-        """The choices."""
-        return list(plan.choices.values())
-
-    def run_observer(self, shared: list[Choice], experience: Experience | None, repeat: int) -> Arrays:
-        """Lets an observer choose before the first and after each trial; see ``let_observer_choose``."""
-        assert experience is not None  # the experiment has one
-        return let_observer_choose(shared, experience, self.seed, repeat)
-
     def compute_metrics(self, plan: ReachPlan, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json."""
-        correct = {name: find_cheaper_grip(simulated) for name, simulated in plan.simulated.items()}
-        first = self.novel[0]
-        simulated = plan.simulated[first.name]
+        simulated = plan.simulated[self.novel[0].name]
         return {
-            **compute_proportions(
-                self.novel,
-                plan.choices,
-                arrays,
-                self.experience,
-                correct=correct,
-                simulated=plan.simulated,
-                off_axis=plan.off_axis,
-            ),
-            "density_true": {part.material.name: part.material.density for part in first.components},
+            **self.compute_choice_metrics(plan, arrays),
             "energy_true": {grip: rollout.work for grip, rollout in simulated.items()},
             "effort_true": {grip: rollout.effort for grip, rollout in simulated.items()},
             "periods_limited": {grip: rollout.record.counts.limited for grip, rollout in simulated.items()},
@@ -245,17 +181,7 @@ class ReachExperiment:
             ),
             diagram=lambda: trial.diagram,
             replay=lambda file: write_replay(file, self.settings.arm, scenes, title=title, p_WG=path),
-            writers={
-                "choices": partial(
-                    save_choices,
-                    novel=self.novel,
-                    choices=plan.choices,
-                    chosen=arrays["paper"],
-                    numbers=numbers,
-                    settings=self.settings,
-                    seed=self.seed,
-                )
-            },
+            writers=self.list_writers(plan, arrays, numbers),
         )
 
     def _draw_tools(self) -> Figure:
@@ -277,17 +203,3 @@ def compute_reach_work(task: Reach, settings: Settings, held: Tool) -> float:
 def _plan_reach(task: Reach, settings: Settings, p_TF: tuple[float, float, float]) -> MotionCost:
     """The motion of a free end: that of all tools that end there."""
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
-
-
-def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> ReachExperiment:
-    """Reads objects, tools and path from a folder of models.
-
-    Raises:
-        BadValueError: A file is wrong, or the objects do not make this experiment.
-        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
-    """
-    file = models / "paths" / "reach.yaml"
-    path = load_path(file)
-    check_start(file, "start", path.start, load_arm(settings.arm))
-    experience, novel = load_subjects(models, seed, settings, path.start)
-    return ReachExperiment(experience, novel, Reach(path), models)

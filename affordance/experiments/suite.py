@@ -12,38 +12,38 @@ from affordance.belief.learners import Learner
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
+from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM, load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import write_report
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
 
 _LOG = logging.getLogger(__name__)
 
-# Modules below affordance.experiments, each with a function ``load``, by their names on the command line.
-EXPERIMENTS = {
-    "weight": "weight",
-    "com": "com",
-    "reach": "reach",
-    "hammer": "hammer.experiment",
-    "vision": "vision.experiment",
-}
+# Those of `affordance run all`, in order; all but the last are protocols that come with the models.
+EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 
 
-def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> Experiment:
-    """Loads an experiment from a folder of models; imported here, so that one need not pay for the others.
+def load_experiment(
+    name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
+) -> Experiment:
+    """Loads the study of vision, or a protocol by its name or path; imported here, as vision takes long.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    module: Any = importlib.import_module(f"affordance.experiments.{EXPERIMENTS[name]}")
+    if name != "vision":
+        return load_protocol_experiment(name, models, seed, settings)
+    module: Any = importlib.import_module("affordance.experiments.vision.experiment")
     experiment: Experiment = module.load(models, seed, settings)
     return experiment
 
@@ -64,7 +64,7 @@ def run_suite(
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
-        names: Keys of EXPERIMENTS.
+        names: Of EXPERIMENTS, or names or paths of protocols.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.

@@ -5,9 +5,10 @@ engineer's, an error of its own in every sample; and the paper's control, which 
 whole trial, beside one that uses the posterior as it grows.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,10 +16,12 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
+from affordance.files.atomic import write_json
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WhiteNoise
+from affordance.protocols.number_entries import FigureEntry
 from affordance.reporting.within_trial_figures import Growth, Sinking, draw_growth, draw_sinking
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRecord, get_runner
@@ -120,3 +123,16 @@ class WithinTrialStudy:
         independent = counts if noise is WHITE else np.minimum(counts, 1)
         sd: Array = 1.0 / np.sqrt(1.0 / sd_before**2 + independent * says)
         return sd
+
+
+def draw_within_trial(
+    entries: Mapping[str, FigureEntry], study: WithinTrialStudy
+) -> tuple[dict[str, Callable[[], Figure]], dict[str, Callable[[Path], None]]]:
+    """What draws the figures of a protocol that show what happens within a trial, and what writes their numbers."""
+    draw = {"belief within a trial": study.draw_growth, "sinking": study.draw_sinking}
+    figures = {name: draw[entry.draw] for name, entry in entries.items() if entry.draw in draw}
+
+    def write(folder: Path) -> None:
+        write_json(folder / "within_trial.json", study.summarise())
+
+    return figures, {"within_trial": write} if figures else {}

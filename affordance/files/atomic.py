@@ -4,7 +4,7 @@ import json
 import logging
 import os
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, is_dataclass
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -41,9 +41,12 @@ def write_json(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def to_plain(value: Any) -> Any:
-    """Converts configurations and arrays to what JSON knows."""
+    """Converts configurations and arrays to what JSON knows, but for fields of dataclasses marked ``reports``."""
     if is_dataclass(value) and not isinstance(value, type):
-        return to_plain(asdict(value))
+        kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
+        return {name: to_plain(getattr(value, name)) for name in kept}
+    if hasattr(value, "model_dump"):
+        return to_plain(value.model_dump())
     if hasattr(value, "_asdict"):
         return to_plain(value._asdict())
     if isinstance(value, Mapping):

@@ -17,14 +17,14 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 
 
-def read_record(path: Path) -> "Record":
-    """Reads a YAML file whose top level is a mapping.
+def read_yaml(path: Path) -> Any:
+    """Parses a YAML file; what it holds is checked by ``files.data_model``, or taken out of a ``Record``.
 
     Raises:
-        BadValueError: The file cannot be read, is not YAML, names a key twice, or is not a mapping.
+        BadValueError: The file cannot be read, is not YAML, or names a key twice.
     """
     try:
-        content = yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
+        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -35,7 +35,15 @@ def read_record(path: Path) -> "Record":
         raise BadValueError(path, where, f"is not YAML: {error.problem}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not YAML: {error}") from error
-    return Record(path, "", content)
+
+
+def read_record(path: Path) -> "Record":
+    """Reads a YAML file whose top level is a mapping.
+
+    Raises:
+        BadValueError: The file cannot be read, is not YAML, names a key twice, or is not a mapping.
+    """
+    return Record(path, "", read_yaml(path))
 
 
 class Record:
@@ -50,7 +58,7 @@ class Record:
         self.path = path
         self.key = key
         if not isinstance(content, Mapping):
-            raise BadValueError(path, key, f"is {_show(content)}, must be a mapping of keys to values")
+            raise BadValueError(path, key, f"is {show_value(content)}, must be a mapping of keys to values")
         self._content: dict[Any, Any] = dict(content)
         self._unread = set(self._content)
 
@@ -75,7 +83,7 @@ class Record:
         values = self._take_list(name)
         for i, value in enumerate(values):
             if not isinstance(value, str) or not value.strip():
-                raise self.error(f"{name}[{i}]", f"is {_show(value)}, must be a non-empty text")
+                raise self.error(f"{name}[{i}]", f"is {show_value(value)}, must be a non-empty text")
         return tuple(values)
 
     def text(self, name: str) -> str:
@@ -86,7 +94,7 @@ class Record:
         """
         value = self._take(name)
         if not isinstance(value, str) or not value.strip():
-            raise self.error(name, f"is {_show(value)}, must be a non-empty text")
+            raise self.error(name, f"is {show_value(value)}, must be a non-empty text")
         return value
 
     def texts(self, name: str) -> list[str]:
@@ -98,7 +106,7 @@ class Record:
         values = self._take_list(name)
         for i, value in enumerate(values):
             if not isinstance(value, str) or not value.strip():
-                raise self.error(f"{name}[{i}]", f"is {_show(value)}, must be a non-empty text")
+                raise self.error(f"{name}[{i}]", f"is {show_value(value)}, must be a non-empty text")
         return [str(value) for value in values]
 
     def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
@@ -142,7 +150,7 @@ class Record:
         """
         for name in self._content:
             if not isinstance(name, str):
-                raise BadValueError(self.path, self.key, f"the key {_show(name)} must be a text")
+                raise BadValueError(self.path, self.key, f"the key {show_value(name)} must be a text")
         return {name: self.number(name, low=low, high=high) for name in self._content}
 
     def records(self, name: str) -> Iterator["Record"]:
@@ -164,7 +172,7 @@ class Record:
             raise BadValueError(self.path, self.key, "is empty, must hold at least one entry")
         for name in self._content:
             if not isinstance(name, str):
-                raise BadValueError(self.path, self.key, f"the key {_show(name)} must be a text")
+                raise BadValueError(self.path, self.key, f"the key {show_value(name)} must be a text")
             yield name, Record(self.path, self._key_of(name), self._take(name))
 
     def finish(self) -> None:
@@ -189,24 +197,24 @@ class Record:
     def _take_list(self, name: str) -> list[Any]:
         values = self._take(name)
         if not isinstance(values, list) or not values:
-            raise self.error(name, f"is {_show(values)}, must be a list with at least one entry")
+            raise self.error(name, f"is {show_value(values)}, must be a list with at least one entry")
         return values
 
     def _check_vector(self, name: str, values: Any, size: int, low: float, high: float) -> Array:
         if not isinstance(values, list) or len(values) != size:
-            raise self.error(name, f"is {_show(values)}, must be a list of {size} numbers")
+            raise self.error(name, f"is {show_value(values)}, must be a list of {size} numbers")
         return np.array([self._check_number(f"{name}[{i}]", value, low, high) for i, value in enumerate(values)])
 
     def _check_number(self, name: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(name, f"is {_show(value)}, must be a number")
+            raise self.error(name, f"is {show_value(value)}, must be a number")
         if not low <= value <= high:  # before float(), which a whole number of 400 digits would overflow
             bounds = f"must be from {low:g} to {high:g}" if math.isfinite(high) else f"must be at least {low:g}"
-            raise self.error(name, f"is {_show(value)}, {bounds if math.isfinite(low) else 'must be finite'}")
+            raise self.error(name, f"is {show_value(value)}, {bounds if math.isfinite(low) else 'must be finite'}")
         try:
             number = float(value)
         except OverflowError as error:
-            raise self.error(name, f"is {_show(value)}, must be finite") from error
+            raise self.error(name, f"is {show_value(value)}, must be finite") from error
         if not math.isfinite(number):
             raise self.error(name, f"is {number}, must be finite")
         return number
@@ -220,7 +228,7 @@ class _Loader(yaml.SafeLoader):
         for (key_node, _), key in zip(node.value, keys, strict=True):
             if keys.count(key) > 1:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f"the key {_show(key)} twice", key_node.start_mark
+                    None, None, f"the key {show_value(key)} twice", key_node.start_mark
                 )
         return super().construct_mapping(node, deep)
 
@@ -230,7 +238,7 @@ _Loader.add_implicit_resolver(
 )
 
 
-def _show(value: Any) -> str:
+def show_value(value: Any) -> str:
     """Describes a value in a few words, however long it is."""
     if value is None:
         return "empty"

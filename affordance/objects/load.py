@@ -1,17 +1,31 @@
 """Reading materials and tools from the YAML files of the models."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import Field, RootModel
 
-from affordance.files.yaml_reader import Record, read_record
-from affordance.objects.component_reader import SIZE_MAX, read_colour, read_components, read_pose
+from affordance.exceptions import BadValueError
+from affordance.files.data_model import DataModel, load_model
+from affordance.objects.component_reader import Part, read_components
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
-from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Grip, Material, Tool
+from affordance.objects.tool import Component, Grip, Material, Tool
+from affordance.objects.tool_entries import MaterialEntry, StrikeEntry, ToolEntry
 
 # Shorter vectors do not say a direction, [1].
 _MIN_LENGTH = 0.01
+
+
+class _MaterialsFile(RootModel[Annotated[dict[str, MaterialEntry], Field(min_length=1)]]):
+    """A materials file."""
+
+
+class _ToolsFile(DataModel):
+    """A tools file."""
+
+    tools: Annotated[list[ToolEntry], Field(min_length=1)]
 
 
 def load_materials(path: Path) -> dict[str, Material]:
@@ -20,22 +34,12 @@ def load_materials(path: Path) -> dict[str, Material]:
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    materials = {}
-    for name, record in read_record(path).named_records():
-        materials[name] = Material(
-            name=name,
-            colour=read_colour(record),
-            density=record.number("density", low=DENSITY_MIN, high=DENSITY_MAX),
-            density_sd=record.number("density_sd", low=0.0, high=DENSITY_MAX),
-            source=record.text("source"),
-        )
-        record.finish()
-    return materials
+    return {name: entry.build(name) for name, entry in load_model(path, _MaterialsFile).root.items()}
 
 
 def load_tools(
     path: Path,
-    materials: dict[str, Material],
+    materials: Mapping[str, Material],
     meshes: Path | None = None,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
@@ -50,54 +54,61 @@ def load_tools(
     Raises:
         BadValueError: The file or one of its values is wrong, or a mesh file is; the message says which and how.
     """
-    document = read_record(path)
-    tools: list[Tool] = []
-    for record in document.records("tools"):
-        name = record.text("name")
-        if name in (tool.name for tool in tools):
-            raise record.error("name", f"is {name!r}, which an earlier tool of the file is called already")
-        if not chosen(name):
+    folder = path.parent if meshes is None else meshes
+    return build_tools(path, "tools", load_model(path, _ToolsFile).tools, materials, folder, chosen)
+
+
+def build_tools(
+    path: Path,
+    key: str,
+    entries: Sequence[ToolEntry],
+    materials: Mapping[str, Material],
+    meshes: Path,
+    chosen: Callable[[str], bool] = lambda name: True,
+) -> tuple[Tool, ...]:
+    """Builds the tools that stand at a key of a file; see ``load_tools``.
+
+    Raises:
+        BadValueError: Two have one name, or one cannot be built; the message says which and how.
+    """
+    tools: dict[str, Tool] = {}
+    names: set[str] = set()
+    for index, entry in enumerate(entries):
+        place = f"{key}[{index}]"
+        if entry.name in names:
+            problem = f"is {entry.name!r}, which an earlier tool of the file is called already"
+            raise BadValueError(path, f"{place}.name", problem)
+        names.add(entry.name)
+        if not chosen(entry.name):
             continue
-        folder = path.parent if meshes is None else meshes
         components = tuple(
             component
-            for entry in record.records("components")
-            for component in read_components(entry, materials, folder)
+            for part, each in enumerate(entry.components)
+            for component in read_components(Part(path, f"{place}.components[{part}]", each, materials), meshes)
         )
-        if record.has("strikes"):
-            for face_name, face in record.record("strikes").named_records():
-                components = _add_strike(components, face_name, face)
-        grips: tuple[Grip, ...] = ()
-        if record.has("grips"):
-            grips = tuple(_read_grip(grip_name, grip) for grip_name, grip in record.record("grips").named_records())
-        record.finish()
-        tools.append(Tool(name, components, grips))
-    document.finish()
-    return tuple(tools)
+        for name, face in (entry.strikes or {}).items():
+            components = _add_strike(components, name, face, path, f"{place}.strikes.{name}")
+        grips = tuple(Grip(name, grip.build_pose()) for name, grip in (entry.grips or {}).items())
+        tools[entry.name] = Tool(entry.name, components, grips)
+    return tuple(tools.values())
 
 
-def _read_grip(name: str, record: Record) -> Grip:
-    grip = Grip(name, read_pose(record))
-    record.finish()
-    return grip
-
-
-def _add_strike(components: Sequence[Component], name: str, record: Record) -> tuple[Component, ...]:
-    """Reads a striking face, and gives it to the part that has it."""
-    point = record.vector("point", 3, low=-SIZE_MAX, high=SIZE_MAX)
-    normal = record.vector("normal", 3, low=-1.0, high=1.0)
+def _add_strike(
+    components: Sequence[Component], name: str, entry: StrikeEntry, path: Path, key: str
+) -> tuple[Component, ...]:
+    """Gives a striking face to the part that has it."""
+    point, normal = np.array(entry.point), np.array(entry.normal)
     length = float(np.linalg.norm(normal))
     if length < _MIN_LENGTH:
-        raise record.error("normal", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
-    record.finish()
+        raise BadValueError(path, f"{key}.normal", f"has a length of {length:g}, must be at least {_MIN_LENGTH:g}")
     normal /= length
     number, gap = find_struck_part([(part.shape, part.X_TE) for part in components], point, normal)
     if gap > PLANE_TOLERANCE:
-        problem = f"is {1e3 * gap:.3g} mm from where any part ends along the normal"
-        raise record.error(
-            "point",
-            f"{problem}, must be at most {1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on its part's hull",
+        problem = (
+            f"is {1e3 * gap:.3g} mm from where any part ends along the normal, must be at most "
+            f"{1e3 * PLANE_TOLERANCE:g} mm: a face that strikes lies on its part's hull"
         )
+        raise BadValueError(path, f"{key}.point", problem)
     part = components[number]
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     face = StrikingFace(name, R_TE.T @ (point - p_TE), R_TE.T @ normal)

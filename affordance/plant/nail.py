@@ -5,16 +5,17 @@ The nail slides along its own axis in a block that stands still. Its resistance 
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, SpatialInertia
 
 from affordance.arrays import Array
-from affordance.files.yaml_reader import Record
+from affordance.files.data_model import DataModel, Within
 from affordance.plant.contact_face import ContactFace
 
 # Load that withdraws a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
@@ -144,23 +145,31 @@ class NailPlacement(NamedTuple):
         return (self.nail, self.p_WNo.tobytes(), self.direction_W.tobytes(), *face)
 
 
-def read_nail(record: Record) -> Nail:
-    """Takes a nail out of a record of a file.
+class NailEntry(DataModel):
+    """A nail as a file has it."""
 
-    Raises:
-        BadValueError: One of its values is wrong; the message says which and how.
-    """
-    length = record.number("length", low=5e-3, high=0.3)
-    depth_set = record.number("depth_set", low=1e-4, high=length)
-    return Nail(
-        diameter=record.number("diameter", low=5e-4, high=0.02),
-        length=length,
-        density=record.number("density", low=500.0, high=25_000.0),
-        head_radius=record.number("head_radius", low=5e-4, high=0.05),
-        wood_specific_gravity=record.number("wood_specific_gravity", low=0.1, high=1.3),
-        depth_set=depth_set,
-        depth_demanded=record.number("depth_demanded", low=depth_set, high=length),
-    )
+    diameter: Annotated[float, Within(5e-4, 0.02), Field(description="[m]")]
+    length: Annotated[float, Within(5e-3, 0.3), Field(description="[m]")]
+    density: Annotated[float, Within(500.0, 25_000.0), Field(description="[kg/m^3]")]
+    head_radius: Annotated[float, Within(5e-4, 0.05), Field(description="Of its round head, [m].")]
+    wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Of the wood.")]
+    depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it stands before the blow, [m].")]
+    depth_demanded: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it is to stand after it, [m].")]
+
+    @model_validator(mode="after")
+    def check_depths(self) -> Self:
+        """Refuses a nail that stands deeper than it is long, or is to come out.
+
+        Raises:
+            PydanticCustomError: It does, or is.
+        """
+        Within(1e-4, self.length).check(self.depth_set, "depth_set")
+        Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
+        return self
+
+    def build(self) -> Nail:
+        """Builds the nail."""
+        return Nail(**{name: getattr(self, name) for name in NailEntry.model_fields})
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:

@@ -5,17 +5,18 @@ sample that does not arrive is NaN at every joint. The heavier arm is the one th
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import Field, RootModel
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.yaml_reader import Record, read_record
+from affordance.files.data_model import DataModel, Text, Whole, Within, load_model
 from affordance.plant.arm import Arm
 
 # Bounds of what a file may ask for; beyond them an arm is no longer the arm, or a slip of units was made.
@@ -102,6 +103,24 @@ class Faults:
 NO_FAULTS = Faults()
 
 
+class _FaultsEntry(DataModel):
+    """Faults as a file has them; what is left out is as it should be."""
+
+    nan_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
+    drop_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
+    spike_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
+    spike_height: Annotated[float, Within(0.0, _TORQUE_MAX)] = 0.0
+    stuck_joint: Annotated[str, Text()] | None = None
+    stuck_torque: Annotated[float, Within(-_TORQUE_MAX, _TORQUE_MAX)] = 0.0
+    bias_sd: Annotated[float, Within(-_BIAS_MAX, _BIAS_MAX)] = 0.0
+    delay_samples: Annotated[int, Whole(0, _DELAY_MAX)] = 0
+    arm_mass_factor: Annotated[float, Within(*_MASS_FACTORS)] = 1.0
+
+
+class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1)]]):
+    """A file of named faults."""
+
+
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
     """Reads named faults from a file, all of which is checked, and puts those asked for together.
 
@@ -113,7 +132,11 @@ def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) ->
     Raises:
         BadValueError: The file or one of its values is wrong, a name is not in it, or two faults set one field.
     """
-    known = {name: _read_faults(record, joint_names) for name, record in read_record(path).named_records()}
+    known = {}
+    for name, entry in load_model(path, FaultsFile).root.items():
+        if entry.stuck_joint is not None and entry.stuck_joint not in joint_names:
+            raise BadValueError(path, f"{name}.stuck_joint", describe_choice(entry.stuck_joint, joint_names))
+        known[name] = Faults(**entry.model_dump(exclude_unset=True))
     together: dict[str, Any] = {}
     for name in dict.fromkeys(names):
         if name not in known:
@@ -126,31 +149,3 @@ def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) ->
                 raise BadValueError("--fault", "", f"{name!r} sets {field.name}, which another fault sets already")
             together[field.name] = value
     return Faults(**together)
-
-
-def _read_faults(record: Record, joint_names: Sequence[str]) -> Faults:
-    bounds = {
-        "nan_probability": (0.0, 1.0),
-        "drop_probability": (0.0, 1.0),
-        "spike_probability": (0.0, 1.0),
-        "spike_height": (0.0, _TORQUE_MAX),
-        "stuck_torque": (-_TORQUE_MAX, _TORQUE_MAX),
-        "bias_sd": (-_BIAS_MAX, _BIAS_MAX),
-        "arm_mass_factor": _MASS_FACTORS,
-    }
-    numbers = {
-        name: record.number(name, low=low, high=high) for name, (low, high) in bounds.items() if record.has(name)
-    }
-    faults = Faults(**cast(dict[str, Any], numbers))
-    if record.has("delay_samples"):
-        delay = record.number("delay_samples", low=0, high=_DELAY_MAX)
-        if not delay.is_integer():
-            raise record.error("delay_samples", f"is {delay:g}, must be a whole number")
-        faults = replace(faults, delay_samples=int(delay))
-    if record.has("stuck_joint"):
-        joint = record.text("stuck_joint")
-        if joint not in joint_names:
-            raise record.error("stuck_joint", describe_choice(joint, joint_names))
-        faults = replace(faults, stuck_joint=joint)
-    record.finish()
-    return faults

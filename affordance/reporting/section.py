@@ -18,6 +18,8 @@ from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
 
 _METRES_TO_CM = 100.0
+# Place of a section that names none.
+_LAST = 100
 
 
 class ReportFigure(NamedTuple):
@@ -110,7 +112,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(
-        order=content["order"],
+        order=content.get("order", _LAST),
         title=fill(content["title"]),
         summary=fill(content["summary"]),
         figures=[figure for figure in figures if figure.caption],
@@ -126,7 +128,8 @@ def _fill_criterion(criterion: Criterion, fill: Any) -> Criterion:
 
 def _read(path: Path) -> dict[str, Any]:
     content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-    return content
+    report: dict[str, Any] = content.get("report", content)  # a section file, or the report of a protocol
+    return report
 
 
 def _read_claim(entry: Mapping[str, Any]) -> Claim:

@@ -42,6 +42,8 @@ _DAMAGE = (
 _PACKAGE = Path(__file__).parents[1]
 # Folders of the package that decide no number of a repeat: they say and draw what was found.
 _DECIDE_NOTHING = {"commands", "reporting"}
+# Folders of the models that do not either: what of a protocol decides stands in the configuration.
+_MODELS_DECIDE_NOTHING = {"protocols", "people"}
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
@@ -91,7 +93,13 @@ def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    models = [path for path in model_folder.rglob("*") if path.is_file() and path.suffix != ".md"]  # meshes too
+    models = [
+        path
+        for path in model_folder.rglob("*")  # meshes too
+        if path.is_file()
+        and path.suffix != ".md"
+        and path.relative_to(model_folder).parts[0] not in _MODELS_DECIDE_NOTHING
+    ]
     sources = [
         (
             program,

@@ -15,6 +15,8 @@ from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
 from affordance.proprioception.systems import SampleCounts
 from affordance.settings import Settings
@@ -78,6 +80,11 @@ class TrialRunner:
         """Takes what all trials share."""
         self.settings = settings
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
+
+    @functools.cached_property
+    def gravity(self) -> float:
+        """Acceleration of gravity that the arm is in, [m/s^2]."""
+        return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
 
     def get_diagram(
         self,

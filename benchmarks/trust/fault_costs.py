@@ -18,16 +18,17 @@ from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
-from affordance.experiments import reach
+from affordance.experiments.protocol_runs import load_choice_experiment
+from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.correct_grip import find_cheaper_grip
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import run_trials
+from affordance.files.data_model import load_model
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_record
 from affordance.objects.tool import list_densities
 from affordance.plant.arm import load_arm
-from affordance.proprioception.faults import Faults, load_faults
+from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 
@@ -106,7 +107,8 @@ def compute_cost(
 
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
     """Runs every fault; returns rows of a table, and what each costs by name."""
-    experiment = reach.load()
+    experiment = load_choice_experiment("reach")
+    assert isinstance(experiment, ReachExperiment)
     first, config = experiment.novel[0], experiment.experience
     plan = experiment.plan(jobs)
     choice, simulated = plan.choices[first.name], plan.simulated[first.name]
@@ -123,7 +125,7 @@ def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple
         costs[name] = compute_cost(faulty, choice, correct, arrays)
 
     run(NO_FAULT, config.settings.faults)
-    for name, _ in read_record(path).named_records():
+    for name in load_model(path, FaultsFile).root:
         faults = load_faults(path, [name], joint_names)
         run(name, faults)
         if costs[name]["trials_outlier"] > 0.0:

@@ -13,7 +13,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import rank_options
-from affordance.experiments import reach, weight
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Material, Tool
 from affordance.plant.arm import load_arm
@@ -49,7 +49,7 @@ def build_bar(num_components: int, num_materials: int) -> Tool:
 
 def time_materials() -> list[float]:
     """Seconds of Bayes' rule for objects of several materials, felt at rest."""
-    settings = weight.load().settings
+    settings = load_hold_experiment("weight").settings
     hold = StaticHold(load_arm(settings.arm))
     calls: dict[str, Callable[[], object]] = {}
     for number in MATERIALS:
@@ -64,7 +64,7 @@ def time_materials() -> list[float]:
 
 def time_components() -> list[float]:
     """Seconds of a hold with objects of several components."""
-    runner = TrialRunner(weight.load().settings)
+    runner = TrialRunner(load_hold_experiment("weight").settings)
     calls: dict[str, Callable[[], object]] = {
         str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
         for number in COMPONENTS
@@ -74,7 +74,7 @@ def time_components() -> list[float]:
 
 def time_samples() -> list[float]:
     """Seconds of ranking the grips of the novel object by several samples of the prior, without the planning."""
-    experiment = reach.load()
+    experiment = load_choice_experiment("reach")
     choice = plan_choice(list_options(experiment.novel[0]), experiment.task, experiment.settings)
     calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
     return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
@@ -86,7 +86,7 @@ def _rank(choice: Choice, num_samples: int) -> None:
 
 def time_repeats(repeats: int, jobs: int) -> float:
     """Seconds of repeats of experiment ``weight``; its processes and Diagrams are there already."""
-    run = partial(weight.load().run_observer, None, None)
+    run = partial(load_hold_experiment("weight").run_observer, None, None)
     with tempfile.TemporaryDirectory() as folder:
         run_repeats(Path(folder) / "first", run, repeats=2 * jobs, jobs=jobs, description="warm-up")
         begun = time.perf_counter()

@@ -9,7 +9,7 @@ import psutil
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.weight import load
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
@@ -27,7 +27,7 @@ class Soak(NamedTuple):
 
 def soak(*, trials: int = NUM_TRIALS) -> Soak:
     """Runs trials, each with another object and seed, by turns."""
-    experiment = load()
+    experiment = load_hold_experiment("weight")
     runner, process = TrialRunner(experiment.settings), psutil.Process()
     per_block = trials // NUM_BLOCKS
     memory, seconds = [], []

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from affordance.choice.motion_cost import Costs
-from affordance.experiments import reach
+from affordance.experiments.protocol_runs import load_choice_experiment
 from benchmarks.inner_vs_full import BOUND, Comparison, compare, draw_crooked, draw_densities
 
 
 @pytest.fixture(scope="module")
 def experiment():
-    return reach.load()
+    return load_choice_experiment("reach")
 
 
 def test_crooked_tools_are_one_piece_and_held_along_the_part_in_the_hand(experiment):
@@ -48,8 +48,10 @@ def test_what_differs_is_counted():
     nothing = np.zeros((2, 3))
     inner = Costs(np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]), nothing, np.ones((2, 3), dtype=bool))
     full = inner._replace(
-        work=np.array([[1.1, 3.0, 1.0], [2.0, 2.0, 9.0]]), feasible=np.array([[1, 1, 0], [1, 1, 1]], dtype=bool)
+        work=np.array([[1.1, 3.0, np.inf], [2.0, 2.0, 9.0]]), feasible=np.array([[1, 1, 0], [1, 1, 1]], dtype=bool)
     )
     compared = Comparison(inner, full)
     assert compared.num_same == 1
+    # The second is chosen wrongly and costs half as much again; of the third the first grip cannot be had.
+    np.testing.assert_allclose(compared.losses, [0.0, 0.5, np.inf])
     np.testing.assert_allclose(np.sort(compared.differences), [0.0, 0.0, 0.1, 2.0, 3.5])

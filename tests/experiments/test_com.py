@@ -12,11 +12,10 @@ from helpers.shared import make_folder_once
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experiments import com
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
-from affordance.experiments.shared.experience import Experience, draw_order
+from affordance.experiments.shared.experience import draw_order
 from affordance.experiments.shared.gain_experience import collect_experience, gain_experience
-from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.proprioception.faults import Faults
@@ -39,7 +38,9 @@ SHAPES = {
 
 @pytest.fixture(scope="module")
 def experiment():
-    return com.load()
+    return load_hold_experiment(
+        "com",
+    )
 
 
 @pytest.fixture(scope="module")
@@ -83,9 +84,8 @@ def test_decoy_is_what_is_least_probable_in_the_test_pass(folder):
 
 
 def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, caplog):
-    short = dataclasses.replace(experiment.experience, duration=0.3, num_trials=2)
     faults = dataclasses.replace(experiment.settings, faults=Faults(drop_probability=1.0))
-    faulty = dataclasses.replace(experiment, experience=short).with_settings(faults)
+    faulty = experiment.with_duration(0.3, repetitions=1).with_settings(faults)
     run_experiment(faulty, None, tmp_path / "com", repeats=1, jobs=1)
     numbers = json.loads((tmp_path / "com" / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["samples_rejected_test"] == [3, 3, 3]
@@ -178,7 +178,7 @@ def test_objects_that_do_not_make_the_experiment_are_refused(tmp_path, old, new,
     assert old in path.read_text(encoding="utf-8")
     path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
-        com.load(tmp_path / "models")
+        load_hold_experiment("com", tmp_path / "models")
 
 
 def test_two_objects_are_refused(tmp_path):
@@ -186,17 +186,18 @@ def test_two_objects_are_refused(tmp_path):
     path = tmp_path / "models" / "tools" / "com.yaml"
     path.write_text(path.read_text(encoding="utf-8")[: path.read_text(encoding="utf-8").index("  - name: decoy")])
     with pytest.raises(BadValueError, match=r"has 2 entries, must have 3: two objects and the decoy"):
-        com.load(tmp_path / "models")
+        load_hold_experiment("com", tmp_path / "models")
 
 
 def test_nothing_is_learned_in_the_test_pass(experiment):
     """Who is unsure would learn a lot; the objects move alike in whichever order they are held."""
-    held = dataclasses.replace(experiment.experience, duration=0.3)
-    turned = dataclasses.replace(held, tools=held.tools[::-1])
+    held = experiment.with_duration(0.3)
+    first, second, decoy = held.tools
+    turned = held.with_tools((second, first, decoy), held.objects.groups)
     unsure = DensityBelief.from_moments(np.array([3e3, 3e3]), 2e3**2 * np.eye(2))
     memory = MaterialMemory(held.colours, unsure)
-    first, second, decoy = dataclasses.replace(experiment, experience=held).run_test_pass(memory, 0)
-    others = dataclasses.replace(experiment, experience=turned).run_test_pass(memory, 0)
+    first, second, decoy = held.run_test_pass(memory, 0)
+    others = turned.run_test_pass(memory, 0)
     for record, other in zip((second, first, decoy), others, strict=True):
         np.testing.assert_array_equal(record.q, other.q)
         np.testing.assert_array_equal(record.tau, other.tau)
@@ -216,8 +217,12 @@ def test_numbers_are_those_of_made_up_arrays(experiment):
     # Heights at four times, of which the third is the farthest.
     course = np.array([0.0, 0.5, 1.0, -0.25])
     peaks = np.array([[0.01, 0.02, 0.10], [-0.02, 0.02, 0.11], [0.04, -0.01, 0.12]])
+    rho = np.array([[700, 7000], [900, 8000], [1700, 7900]])
     arrays = {
+        "presented": np.array([[0, 1, 2]] * 3),
+        "densities": np.repeat(rho[:, None], 3, axis=1),
         "parameters_predicted": predicted,
+        "parameters_true": np.array([[tool.parameters for tool in experiment.tools]] * 3),
         "height_centre": peaks[..., None] * course,
         "height_grip": 2.0 * peaks[..., None] * course,
         "height_com": -3.0 * peaks[..., None] * course,
@@ -226,11 +231,7 @@ def test_numbers_are_those_of_made_up_arrays(experiment):
         "rejected": np.array([[0, 1, 2], [0, 2, 0], [0, 0, 4]]),
         "p_value": np.array([[0.9, 1e-9, 0.0], [0.5, 0.1, 1e-20], [0.2, 0.3, 1e-12]]),
     }
-    # Before and after one trial, known to 1 kg/m^3.
-    rho = np.array([[[1e3, 1e3], [700, 7000]], [[1e3, 1e3], [900, 8000]], [[1e3, 1e3], [1700, 7900]]])
-    precision, order = np.broadcast_to(np.eye(2), (3, 2, 2, 2)), np.zeros((3, 1), dtype=np.intp)
-    experience = Experience(experiment.experience.colours, precision, rho, order)
-    numbers = experiment.compute_metrics(None, experience, arrays)
+    numbers = experiment.compute_metrics(None, None, arrays)
     assert numbers["mass_error"] == pytest.approx(0.035, rel=1e-12)
     assert numbers["com_error_m"] == pytest.approx(13.5e-3, rel=1e-12)
     assert numbers["inertia_error"] == pytest.approx(0.235, rel=1e-12)
@@ -248,8 +249,6 @@ def test_numbers_are_those_of_made_up_arrays(experiment):
     assert numbers["samples_rejected_test"].tolist() == [0, 3, 6]
     assert numbers["trials_outlier_test"].tolist() == [0, 1, 3]
     np.testing.assert_allclose(numbers["p_value_test"], [0.5, 0.1, 1e-20])
-    # Those of learning, of which nothing was counted here.
-    assert experience.count_events() == {"samples_rejected": 0, "trials_outlier": 0}
     assert numbers["density_median"] == pytest.approx({"beech": 900.0, "steel": 7900.0}, rel=1e-9)
 
 
@@ -275,9 +274,9 @@ def paint_beech(tmp_path, colour):
 def test_looks_up_to_five_steps_of_255_apart_in_every_channel_are_refused(tmp_path, colour):
     message = r"com.yaml: tools: show beech and steel, whose colours must differ by more than 0.02"
     with pytest.raises(BadValueError, match=message):
-        load_learning_objects(paint_beech(tmp_path, colour))
+        load_hold_experiment("com", paint_beech(tmp_path, colour))
 
 
 @pytest.mark.parametrize("colour", ["#838a99", "#7d8499", "#7d8a9f"])
 def test_looks_six_steps_apart_in_one_channel_are_told_apart(tmp_path, colour):
-    assert len(load_learning_objects(paint_beech(tmp_path, colour))) == 3
+    assert len(load_hold_experiment("com", paint_beech(tmp_path, colour)).tools) == 3

@@ -1,6 +1,5 @@
 import argparse
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -9,8 +8,8 @@ from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learners import Learner
 from affordance.commands import study_learners
 from affordance.exceptions import BadValueError
-from affordance.experiments.com import load as load_com
 from affordance.experiments.learners import decoy_again, honest_objects, results
+from affordance.experiments.protocol_runs import load_hold_experiment
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +22,8 @@ def observed(weight):
 
 
 def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight, observed):
-    records, memories = weight.run_trials(1)
+    done, memories = weight.run_presentations(None, 1, Learner.DENSITY)
+    records = [each.record for each in done]
     ours, again = observed[Learner.DENSITY]
     for one, other in zip(records, again, strict=False):
         np.testing.assert_array_equal(one.q, other.q)
@@ -75,8 +75,8 @@ def test_what_is_remembered_can_be_read(observed):
 
 def test_honest_objects_teach_what_they_teach_with_one_density(weight):
     """Simulations II to IV, one observer: densities, and how often the right grip is chosen."""
-    com = load_com(weight.settings.arm.parent, 0)
-    com = replace(com, experience=replace(com.experience, duration=0.5, num_trials=4))
+    com = load_hold_experiment("com")
+    com = com.with_duration(0.5, repetitions=2)
     found = {}
     for learner in (Learner.DENSITY, Learner.KINDS_MAP):
         config = honest_objects.HonestConfig(com, weight.settings.arm.parent, learner)
@@ -119,7 +119,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
         return {learner.value: honest_objects.compute_metrics(arrays) for learner in Learner}
 
     monkeypatch.setattr(honest_objects, "run", pretend)
-    monkeypatch.setattr(study_learners, "load_weight", lambda models, seed: replace(weight, duration=0.5))
+    monkeypatch.setattr(study_learners, "load_hold_experiment", lambda name, models, seed: weight.with_duration(0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
     study_learners.add_arguments(parser)
@@ -131,8 +131,9 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     assert last < one < 6500.0
     for figure in ("decoy_again", "memory"):
         assert (tmp_path / "learners" / f"{figure}.png").stat().st_size > 10_000
-    claims = results.describe(numbers, 2)["claims"]
-    assert [claim["met"] for claim in claims if "brass" in claim["text"]][:2] == [False, True]
+    claims = results.describe(numbers, 2).claims
+    assert [claim.met for claim in claims if "brass" in claim.text][:2] == [False, True]
+    assert "kinds" in (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = capsys.readouterr().out
     assert "kinds_map: brass" in printed
     assert "needless kinds in 50.0 % of first lifts" in printed

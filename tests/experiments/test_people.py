@@ -13,12 +13,11 @@ from affordance.experiments.people.fraction import Fraction, estimate_people_fra
 from affordance.experiments.people.lift_experiment import LiftedObjects, Observers, simulate_observers
 from affordance.experiments.people.linear_plus import (
     GROUPS,
-    NUM_TRAINING_CYCLES,
     build_experiment,
-    draw_lifts,
     list_test_cycles,
 )
-from affordance.experiments.people.published import load_published
+from affordance.protocols.protocol import load_protocol
+from affordance.protocols.published import load_published
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation import clamp_trial
 
@@ -35,7 +34,7 @@ def run_command(command, *options):
 def exert(group, factor):
     """What one does who goes by the family for the training objects, and by a share of its excess for the test."""
     experiment = build_experiment(group)
-    tools = np.array([lift.tool for lift in draw_lifts(np.random.default_rng(0))])
+    tools = np.array([lift.tool for lift in experiment.draw_lifts(np.random.default_rng(0))])
     weight = 9.81 * np.array([tool.mass for tool in experiment.tools])[tools]
     force = weight.copy()
     force[tools == TEST] = 9.81 * (0.9 + factor * (group.test_mass - 0.9))
@@ -53,9 +52,9 @@ def test_objects_are_those_that_people_lifted():
 
 
 def test_lifts_come_in_cycles_later_with_the_test_object_first():
-    tools = [lift.tool for lift in draw_lifts(np.random.default_rng(3))]
+    tools = [lift.tool for lift in build_experiment(GROUPS[0]).draw_lifts(np.random.default_rng(3))]
     assert len(tools) == 320
-    training, later = tools[: 4 * NUM_TRAINING_CYCLES], tools[4 * NUM_TRAINING_CYCLES :]
+    training, later = tools[: 4 * 30], tools[4 * 30 :]
     assert all(sorted(training[k : k + 4]) == [0, 1, 2, 3] for k in range(0, 120, 4))
     assert all(later[k] == TEST and sorted(later[k : k + 5]) == [0, 1, 2, 3, TEST] for k in range(0, 200, 5))
     assert training[:4] != training[4:8] or training[4:8] != training[8:12]
@@ -180,8 +179,14 @@ def test_needless_kinds_are_those_founded_by_honest_objects_at_first_sight():
 @pytest.fixture
 def shorter(monkeypatch):
     """A third of the lifts."""
-    monkeypatch.setattr(linear_plus, "NUM_TRAINING_CYCLES", 5)
-    monkeypatch.setattr(linear_plus, "NUM_TEST_CYCLES", 16)
+
+    def load(path):
+        protocol = load_protocol(path)
+        counts = zip(protocol.blocks, (5, 16), strict=True)
+        blocks = [block.model_copy(update={"repetitions": count}) for block, count in counts]
+        return protocol.model_copy(update={"blocks": blocks})
+
+    monkeypatch.setattr(linear_plus, "load_protocol", load)
 
 
 def test_metrics_have_exactly_the_keys_that_are_asked_for(tmp_path, capsys, monkeypatch, shorter):
@@ -202,10 +207,10 @@ def test_metrics_have_exactly_the_keys_that_are_asked_for(tmp_path, capsys, monk
         for suffix in ("png", "svg"):
             assert (tmp_path / group.name / f"test_object.{suffix}").stat().st_size > 10_000
         section = results.describe(group, numbers, 2)
-        assert {"text", "criterion", "bound", "value", "met"} == set(section["claims"][0])
-        for claim in section["claims"]:
-            low, high = claim["bound"]
-            assert claim["met"] == (low <= claim["value"] <= high)
+        for claim in section.claims:
+            (found,) = claim.criteria
+            low, high = (float(end) for end in found.bound.split(" to "))
+            assert claim.met == (low <= float(found.value) <= high)
     assert "Linear++, 2 observers" in capsys.readouterr().out
 
 
@@ -280,7 +285,9 @@ def test_predictions_say_which_measure_tells_learners_apart(few):
     }
     contrasts = prediction.contrast_learners(predictions, dict.fromkeys(predictions, 0.5))
     assert [abs(c.effect) for c in contrasts] == sorted((abs(c.effect) for c in contrasts), reverse=True)
-    text = prediction.format_predictions(experiment, predictions, contrasts)
+    text = prediction.format_predictions(
+        {name: measure.meaning for name, measure in experiment.measures.items()}, predictions, contrasts
+    )
     assert "density and kinds_map are told apart best by" in text
     assert text.count("nine in ten") == len(Learner) * len(experiment.measures)
 
@@ -303,5 +310,5 @@ def test_learners_that_do_the_same_are_not_told_apart():
     (contrast,) = prediction.contrast_learners({"first_N": same})
     assert contrast.superiority == 0.5
     assert math.isinf(contrast.num_people)
-    text = prediction.format_predictions(build_experiment(GROUPS[0]), {"first_N": same}, [contrast])
+    text = prediction.format_predictions({}, {"first_N": same}, [contrast])
     assert "density and kinds_map are not told apart by any of these" in text

@@ -12,7 +12,7 @@ from helpers.shared import compute_once, make_folder_once
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import ControlCounts
 from affordance.exceptions import BadValueError
-from affordance.experiments import com, reach
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.decisions import choose_by_sample
 from affordance.experiments.shared.gain_experience import collect_experience
@@ -35,7 +35,7 @@ TOOLS = ["stick", "hammer", "uneven stick", "crooked stick", "three-part stick"]
 
 @pytest.fixture(scope="module")
 def experiment():
-    return reach.load()
+    return load_choice_experiment("reach")
 
 
 @pytest.fixture(scope="module")
@@ -118,7 +118,7 @@ def test_few_observers_are_named_as_few(experiment, plan, numbers):
 
 def test_experience_of_one_experiment_serves_the_other(experiment, plan, tmp_path):
     """What was learned in com is what is chosen by in reach: the memories are found, not made anew."""
-    gained = collect_experience(com.load().experience, tmp_path, repeats=2, jobs=1)
+    gained = collect_experience(load_hold_experiment("com").experience, tmp_path, repeats=2, jobs=1)
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))
     found = collect_experience(experiment.experience, tmp_path, repeats=2, jobs=1)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before
@@ -170,7 +170,7 @@ def test_objects_and_paths_that_do_not_make_the_experiment_are_refused(tmp_path,
     assert old in path.read_text(encoding="utf-8")
     path.write_text(path.read_text(encoding="utf-8").replace(old, new, 1), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
-        reach.load(tmp_path / "models")
+        load_choice_experiment("reach", tmp_path / "models")
 
 
 def write_models(tmp_path, file, old, new):
@@ -183,15 +183,16 @@ def write_models(tmp_path, file, old, new):
 
 def plan_stick(models):
     """Plans for the first tool alone, which is enough to find out that something cannot be done."""
-    experiment = reach.load(models)
+    experiment = load_choice_experiment("reach", models)
     return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
 
 
 def test_tools_may_have_grips_of_different_names(tmp_path):
-    novel = reach.load(
+    novel = load_choice_experiment(
+        "reach",
         write_models(
             tmp_path, "tools/novel.yaml", "      wood: {position: [0, 0, 0]}", "      oak: {position: [0, 0, 0]}"
-        )
+        ),
     ).novel
     assert [grip.name for grip in novel[0].grips] == ["oak", "steel"]
 

@@ -10,11 +10,15 @@ import pytest
 import yaml
 
 import affordance
+from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
 from benchmarks.trust.section import SECTION as TRUST
 
-SECTIONS = {path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), TRUST)}
+PROTOCOLS = [MODELS / "protocols" / f"{name}.yaml" for name in ("weight", "com", "reach", "hammer")]
+SECTIONS = {
+    path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), *PROTOCOLS, TRUST)
+}
 FOLDER = Path(__file__).parent / "counterexamples"
 EXAMPLES = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in FOLDER.glob("*.yaml")}
 CLAIMS = {(name, claim.key): claim for name, path in SECTIONS.items() for claim in load_claims(path)}
@@ -52,8 +56,13 @@ def test_every_section_file_and_every_claim_has_numbers_that_contradict_it():
     assert len(CLAIMS) > 20
 
 
+def read_order(path):
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return content.get("report", content)["order"]
+
+
 def test_sections_come_in_an_order_of_their_own():
-    orders = [yaml.safe_load(path.read_text(encoding="utf-8"))["order"] for path in SECTIONS.values()]
+    orders = [read_order(path) for path in SECTIONS.values()]
     assert len(set(orders)) == len(orders)
 
 

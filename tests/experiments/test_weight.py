@@ -14,8 +14,9 @@ import xarray
 from helpers.results_files import DOCS, check_results, read_section, render
 from helpers.shared import make_folder_once
 
+from affordance.belief.learners import Learner
 from affordance.exceptions import BadValueError, ModelFileError
-from affordance.experiments import weight as weight_module
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.files.model_folder import MODELS
@@ -43,7 +44,7 @@ SHAPES = {
 
 @pytest.fixture(scope="module")
 def short(weight):
-    return dataclasses.replace(weight, duration=0.1)
+    return weight.with_duration(0.1)
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +118,7 @@ def test_motions_of_each_trial_are_those_of_its_own_heights(weight, folder, chai
 
 def test_section_says_met_or_not_of_every_claim(folder, numbers):
     section = read_section(folder)
-    assert set(section.claims) == {claim.key for claim in load_claims(weight_module.Weight.section)}
+    assert set(section.claims) == {claim.key for claim in load_claims(MODELS / "protocols" / "weight.yaml")}
     for claim in section.claims.values():
         assert isinstance(claim.met, bool)
         for criterion in claim.criteria:
@@ -142,7 +143,7 @@ def test_what_happens_within_a_trial_is_written(folder):
 def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):
     section = render(weight, None, numbers)
     assert "looks like the last one and is made of beech" in section.summary
-    shuffled = dataclasses.replace(weight, tools=(*weight.tools[3::-1], weight.tools[-1]))
+    shuffled = weight.with_tools((*weight.tools[3::-1], weight.tools[-1]), weight.objects.groups)
     assert "looks like brass and is made of beech" in render(shuffled, None, numbers).summary
 
 
@@ -171,7 +172,11 @@ def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):
     assert alone.keys() == parallel.keys()
     for name in alone:
         np.testing.assert_array_equal(alone[name], parallel[name])
-        assert name == "times" or (alone[name][0] != alone[name][1]).any() or not alone[name].any()
+        assert (
+            name in ("times", "weight", "presented", "densities")
+            or (alone[name][0] != alone[name][1]).any()
+            or not alone[name].any()
+        )
 
 
 def test_seed_decides_the_numbers(short):
@@ -179,11 +184,11 @@ def test_seed_decides_the_numbers(short):
     other = dataclasses.replace(short, seed=1).run_observer(None, None, 0)
     for name in first:
         np.testing.assert_array_equal(first[name], again[name])
-    assert (first["density_quartiles"][1:] != other["density_quartiles"][1:]).all()
+    assert (first["density_quantiles"][1:] != other["density_quantiles"][1:]).all()
 
 
 def test_experience_is_carried_from_trial_to_trial(weight):
-    records, memories = dataclasses.replace(weight, duration=0.5).run_trials(0)
+    records, memories = weight.with_duration(0.5).run_presentations(None, 0, Learner.DENSITY)
     assert len(records) == 5
     sds = [np.sqrt(memory.belief.covariance[0, 0]) for memory in memories]
     assert all(later < earlier for earlier, later in itertools.pairwise(sds))
@@ -200,7 +205,7 @@ def write_models(tmp_path, old, new):
 def test_objects_of_several_looks_are_refused(tmp_path):
     models = write_models(tmp_path, "material: beech, looks_like: brass", "material: beech")
     with pytest.raises(BadValueError, match=r"weight.yaml: tools: look like beech, brass, must all look like one"):
-        weight_module.load(models)
+        load_hold_experiment("weight", models)
 
 
 def test_honest_objects_of_another_material_are_refused(tmp_path):
@@ -210,7 +215,7 @@ def test_honest_objects_of_another_material_are_refused(tmp_path):
         "[0.050, 0.015, 0.015], position: [0.050, 0, 0], material: steel, looks_like: brass",
     )
     with pytest.raises(BadValueError, match=r"before the decoy are made of brass, steel, must be of the one"):
-        weight_module.load(models)
+        load_hold_experiment("weight", models)
 
 
 @pytest.mark.parametrize("density", [8500.0, 11340.0])
@@ -221,7 +226,7 @@ def test_decoy_that_is_not_lighter_than_it_looks_is_refused(tmp_path, density):
     materials.write_text(materials.read_text(encoding="utf-8") + entry)
     message = rf"weight.yaml: tools: decoy: has a density of {density:g} kg/m\^3, must be less than the 8500 of brass"
     with pytest.raises(BadValueError, match=message):
-        weight_module.load(models)
+        load_hold_experiment("weight", models)
 
 
 def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
@@ -229,7 +234,7 @@ def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
     # 16.0 kg 0.315 m from the wrist, and the hand's 0.438 kg at 0.095 m: 49.9 N m.
     message = r"tools: rod_25cm: weighs 16 kg and loads wrist_flexion with 49.9 N m .* must be at most 7.1 N m"
     with pytest.raises(BadValueError, match=message):
-        weight_module.load(models)
+        load_hold_experiment("weight", models)
 
 
 def test_mesh_that_is_missing_is_refused(tmp_path):
@@ -240,14 +245,16 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
     end = text.index("</ellipsoid>") + len("</ellipsoid>")
     arm.write_text(text[:start] + "<mesh><uri>package://models/none.obj</uri></mesh>" + text[end:], encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: .*none.obj") as error:
-        weight_module.load(models, settings=Settings(arm=models / "arm.dmd.yaml"))
+        load_hold_experiment("weight", models, settings=Settings(arm=models / "arm.dmd.yaml"))
     assert "\n" not in str(error.value)
 
 
 def test_more_objects_than_colours_are_drawn(weight, tmp_path):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
-    experiment = dataclasses.replace(weight, tools=(*many, decoy), duration=0.05)
+    experiment = weight.with_tools(
+        (*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
+    ).with_duration(0.05)
     run_experiment(experiment, None, tmp_path, repeats=2, jobs=1)
     assert (tmp_path / "metrics.json").exists()
 
@@ -258,7 +265,7 @@ def test_decoy_alone_is_refused(tmp_path):
     head, *_, decoy = path.read_text(encoding="utf-8").split("  - name:")
     path.write_text(f"{head}  - name:{decoy}", encoding="utf-8")
     with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entries, must have at least 3"):
-        weight_module.load(models)
+        load_hold_experiment("weight", models)
 
 
 def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(tmp_path):

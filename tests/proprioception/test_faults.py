@@ -5,7 +5,7 @@ import pytest
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
-from affordance.experiments import com
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import NO_FAULTS, Faults, load_faults
 from affordance.proprioception.torque_noise import WhiteNoise
@@ -141,7 +141,9 @@ def test_arm_keeps_its_limits_and_belief_stays_valid_under(weight, arm, name, us
 @pytest.mark.parametrize(("margin", "keeps"), [(0.0, False), (DEFAULT_SETTINGS.angle_margin, True)])
 def test_margin_keeps_the_elbow_in_its_range_in_the_first_hold_of_simulation_2(margin, keeps):
     """A tool that weighs more than is believed, near the elbow's limit, without any fault (decision 0009)."""
-    config = com.load().experience
+    config = load_hold_experiment(
+        "com",
+    ).experience
     runner = TrialRunner(dataclasses.replace(config.settings, angle_margin=margin))
     record = runner.run_hold(config.tools[0], MaterialMemory(), duration=1.0, seed=(0, 0, 0))
     assert (record.q >= runner.get_diagram(1.0).arm.limits.q_lower).all() == keeps

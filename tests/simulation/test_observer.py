@@ -7,14 +7,14 @@ import pytest
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.shared.learning_objects import load_learning_objects
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.diagram import END_MARGIN
 from affordance.simulation.trial import Observer, TrialRunner, present
 
 DURATION = 0.5
-FIRST, SECOND, DECOY = load_learning_objects()
+FIRST, SECOND, DECOY = load_hold_experiment("com").tools
 BEECH, STEEL = (part.looks_like.colour for part in FIRST.components[1:])
 
 
@@ -41,7 +41,7 @@ def recall(trial, simulator):
 
 def test_memory_changes_by_an_event_of_the_diagram_at_the_end_and_by_nothing_else(runner, weight):
     """The Simulator advanced by hand: nobody hands the memory over."""
-    before = MaterialMemory().add_colours([weight.colour], weight.settings.prior)
+    before = MaterialMemory().add_colours(weight.colours, weight.settings.prior)
     trial, simulator = set_up(runner, before, weight.tools[2])
     for time in (0.05, 0.1, 0.25, 0.4, DURATION):
         simulator.AdvanceTo(time)
@@ -59,7 +59,7 @@ def test_event_comes_once_in_a_presentation(runner, weight):
     simulator.AdvanceTo(DURATION + END_MARGIN)
     simulator.AdvancePendingEvents()
     learned = recall(trial, simulator)
-    assert learned.colours == (weight.colour,)
+    assert learned.colours == (weight.colours[0],)
     simulator.AdvanceTo(1.9 * DURATION)
     assert recall(trial, simulator) is learned
 
@@ -85,7 +85,7 @@ def test_every_presentation_adds_what_it_taught_alone(weight):
     """An object that weighs what is believed, felt with white noise: equal presentations add equal information."""
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0))
     tool = weight.tools[0]
-    known = MaterialMemory((weight.colour,), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * 8500.0])))
+    known = MaterialMemory((weight.colours[0],), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * 8500.0])))
     observer = Observer(TrialRunner(settings), known, duration=DURATION)
     precisions = [known.belief.precision[0, 0]]
     for number in range(4):

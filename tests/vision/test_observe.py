@@ -9,7 +9,8 @@ import pytest
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.observed_options import list_options
 from affordance.exceptions import NothingSeenError
-from affordance.experiments import suite, weight
+from affordance.experiments import suite
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
@@ -143,7 +144,7 @@ def test_frames_of_any_size_and_depth_are_kept(tmp_path, shape):
 
 def test_simulation_1_keeps_its_claims_when_objects_are_seen(tmp_path):
     """One observer, twice: the second time nothing is run again. Pictures of all objects stand in the report."""
-    experiment = weight.load(settings=PIXELS)
+    experiment = load_hold_experiment("weight", settings=PIXELS)
     run_experiment(experiment, None, tmp_path / "weight", repeats=1, jobs=1)
     numbers = json.loads((tmp_path / "weight" / "metrics.json").read_text(encoding="utf-8"))
     assert numbers["config"]["settings"]["feature_source"] == "pixels"

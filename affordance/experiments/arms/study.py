@@ -196,9 +196,8 @@ def _list_changed(models: Path) -> list[str]:
         *sorted((models / "paths").glob("*.yaml")),
         *sorted((models / "tools").glob("*.yaml")),
     ]
-    return [
-        line.removeprefix(mark) for file in files for line in file.read_text(encoding="utf-8").splitlines() if line.startswith(mark)
-    ]
+    lines = [line for file in files for line in file.read_text(encoding="utf-8").splitlines()]
+    return [line.removeprefix(mark) for line in lines if line.startswith(mark)]
 
 
 def _pick_outcomes(ran: dict[str, dict[str, Any] | str]) -> dict[str, Any]:

@@ -42,7 +42,7 @@ class HammerPlan(NamedTuple):
 
 
 def plan_hammer(
-    tools: Sequence[Tool], task: Hammer, settings: Settings, seed: int, models: Path, *, jobs: int
+    tools: Sequence[Tool], task: Hammer, settings: Settings, seed: int, path: Path, novel_file: Path, *, jobs: int
 ) -> HammerPlan:
     """Plans and simulates the blows.
 
@@ -51,14 +51,15 @@ def plan_hammer(
         task: The blow.
         settings: How features are observed, and those of arm and controller.
         seed: Root of the errors of observation.
-        models: The folder that nail and tools are from, for errors.
+        path: The file of the nail, for errors.
+        novel_file: The file of the tools, for errors.
         jobs: Processes.
 
     Raises:
         BadValueError: A blow cannot be planned or carried out, or no grip is cheaper than the other.
         SeeingError: A picture of a tool does not show what is needed.
     """
-    path, exact = models / "nail.yaml", remove_errors(settings)
+    exact = remove_errors(settings)
     try:
         choices = plan_choices(tools, task, settings, seed, jobs=jobs, description="hammer: plans")
         true_choices = choices
@@ -91,7 +92,7 @@ def plan_hammer(
             if abs(blow.force / task.force - 1.0) > FORCE_TOLERANCE:
                 problem = f"asks for {task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
-        check_one_grip_is_cheaper(models, tool, [blow.work for blow in simulated[tool.name].values()])
+        check_one_grip_is_cheaper(novel_file, tool, [blow.work for blow in simulated[tool.name].values()])
     work = partial(compute_blow_work, task, exact)
     off_axis = measure_changes(work, tools, jobs=jobs, description="hammer: parts moved")
     return HammerPlan(choices, costs, simulated, off_axis)

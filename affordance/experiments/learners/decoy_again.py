@@ -51,8 +51,8 @@ class HeldObjects(Protocol):
         """How long each object is held, [s]."""
 
     @property
-    def colour(self) -> Colour:
-        """That of all the objects."""
+    def colours(self) -> tuple[Colour, ...]:
+        """Those of the objects, of which there is one."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[T
     """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
     weight, seed = config.weight, config.weight.seed
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
-        [weight.colour], weight.settings.prior
+        weight.colours, weight.settings.prior
     )
     observer = Observer(get_runner(weight.settings), memory, duration=weight.duration)
     memories, records = [memory], []

@@ -17,15 +17,12 @@ from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learners import Learner, start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import pick_cheapest, rank_options
-from affordance.choice.reach import Reach
-from affordance.control.timed_path import load_path
+from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order
-from affordance.experiments.shared.novel_tools import load_novel_tools
 from affordance.objects.tool import list_densities
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
@@ -43,7 +40,7 @@ class TestedObjects(Protocol):
     """Simulation II, as far as it is needed here; a frozen dataclass."""
 
     @property
-    def experience(self) -> ExperienceConfig:
+    def experience(self) -> ExperienceConfig | None:
         """The two honest objects, and how they are learned."""
 
     def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
@@ -74,6 +71,7 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
         ``mass_error`` and ``com_error`` (2,), of what is believed of the honest objects then.
     """
     held = config.com.experience
+    assert held is not None  # Simulation II has one
     seed = held.seed
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(held.colours, held.settings.prior)
     observer = Observer(get_runner(held.settings), memory, duration=held.duration, remembered=held.colours)
@@ -140,10 +138,8 @@ def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 @lru_cache(maxsize=4)
 def _plan(models: Path, task: str, held: ExperienceConfig) -> tuple[Choice, int]:
     """The choice of a grip of the first novel tool, and which option one who knows the densities takes."""
-    plain = load_novel_tools(models, held)[0]
-    model = (
-        Reach(load_path(models / "paths" / "reach.yaml")) if task == "reach" else load_hammer(models / "nail.yaml")
-    )
+    experiment = load_choice_experiment(task, models, held.seed, held.settings)
+    plain, model = experiment.novel[0], experiment.task
     choice = plan_choice(list_options(plain), model, held.settings)
     expert = MaterialMemory.from_densities(list_densities([plain]))
     best = rank_options(choice, expert, np.random.default_rng(0), num_samples=1).best
@@ -163,6 +159,7 @@ def _compute_p_correct(
 def _measure_errors(config: HonestConfig, index: int, memory: Memory) -> tuple[float, float]:
     """Error of the believed mass, as a fraction, and of the centre of mass, [m], of an honest object."""
     held = config.com.experience
+    assert held is not None  # Simulation II has one
     tool = held.tools[index]
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
     belief = predict_object(features, memory, held.settings.prior)

@@ -1,4 +1,4 @@
-"""Runs the paper's simulations with each learner, and writes numbers, figure and words for a report."""
+"""Runs the paper's simulations with each learner, and writes numbers, figure and its section of the report."""
 
 import json
 import time
@@ -13,6 +13,9 @@ from affordance.experiments.learners.decoy_again import HeldObjects
 from affordance.experiments.learners.honest_objects import TestedObjects
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
+from affordance.reporting.findings import Finding, build_section
+from affordance.reporting.report import write_report, write_section
+from affordance.reporting.section import Section
 from affordance.runs.repeats import list_versions
 
 FIGURE, MEMORY = "decoy_again", "memory"
@@ -55,7 +58,9 @@ def run(
         versions=list_versions(),
         wall_s=time.perf_counter() - start,
     )
-    write_json(folder / "metrics.json", numbers)  # last: where it is, the rest is too
+    write_section(folder, describe(numbers, repeats))
+    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_report(folder.parent)
     return numbers
 
 
@@ -76,12 +81,8 @@ def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
     return True
 
 
-def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
-    """Says what changes and what does not, as plain data for a report.
-
-    Returns: ``title``, ``summary``, ``captions`` by file, ``remarks``, and ``claims``, a list of mappings with
-        ``text``, ``criterion``, ``bound``, ``value`` and ``met``.
-    """
+def describe(numbers: Mapping[str, Any], repeats: int) -> Section:
+    """Says what changes and what does not."""
     claims = []
     for learner in Learner:
         name, label = learner.value, LABELS[learner]
@@ -89,36 +90,37 @@ def describe(numbers: Mapping[str, Any], repeats: int) -> dict[str, Any]:
         deviation = numbers["deviation_m"][name]  # of magnitudes: errors up and down would cancel
         first, second = deviation[-1 - decoy_again.NUM_DECOYS], deviation[-decoy_again.NUM_DECOYS]
         claims += [
-            {
-                "text": f"{label}: six lifts of a decoy do not change what is believed of brass",
-                "criterion": "relative change of the median at most",
-                "bound": _STAYS,
-                "value": change,
-                "met": bool(change <= _STAYS),
-            },
-            {
-                "text": f"{label}: the second lift of the decoy is right",
-                "criterion": "mean magnitude of the excursion, over that of the first lift, at most",
-                "bound": 0.1,
-                "value": float(second / first),
-                "met": bool(second <= 0.1 * first),
-            },
+            Finding(
+                text=f"{label}: six lifts of a decoy do not change what is believed of brass",
+                criterion="relative change of the median at most",
+                bound=_STAYS,
+                value=change,
+                met=bool(change <= _STAYS),
+            ),
+            Finding(
+                text=f"{label}: the second lift of the decoy is right",
+                criterion="mean magnitude of the excursion, over that of the first lift, at most",
+                bound=0.1,
+                value=float(second / first),
+                met=bool(second <= 0.1 * first),
+            ),
         ]
-    return {
-        "title": "Simulations I to IV with each learner: is one odd object a bad sample, or a thing of its own?",
-        "summary": (
+    return build_section(
+        order=10,
+        title="Simulations I to IV with each learner: is one odd object a bad sample, or a thing of its own?",
+        summary=(
             f"{repeats} observers of each learner. Simulation I goes on: the decoy is held six times, and then the "
             "first brass object again. Simulations II to IV have honest objects only, but for the last of II."
         ),
-        "captions": {
+        captions={
             f"{FIGURE}.png": "Simulation I, with the decoy held again. Left: how far each object moves when it is "
             "given. Right: what is believed of brass.",
             f"{MEMORY}.png": f"What observer {_SHOWN} remembers then, taking the most probable hypothesis.",
         },
-        "claims": claims,
-        "remarks": [
+        findings=claims,
+        remarks=[
             "The decoy is the twin of the longest honest object, so it is remembered in that object's place.",
             "A colour is of one kind within an object: the decoy of Simulation II, whose two wooden parts weigh "
             "differently, can be told from honest objects, but not be described.",
         ],
-    }
+    )

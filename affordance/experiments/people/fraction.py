@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from scipy.stats import t as student_t
 
-from affordance.experiments.people.published import Published, PublishedTable
+from affordance.protocols.published import Published, PublishedTable
 
 _CONFIDENCE = 0.95
 

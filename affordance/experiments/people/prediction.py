@@ -146,16 +146,20 @@ def count_people(effect: float) -> float:
 
 
 def format_predictions(
-    experiment: LiftExperiment,
+    meanings: Mapping[str, str],
     predictions: Mapping[str, Mapping[Learner, Prediction]],
     contrasts: Sequence[Contrast],
 ) -> str:
-    """Writes predictions as a table, and which measure tells each pair of learners apart best."""
+    """Writes predictions as a table, and which measure tells each pair of learners apart best.
+
+    Args:
+        meanings: What each measure is, in words; those that are not there are called by their names alone.
+        predictions: By measure and learner.
+        contrasts: From ``contrast_learners``.
+    """
     lines = []
     for name, by_learner in predictions.items():
-        measure = experiment.measures[name]
-        unit = "" if measure.unit == "1" else f" ({measure.unit})"
-        lines.append(f"{name}: {measure.meaning}{unit}")
+        lines.append(f"{name}: {meanings[name]}" if meanings.get(name) else name)
         for learner, found in by_learner.items():
             interval = f"[{found.mean.low:.3g}, {found.mean.high:.3g}]"
             spread = f"{found.low:.3g} to {found.high:.3g}"

@@ -1,6 +1,5 @@
 """What every experiment checks before it writes anything."""
 
-import itertools
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,49 +8,10 @@ from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
 from affordance.exceptions import BadValueError, ModelFileError
-from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
-
-
-def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
-    """Rejects tools that show what they are not made of.
-
-    Raises:
-        BadValueError: One does.
-    """
-    for tool in tools:
-        for i, part in enumerate(tool.components):
-            if part.looks_like != part.material:
-                problem = f"is {part.looks_like.name!r}, must be what it is made of, {part.material.name!r}"
-                raise BadValueError(path, f"tools: {tool.name}.components[{i}].looks_like", problem)
-
-
-def check_colours_differ(path: Path, tools: Sequence[Tool]) -> None:
-    """Rejects tools that show two materials an observer cannot tell apart.
-
-    Raises:
-        BadValueError: They do.
-    """
-    shown = {part.looks_like.name: part.looks_like for tool in tools for part in tool.components}
-    for one, other in itertools.combinations(shown.values(), 2):
-        if is_same_colour(one.colour, other.colour):
-            problem = f"show {one.name} and {other.name}, whose colours must differ by more than {SAME_COLOUR:.2g}"
-            raise BadValueError(path, "tools", f"{problem} of full in some channel")
-
-
-def check_tools_have_one_grip(path: Path, tools: Sequence[Tool]) -> None:
-    """Rejects grips where there is nothing to choose.
-
-    Raises:
-        BadValueError: A tool has grips.
-    """
-    for tool in tools:
-        if tool.grips:
-            names = ", ".join(grip.name for grip in tool.grips)
-            raise BadValueError(path, f"tools: {tool.name}.grips", f"are {names}, must not be given here")
 
 
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:

@@ -37,7 +37,7 @@ def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 
-def check_one_grip_is_cheaper(models: Path, tool: Tool, works: Sequence[float]) -> None:
+def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) -> None:
     """Refuses objects of whose grips none is the correct one.
 
     Raises:
@@ -46,7 +46,7 @@ def check_one_grip_is_cheaper(models: Path, tool: Tool, works: Sequence[float]) 
     cheaper, dearer = sorted(works)
     if dearer <= cheaper * (1.0 + TIE):
         problem = f"costs {cheaper:g} J in both grips, must have a cheaper one"
-        raise BadValueError(models / "tools" / "novel.yaml", f"tools: {tool.name}", problem)
+        raise BadValueError(path, f"tools: {tool.name}", problem)
 
 
 def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:

@@ -4,6 +4,7 @@ Simulations II to IV share it: observer r of a seed holds the same objects in th
 measurement, so that what was learned in one experiment is what the other two choose by.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,11 +12,14 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.learners import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_record import read_memory
 from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
+from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.object_entries import ProtocolObjects
 from affordance.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
@@ -112,3 +116,19 @@ def draw_order(config: ExperienceConfig, repeat: int) -> list[int]:
     rng = np.random.default_rng([config.seed, repeat, Stream.ORDER])
     num_blocks = config.num_trials // len(config.tools)
     return [int(index) for _ in range(num_blocks) for index in rng.permutation(len(config.tools))]
+
+
+def build_experience(
+    block: BlockEntry,
+    objects: ProtocolObjects,
+    learners: Sequence[Learner],
+    told: Sequence[tuple[Colour, float]],
+    seed: int,
+    settings: Settings,
+) -> ExperienceConfig | None:
+    """What is learned in a first block; None if it is measured, or not of the plainest kind."""
+    plain = block.do.hold is not None and block.teaches and block.order == "shuffled" and block.first is None
+    if block.measured or not plain or block.times > 1 or block.gradual or told or len(learners) > 1:
+        return None
+    tools = tuple(objects.select(block.objects))
+    return ExperienceConfig(tools, seed, settings, block.do.duration, block.repetitions * len(tools))

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
 from affordance.files.netcdf import LabelledArray
 from affordance.simulation.trial import TrialRecord
 
@@ -18,19 +17,39 @@ HEIGHTS = {
 }
 
 
-def stack_heights(records: Sequence[TrialRecord]) -> dict[str, Array]:
-    """Stacks ``times`` (N,) and the heights of K trials, (K, N), [m]."""
-    heights = {name: np.stack([getattr(record, name) for record in records]) for name in HEIGHTS}
-    return {"times": records[0].times, **heights}
+def stack_presentations(
+    records: Sequence[TrialRecord | None], numbers: Sequence[Mapping[str, Any]]
+) -> dict[str, NDArray[Any]]:
+    """Stacks what happened in K presentations, and what was measured besides; NaN where there was none.
+
+    Args:
+        records: Motions that were logged at the same times; None where an object was only looked at.
+        numbers: By name, an array or a number each.
+
+    Returns: ``times`` (N,) and heights (K, N), [m]; what went wrong or almost, (K,): ``periods_limited``,
+        ``periods_failed``, ``rejected``; ``p_value`` and ``log_evidence``, (K,); and the numbers, (K, ...).
+    """
+    rows: list[dict[str, Any]] = [
+        dict(more) if record is None else {**_describe(record), **more}
+        for record, more in zip(records, numbers, strict=True)
+    ]
+    shapes = {name: np.shape(value) for row in rows for name, value in row.items()}
+    arrays = {
+        name: np.stack([np.asarray(row.get(name, np.full(shape, np.nan))) for row in rows])
+        for name, shape in shapes.items()
+    }
+    held = next((record for record in records if record is not None), None)
+    return arrays if held is None else {"times": held.times, **arrays}
 
 
-def count_events(records: Sequence[TrialRecord]) -> dict[str, NDArray[Any]]:
-    """What went wrong in K trials, or almost: ``periods_limited``, ``periods_failed``, ``rejected``, ``p_value``."""
+def _describe(record: TrialRecord) -> dict[str, Any]:
     return {
-        "periods_limited": np.array([record.counts.limited for record in records]),
-        "periods_failed": np.array([record.counts.failed for record in records]),
-        "rejected": np.array([record.samples.rejected for record in records]),
-        "p_value": np.array([record.p_value for record in records]),
+        **{name: getattr(record, name) for name in HEIGHTS},
+        "periods_limited": record.counts.limited,
+        "periods_failed": record.counts.failed,
+        "rejected": record.samples.rejected,
+        "p_value": record.p_value,
+        "log_evidence": record.log_evidence,
     }
 
 

@@ -1,49 +1,15 @@
-"""What the study of real tools says of itself: text, claims with their bounds, and captions, as plain data."""
-
-from typing import Any, NamedTuple
+"""What the study of real tools says of itself: text, claims with their bounds, and captions."""
 
 from affordance.experiments.tools.data_set import LEARNING, Half
 from affordance.experiments.tools.geometry import Source
 from affordance.experiments.tools.numbers import count_right, find_median_error_of_sight, list_metrics
 from affordance.experiments.tools.study import Choices, ToolsResult
 from affordance.experiments.tools.which_end import AFTER, ONE_DENSITY
+from affordance.reporting.findings import Finding, build_section
+from affordance.reporting.section import Section
 
 
-class Claim(NamedTuple):
-    """Something the study was to show.
-
-    Attributes:
-        text: What.
-        criterion: How that is judged, in words.
-        bound: The number it is judged by.
-        value: What was found.
-        met: Whether it holds.
-    """
-
-    text: str
-    criterion: str
-    bound: float
-    value: float
-    met: bool
-
-
-class SectionData(NamedTuple):
-    """A section of a report.
-
-    Attributes:
-        title: Its heading.
-        text: Paragraphs.
-        claims: What was to be shown.
-        captions: Of its figures, by the name of the file without suffix.
-    """
-
-    title: str
-    text: tuple[str, ...]
-    claims: tuple[Claim, ...]
-    captions: dict[str, str]
-
-
-def describe(result: ToolsResult) -> SectionData:
+def describe(result: ToolsResult) -> Section:
     """Describes what was found."""
     claims = _list_own_claims(result)
     text = [_describe_choices(result.own, "our own three"), _describe_uncommon(result)]
@@ -64,18 +30,25 @@ def describe(result: ToolsResult) -> SectionData:
         }
         if result.hammers is not None:
             text.append(_describe_choices(result.hammers, "the data set's three"))
-    return SectionData("Real tools", tuple(text), tuple(claims), captions)
+    return build_section(
+        order=9,
+        title="Real tools",
+        summary=text[0],
+        captions={f"{name}.png": caption for name, caption in captions.items()},
+        findings=claims,
+        remarks=text[1:],
+    )
 
 
-def _at_most(text: str, criterion: str, value: float, bound: float) -> Claim:
-    return Claim(text, f"{criterion}, at most {bound:g}", bound, value, value <= bound)
+def _at_most(text: str, criterion: str, value: float, bound: float) -> Finding:
+    return Finding(text, f"{criterion}, at most", bound, value, value <= bound)
 
 
-def _at_least(text: str, criterion: str, value: float, bound: float) -> Claim:
-    return Claim(text, f"{criterion}, at least {bound:g}", bound, value, value >= bound)
+def _at_least(text: str, criterion: str, value: float, bound: float) -> Finding:
+    return Finding(text, f"{criterion}, at least", bound, value, value >= bound)
 
 
-def _list_own_claims(result: ToolsResult) -> list[Claim]:
+def _list_own_claims(result: ToolsResult) -> list[Finding]:
     blows = [blow for each in (result.own, result.hammers) if each is not None for blow in each.blows]
     misses = max(abs(blow.force / blow.force_aimed - 1.0) for blow in blows)
     works = max(abs(blow.work / blow.work_planned - 1.0) for blow in blows)
@@ -85,7 +58,7 @@ def _list_own_claims(result: ToolsResult) -> list[Claim]:
     ]
 
 
-def _list_data_claims(result: ToolsResult) -> list[Claim]:
+def _list_data_claims(result: ToolsResult) -> list[Finding]:
     parity = list_metrics(result)["parity"]
     claims = [
         _at_most("meshes give the masses of all twenty tools", "largest error", parity["mass"], 5e-3),
@@ -101,7 +74,9 @@ def _list_data_claims(result: ToolsResult) -> list[Claim]:
             claims.append(_at_most(f"masses of tools {which} are known {after}", "ALDE, drawings", found.alde, bound))
             text = f"and their intervals are as wide as they should be, {after}"
             held = found.coverage_mass
-            claims.append(Claim(text, "90 % intervals of mass, from 0.83 to 0.97", 0.83, held, 0.83 <= held <= 0.97))
+            claims.append(
+                Finding(text, "coverage of 90 % intervals of mass, within", (0.83, 0.97), held, 0.83 <= held <= 0.97)
+            )
         if Source.TWO_VIEWS not in result.config.sources:
             continue
         error = find_median_error_of_sight(result, Source.TWO_VIEWS, names)
@@ -174,8 +149,3 @@ def _describe_uncommon(result: ToolsResult) -> str:
 
 def _say_rise(rise: float) -> str:
     return f"{'rises' if rise > 0.0 else 'sinks'} by {100.0 * abs(rise):.1f} cm"
-
-
-def convert(section: SectionData) -> dict[str, Any]:
-    """The section as JSON knows it."""
-    return {**section._asdict(), "claims": [claim._asdict() for claim in section.claims]}

@@ -14,12 +14,11 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experiments import reach
-from affordance.experiments.hammer import experiment as hammer
 from affordance.experiments.hammer import study
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.plan import plan_hammer
 from affordance.experiments.hammer.study import list_densities_of_map
+from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.correct_grip import remove_errors
 from affordance.experiments.shared.gain_experience import collect_experience
@@ -44,7 +43,7 @@ TOOLS = ["stick", "hammer", "uneven stick", "crooked stick", "three-part stick"]
 
 @pytest.fixture(scope="module")
 def experiment():
-    return hammer.load()
+    return load_choice_experiment("hammer")
 
 
 @pytest.fixture(scope="module")
@@ -252,7 +251,7 @@ def test_section_says_met_or_not_of_every_claim(folder):
 
 def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_path):
     """What was learned in one experiment is what is chosen by in the other: the memories are found, not made anew."""
-    gained = collect_experience(reach.load().experience, tmp_path, repeats=1, jobs=1)
+    gained = collect_experience(load_choice_experiment("reach").experience, tmp_path, repeats=1, jobs=1)
     before = sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz"))
     found = experiment.gain_experience(tmp_path, repeats=1, jobs=1)
     assert sorted((path, path.stat().st_mtime_ns) for path in tmp_path.rglob("*.npz")) == before
@@ -292,12 +291,12 @@ def test_blow_that_cannot_be_carried_out_is_rejected(tmp_path, old, new, message
     assert old in path.read_text(encoding="utf-8")
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     with pytest.raises(BadValueError, match=message):
-        hammer.load(tmp_path / "models").plan(jobs=1)
+        load_choice_experiment("hammer", tmp_path / "models").plan(jobs=1)
 
 
 def plan_stick(models):
     """Plans for the first tool alone, which is enough to find out that something cannot be done."""
-    experiment = hammer.load(models)
+    experiment = load_choice_experiment("hammer", models)
     return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
 
 

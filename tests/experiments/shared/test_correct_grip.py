@@ -27,8 +27,8 @@ def test_tool_without_a_cheaper_grip_is_rejected(works):
     with pytest.raises(
         BadValueError, match=r"novel.yaml: tools: stick: costs 8 J in both grips, must have a cheaper"
     ):
-        check_one_grip_is_cheaper(MODELS, STICK, works)
-    check_one_grip_is_cheaper(MODELS, STICK, (8.0, 8.001))
+        check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, works)
+    check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, (8.0, 8.001))
 
 
 def test_heavy_end_is_found_by_its_material_not_by_its_name():

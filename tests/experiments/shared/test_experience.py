@@ -8,15 +8,15 @@ import pytest
 from affordance.belief.learners import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_record import write_memory
+from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.experiments.shared.gain_experience import gain_experience, run_trials
-from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
-FIRST, SECOND, _ = load_learning_objects()
+FIRST, SECOND, _ = load_hold_experiment("com").tools
 BEECH, STEEL = (part.material.colour for part in FIRST.components[1:])
 
 

@@ -37,6 +37,10 @@ class PublishedTable:
         self.path = path
         self._values = values
 
+    def has(self, quantity: str) -> bool:
+        """Says whether it has a value of a quantity."""
+        return quantity in self._values
+
     def get(self, quantity: str) -> Published:
         """Returns the value of a quantity.
 

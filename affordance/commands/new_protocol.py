@@ -1,0 +1,29 @@
+"""``affordance new-protocol NAME``: a commented protocol to start from."""
+
+import argparse
+from pathlib import Path
+
+from affordance.protocols.schema import write_protocol
+
+HELP = "write a commented protocol to start an experiment of your own from, and the schema for your editor"
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument(
+        "name", help="small letters, digits and underscores; names the file and its folder of results"
+    )
+    parser.add_argument("--folder", type=Path, default=Path(), help="where to (default: here)")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Writes both files.
+
+    Raises:
+        BadValueError: The name is not fit, or there is such a file already.
+    """
+    path, schema = write_protocol(arguments.name, arguments.folder)
+    print(f"{path}: a protocol that runs as it is; {schema.name} beside it tells editors what may stand where")
+    print(f"affordance predict {path}")
+    print(f"affordance run {path} --repeats 20")
+    return 0

@@ -1,0 +1,135 @@
+"""Protocols in which observers choose: what they learn first, and when and about what they are asked.
+
+A task adds how choices are planned, and what it costs in truth; what is common to all tasks stands here.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+from affordance.choice.inner_simulation import Choice
+from affordance.experiments.agreement import save_choices
+from affordance.experiments.definition import Arrays
+from affordance.experiments.shared.correct_grip import Simulated, find_cheaper_grip
+from affordance.experiments.shared.decisions import let_observer_choose
+from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.gain_experience import collect_experience
+from affordance.experiments.shared.proportions import compute_proportions
+from affordance.objects.tool import Tool
+from affordance.settings import Settings
+
+
+class PlannedChoices(Protocol):
+    """What of a plan is the same for all tasks."""
+
+    @property
+    def choices(self) -> Mapping[str, Choice]:
+        """Of a grip, by tool."""
+
+    @property
+    def simulated(self) -> Mapping[str, Mapping[str, Simulated]]:
+        """The task under the true densities, by tool and grip."""
+
+    @property
+    def off_axis(self) -> Mapping[str, float]:
+        """Largest relative change of the work if a part sits 2 mm elsewhere, by tool."""
+
+
+@dataclass(frozen=True)
+class ChoiceExperiment:
+    """A protocol of choices.
+
+    Attributes:
+        name: Of the protocol.
+        section: The protocol's file.
+        experience: The objects that are held first, and how they are learned.
+        novel: The tools that are chosen about; the first is the paper's.
+        models: The folder that they are from.
+        task_file: What is to be done with them, for errors.
+        novel_file: Where they are from, for errors.
+    """
+
+    name: str
+    section: Path
+    experience: ExperienceConfig
+    novel: tuple[Tool, ...]
+    models: Path
+    task_file: Path
+    novel_file: Path
+
+    unit = "observer"
+
+    @property
+    def tools_observed(self) -> tuple[Tool, ...]:
+        """The novel tools."""
+        return self.novel
+
+    @property
+    def seed(self) -> int:
+        """Root of every random draw."""
+        return self.experience.seed
+
+    @property
+    def settings(self) -> Settings:
+        """What all simulations share."""
+        return self.experience.settings
+
+    def with_settings[E: "ChoiceExperiment"](self: E, settings: Settings) -> E:
+        """Returns the experiment with other settings."""
+        return replace(self, experience=replace(self.experience, settings=settings))
+
+    def count_repeats(self, observers: int) -> int:
+        """One repeat an observer."""
+        return observers
+
+    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
+        """Lets observers hold the objects that they learn from."""
+        return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
+
+    def get_planned(self, plan: Any) -> PlannedChoices:
+        """What of the plan is the same for all tasks."""
+        planned: PlannedChoices = plan
+        return planned
+
+    def select_shared(self, plan: Any) -> list[Choice]:
+        """The choices."""
+        return list(self.get_planned(plan).choices.values())
+
+    def run_observer(self, shared: list[Choice], experience: Experience | None, repeat: int) -> Arrays:
+        """Lets an observer choose before the first and after each trial; see ``let_observer_choose``."""
+        assert experience is not None  # the experiment has one
+        return let_observer_choose(shared, experience, self.seed, repeat)
+
+    def compute_choice_metrics(self, plan: Any, arrays: Arrays) -> dict[str, Any]:
+        """Computes the numbers of metrics.json that all tasks have."""
+        planned = self.get_planned(plan)
+        return {
+            **compute_proportions(
+                self.novel,
+                planned.choices,
+                arrays,
+                self.experience,
+                correct={name: find_cheaper_grip(done) for name, done in planned.simulated.items()},
+                simulated=planned.simulated,
+                off_axis=planned.off_axis,
+            ),
+            "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
+        }
+
+    def list_writers(
+        self, plan: Any, arrays: Arrays, numbers: Mapping[str, Any]
+    ) -> dict[str, Callable[[Path], None]]:
+        """What writes the choices, to be compared with those of other tasks."""
+        return {
+            "choices": partial(
+                save_choices,
+                novel=self.novel,
+                choices=self.get_planned(plan).choices,
+                chosen=arrays["paper"],
+                numbers=numbers,
+                settings=self.settings,
+                seed=self.seed,
+            )
+        }

@@ -1,0 +1,80 @@
+"""Measures of simulated presentations, from the arrays that are kept of observers."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.learners import Learner
+from affordance.experiments.definition import Arrays
+from affordance.protocols.number_entries import Measure
+from affordance.reporting import statistics
+from affordance.simulation.diagram import OUTLIER_P_VALUE
+
+# Measures of what is expected of an object that is seen.
+EXPECTED = (Measure.EXPECTED_MASS, Measure.MASS_ERROR, Measure.COM_ERROR, Measure.INERTIA_ERROR)
+# Measures of the course of a height, and of which point.
+_OF_HEIGHTS: Mapping[Measure, tuple[str, Any]] = {
+    Measure.DROP: ("height_centre", statistics.compute_drop),
+    Measure.LIFT: ("height_centre", statistics.compute_lift),
+    Measure.EXCURSION: ("height_centre", statistics.compute_excursion),
+    Measure.EXCURSION_GRIP: ("height_grip", statistics.compute_excursion),
+    Measure.EXCURSION_CENTRE_OF_MASS: ("height_com", statistics.compute_excursion),
+    Measure.DEVIATION: ("height_centre", lambda heights: np.abs(statistics.compute_excursion(heights))),
+    Measure.RISES: ("height_centre", lambda heights: statistics.compute_excursion(heights) > 0.0),
+}
+# Arrays that are not called as what is measured.
+_ARRAYS = {Measure.SAMPLES_REJECTED: "rejected", Measure.DENSITY_MODE: "density_mode"}
+
+
+def select_learner(arrays: Arrays, learner: Learner, place: int) -> Arrays:
+    """The arrays of one learner; place is that among the learners."""
+    prefix = f"{learner.value}: "
+    if place == 0:
+        return {name: array for name, array in arrays.items() if ": " not in name}
+    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
+
+
+def compare_parameters(predicted: Array, true: Array, measure: Measure) -> Array:
+    """Mass that is expected, or an error of it, of the centre of mass or of the moments of inertia, (R, K).
+
+    Args:
+        predicted: Inertial parameters, (R, K, 10).
+        true: The same as they are.
+        measure: Which of these.
+    """
+    if measure is Measure.EXPECTED_MASS:
+        return predicted[..., 0]
+    if measure is Measure.MASS_ERROR:
+        relative: Array = np.abs(predicted[..., 0] / true[..., 0] - 1.0)
+        return relative
+    if measure is Measure.COM_ERROR:
+        centres = (parameters[..., 1:4] / parameters[..., :1] for parameters in (predicted, true))
+        return np.linalg.norm(next(centres) - next(centres), axis=-1)
+    moments = np.linalg.norm(predicted[..., 4:7] - true[..., 4:7], axis=-1)
+    of_moments: Array = moments / np.linalg.norm(true[..., 4:7], axis=-1)
+    return of_moments
+
+
+def get_measure(arrays: Arrays, quantiles: Sequence[float], measure: Measure, quantile: float) -> Any:
+    """A measure of all observers; see ``MeasuredObservers``.
+
+    Args:
+        arrays: Of all observers.
+        quantiles: Those of beliefs that are kept.
+        measure: What is asked for.
+        quantile: Of a belief, one of those.
+    """
+    if measure is Measure.DENSITY:
+        return arrays["density_quantiles"][..., list(quantiles).index(quantile)]
+    if measure is Measure.DENSITIES:
+        return arrays["densities"][:, list(quantiles).index(quantile)]
+    if measure in EXPECTED:
+        return compare_parameters(arrays["parameters_predicted"], arrays["parameters_true"], measure)
+    if measure in _OF_HEIGHTS:
+        point, compute = _OF_HEIGHTS[measure]
+        return compute(arrays[point])
+    if measure is Measure.OUTLIER:
+        return arrays["p_value"] < OUTLIER_P_VALUE
+    return arrays[_ARRAYS.get(measure, measure.value.replace(" ", "_"))]

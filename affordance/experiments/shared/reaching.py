@@ -1,0 +1,37 @@
+"""A presentation in which the free end of an object is moved along a path, by what is believed of the object."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from affordance.belief.object_belief import Memory
+from affordance.choice.motion_cost import measure_cost
+from affordance.choice.reach import Reach
+from affordance.objects.tool import Tool
+from affordance.simulation.trial import TrialRecord, TrialRunner, get_runner
+
+
+def present_reach(
+    runner: TrialRunner, tool: Tool, task: Reach, memory: Memory, seed: tuple[int, ...]
+) -> tuple[TrialRecord, dict[str, Any]]:
+    """Simulates a reach.
+
+    Args:
+        runner: Runs it.
+        tool: The object, as it is gripped.
+        task: The path.
+        memory: What is believed before it.
+        seed: Determines every random draw.
+
+    Returns: The motion; ``work``, [J]; and ``path_error``, the largest distance of the free end from where it was to
+        be, [m].
+    """
+    settings = runner.settings
+    runner = get_runner(replace(settings, log_period=settings.control_period))  # every tick, of which work is a sum
+    trial = runner.get_diagram(task.duration, tool)
+    following = task.begin(trial.model, tool.p_TTfree)
+    record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
+    error = trial.chain.compute_positions(record.q, tool.p_TTfree) - following.list_places(record.times)
+    work, _ = measure_cost(record.tau, record.v, settings.control_period)
+    return record, {"work": work, "path_error": float(np.linalg.norm(error, axis=1).max())}

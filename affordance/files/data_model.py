@@ -1,0 +1,295 @@
+"""Files as pydantic models: what a key may hold stands beside its name, and every mistake ends in one line.
+
+A model says which keys a mapping has and what each of them holds; ``load_model`` reads a file into it. The first
+mistake becomes a BadValueError that names file, key, value and bound, and the nearest name that fits.
+"""
+
+import difflib
+import enum
+import math
+import types
+import typing
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError, core_schema
+
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.yaml_reader import read_yaml, show_value
+
+# Kind of the errors that our own checks raise; their message is what is said of the value.
+_OURS = "ours"
+
+
+class DataModel(BaseModel):
+    """A mapping of a file: its keys are those of the class, and no others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
+
+
+def complain(problem: str, at: str = "") -> PydanticCustomError:
+    """The error for a value that a check refuses.
+
+    Args:
+        problem: What it is and must be, as ``is 3, must be at most 2``.
+        at: Where below the value that was checked, as ``[1]`` or ``duration``; empty for the value itself.
+    """
+    return PydanticCustomError(_OURS, "{problem}", {"problem": problem, "at": at})
+
+
+@dataclass(frozen=True)
+class Within:
+    """Says of a number that it is finite and from ``low`` to ``high``."""
+
+    low: float = -math.inf
+    high: float = math.inf
+
+    def check(self, value: Any, at: str = "") -> float:
+        """Returns the number.
+
+        Raises:
+            PydanticCustomError: It is none, or out of bounds.
+        """
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise complain(f"is {show_value(value)}, must be a number", at)
+        if not self.low <= value <= self.high:  # before float(), which a whole number of 400 digits would overflow
+            bounds = f"from {self.low:g} to {self.high:g}" if math.isfinite(self.high) else f"at least {self.low:g}"
+            bounds = bounds if math.isfinite(self.low) else "finite"
+            raise complain(f"is {show_value(value)}, must be {bounds}", at)
+        try:
+            number = float(value)
+        except OverflowError as error:
+            raise complain(f"is {show_value(value)}, must be finite", at) from error
+        if not math.isfinite(number):
+            raise complain(f"is {number}, must be finite", at)
+        return number
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A number and nothing else: neither texts nor truth values are taken for one."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        bounds = {"minimum": self.low, "maximum": self.high}
+        return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
+
+
+@dataclass(frozen=True)
+class Whole(Within):
+    """Says of a number that it is a whole one."""
+
+    def check(self, value: Any, at: str = "") -> int:
+        """Returns the number.
+
+        Raises:
+            PydanticCustomError: It is none, not whole, or out of bounds.
+        """
+        number = super().check(value, at)
+        if not number.is_integer():
+            raise complain(f"is {number:g}, must be a whole number", at)
+        return int(number)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        return super().__get_pydantic_json_schema__(schema, handler) | {"type": "integer"}
+
+
+@dataclass(frozen=True)
+class Vector:
+    """Says of a list that it has ``size`` numbers, each within bounds."""
+
+    size: int
+    each: Within
+
+    def check(self, value: Any, at: str = "") -> tuple[float, ...]:
+        """Returns the numbers.
+
+        Raises:
+            PydanticCustomError: It is no such list, or a number is out of bounds.
+        """
+        if not isinstance(value, list) or len(value) != self.size:
+            raise complain(f"is {show_value(value)}, must be a list of {self.size} numbers", at)
+        return tuple(self.each.check(entry, f"{at}[{i}]") for i, entry in enumerate(value))
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A list of numbers and nothing else."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        entry = self.each.__get_pydantic_json_schema__(schema, handler)
+        return {"type": "array", "items": entry, "minItems": self.size, "maxItems": self.size}
+
+
+@dataclass(frozen=True)
+class Text:
+    """Says of a text that it is not empty."""
+
+    def check(self, value: Any) -> str:
+        """Returns the text.
+
+        Raises:
+            PydanticCustomError: It is none, or empty.
+        """
+        if not isinstance(value, str) or not value.strip():
+            raise complain(f"is {show_value(value)}, must be a non-empty text")
+        return value
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A text and nothing else."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        return {"type": "string", "minLength": 1}
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Says of a text that it is the value of a member of an Enum."""
+
+    kind: type[enum.Enum]
+
+    def check(self, value: Any) -> enum.Enum:
+        """Returns the member.
+
+        Raises:
+            PydanticCustomError: There is none of that value.
+        """
+        known = {str(member.value): member for member in self.kind}
+        if isinstance(value, self.kind):
+            return value
+        if not isinstance(value, str) or value not in known:
+            raise complain(describe_choice(value, known))
+        return known[value]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """A text and nothing else."""
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """The same for editors."""
+        return {"enum": [member.value for member in self.kind]}
+
+
+def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, Any] | None = None) -> M:
+    """Reads a file into a model.
+
+    Args:
+        path: The file.
+        model: What it must hold.
+        context: What its checks need to know besides.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    return check_content(path, "", read_yaml(path), model, context)
+
+
+def check_content[M: BaseModel](
+    path: Path, key: str, content: Any, model: type[M], context: Mapping[str, Any] | None = None
+) -> M:
+    """Reads what stands at a key of a file into a model; see ``load_model``."""
+    try:
+        return model.model_validate(content, context=dict(context or {}))
+    except ValidationError as error:
+        raise _translate(path, key, content, model, error) from error
+
+
+def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error: ValidationError) -> BadValueError:
+    """Turns the first mistake that pydantic found into ours."""
+    first, *_ = found = error.errors(include_url=False)
+    place = list(first["loc"])
+    at, problem = "", ""
+    if first["type"] == _OURS:
+        at, problem = first["ctx"]["at"], first["ctx"]["problem"]
+    elif place[-1:] == ["[key]"]:  # a key of a mapping whose names are free to choose
+        problem = f"the key {show_value(place[-2])} must be a text"
+        place = place[:-2]
+    elif first["type"] == "missing":
+        problem = "is missing" + _suggest(place, found)
+    elif first["type"] in ("extra_forbidden", "invalid_key"):
+        problem = _describe_unknown(str(place[-1]), list_keys(model, place[:-1]))
+    else:
+        problem = f"is {show_value(first['input'])}, {_describe_bound(first)}"
+        if first["type"] == "too_short" and isinstance(first["input"], Mapping):
+            problem = "is empty, must hold at least one entry"
+    parts = [key, *place, *([at] if at else [])]
+    return BadValueError(path, join_key(parts), problem)
+
+
+def join_key(parts: Sequence[int | str]) -> str:
+    """Writes where something stands as ``tools[2].components``."""
+    text = ""
+    for part in parts:
+        if isinstance(part, int):
+            text += f"[{part}]"
+        elif part:
+            text += part if part.startswith("[") or not text else f".{part}"
+    return text
+
+
+def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
+    """The keys that a mapping at a place of a model may have."""
+    annotation: Any = model
+    for part in place:
+        annotation = _strip(annotation)
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            if "root" in annotation.model_fields and part not in annotation.model_fields:
+                annotation = _strip(annotation.model_fields["root"].annotation)
+                annotation = typing.get_args(annotation)[-1]
+                continue
+            annotation = next(
+                field.annotation for name, field in annotation.model_fields.items() if part in (name, field.alias)
+            )
+        else:  # of a list or of a mapping of names
+            annotation = next(each for each in typing.get_args(annotation)[::-1] if each is not Ellipsis)
+    annotation = _strip(annotation)
+    return [field.alias or name for name, field in annotation.model_fields.items()]
+
+
+def _strip(annotation: Any) -> Any:
+    """Takes what is optional or annotated for what it is."""
+    while True:
+        origin = typing.get_origin(annotation)
+        if origin is typing.Annotated:
+            annotation = typing.get_args(annotation)[0]
+        elif origin in (types.UnionType, typing.Union):
+            annotation = next(each for each in typing.get_args(annotation) if each is not types.NoneType)
+        else:
+            return annotation
+
+
+def _suggest(place: Sequence[int | str], found: Sequence[ErrorDetails]) -> str:
+    """Names the unknown key that may have been meant by one that is missing."""
+    others = [str(each["loc"][-1]) for each in found if each["type"] == "extra_forbidden"]
+    near = difflib.get_close_matches(str(place[-1]), others, n=1)
+    return f"; is {near[0]!r} misspelt?" if near else ""
+
+
+def _describe_unknown(name: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"is not a key known here (known: {', '.join(known)}){hint}"
+
+
+def _describe_bound(error: ErrorDetails) -> str:
+    """Says what a value must be, in the words of our own checks."""
+    kind, context = error["type"], error.get("ctx", {})
+    bounds = {
+        "model_type": "must be a mapping of keys to values",
+        "dict_type": "must be a mapping of keys to values",
+        "list_type": "must be a list with at least one entry",
+        "tuple_type": "must be a list with at least one entry",
+        "too_short": "must be a list with at least one entry",
+        "string_type": "must be a text",
+        "bool_type": "must be true or false",
+    }
+    if kind in ("enum", "literal_error"):
+        known = [each.strip(" '") for each in context["expected"].replace(" or ", ", ").split(",")]
+        return describe_choice(error["input"], known).split(", ", 1)[1]
+    return bounds.get(kind, f"must be otherwise: {error['msg']}")

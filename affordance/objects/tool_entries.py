@@ -1,0 +1,133 @@
+"""Materials and tools as their files have them: keys, types and bounds."""
+
+import re
+from typing import Annotated
+
+import numpy as np
+from pydantic import AfterValidator, Field
+from scipy.spatial.transform import Rotation
+
+from affordance.arrays import Array
+from affordance.files.data_model import DataModel, Text, Vector, Whole, Within, complain
+from affordance.objects.colour import Colour
+from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Material
+
+# What a hand can hold: lengths from a tenth of a millimetre, nothing larger or further than a metre. Beyond that a
+# value is a slip of units rather than an object, [m].
+SIZE_MIN, SIZE_MAX = 1e-4, 1.0
+
+
+COLOUR_FORM = "must be red, green and blue in hexadecimal, as '#b5a642'"
+
+
+def is_colour(text: str) -> bool:
+    """Says whether a text is of the form of a colour."""
+    return re.fullmatch("#[0-9a-fA-F]{6}", text) is not None
+
+
+def parse_colour(text: str) -> Colour:
+    """Red, green and blue in [0, 1] of six hexadecimal digits."""
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
+
+
+def _check_colour(text: str) -> str:
+    if not is_colour(text):
+        raise complain(f"is {text!r}, {COLOUR_FORM}")
+    return text
+
+
+type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
+type Lengths = Annotated[tuple[float, float, float], Vector(3, Within(SIZE_MIN, SIZE_MAX))]
+type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Within(SIZE_MIN, SIZE_MAX))]
+type Position = Annotated[tuple[float, float, float], Vector(3, Within(-SIZE_MAX, SIZE_MAX))]
+type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 360.0))]
+type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
+type Name = Annotated[str, Text()]
+
+
+class MaterialEntry(DataModel):
+    """A material as a file has it."""
+
+    colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
+    density: Annotated[float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="[kg/m^3]")]
+    density_sd: Annotated[
+        float, Within(0.0, DENSITY_MAX), Field(description="Between things that are made of it, [kg/m^3].")
+    ]
+    source: Annotated[str, Text(), Field(description="Where the density comes from.")]
+
+    def build(self, name: str) -> Material:
+        """Builds the material."""
+        return Material(name, parse_colour(self.colour), self.density, self.density_sd, self.source)
+
+
+class PoseEntry(DataModel):
+    """Where something is in the tool's frame T, and how it is turned."""
+
+    position: Annotated[Position, Field(description="[m]")]
+    rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
+
+    def build_pose(self) -> Array:
+        """Builds the pose, (4, 4)."""
+        return build_pose(self.position, self.rpy_deg)
+
+
+class ComponentEntry(DataModel):
+    """A solid part of a tool, or the parts of a mesh, as a file has them; what goes together the reader knows."""
+
+    semi_axes: Annotated[
+        Lengths | None, Field(description="An ellipsoid: half the lengths along its own axes, [m].")
+    ] = None
+    box: Annotated[Lengths | None, Field(description="A box: its lengths, [m].")] = None
+    cylinder: Annotated[RadiusAndLength | None, Field(description="A cylinder along z: radius, length, [m].")] = None
+    capsule: Annotated[
+        RadiusAndLength | None, Field(description="A capsule along z: radius, length between the centres, [m].")
+    ] = None
+    mesh: Annotated[Name | None, Field(description="A file of closed surfaces: .obj, .ply or .stl.")] = None
+    unit: Annotated[Name | None, Field(description="Of the mesh: m, cm, mm or in.")] = None
+    shell: Annotated[
+        Annotated[int, Whole(0)] | None, Field(description="Which shell of the mesh; all if left out.")
+    ] = None
+    materials: Annotated[
+        Annotated[list[Name], Field(min_length=1)] | None, Field(description="Of the mesh's shells, in their order.")
+    ] = None
+    position: Annotated[Position | None, Field(description="[m]")] = None
+    rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
+    material: Annotated[Name | None, Field(description="What it is made of.")] = None
+    colour: Annotated[
+        Name | None, Field(description="Its colour, or 'file' for the mesh's: its material's if none is given.")
+    ] = None
+    looks_like: Annotated[
+        Name | None, Field(description="The material whose colour it shows; its own if left out.")
+    ] = None
+
+
+class StrikeEntry(DataModel):
+    """A face that is made to strike, as a file has it."""
+
+    point: Annotated[Position, Field(description="Its middle, in T, [m].")]
+    normal: Annotated[Direction, Field(description="Out of the tool, in T; of any length.")]
+
+
+class ToolEntry(DataModel):
+    """A tool as a file has it."""
+
+    name: Name
+    components: Annotated[list[ComponentEntry], Field(min_length=1, description="Its solid parts.")]
+    grips: Annotated[
+        Annotated[dict[str, PoseEntry], Field(min_length=1)] | None,
+        Field(description="Ways of holding it, by name; Tx points out of the hand."),
+    ] = None
+    strikes: Annotated[
+        Annotated[dict[str, StrikeEntry], Field(min_length=1)] | None,
+        Field(description="Faces that are made to strike, by name."),
+    ] = None
+
+
+def build_pose(position: tuple[float, float, float], rpy_deg: tuple[float, float, float] | None) -> Array:
+    """Builds a pose, (4, 4), of a position, [m], and roll, pitch and yaw, [deg]."""
+    X = np.eye(4)
+    X[:3, 3] = position
+    if rpy_deg is not None:
+        X[:3, :3] = Rotation.from_euler("xyz", rpy_deg, degrees=True).as_matrix()
+    return X

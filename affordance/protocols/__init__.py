@@ -1,0 +1,1 @@
+"""Protocols of experiments as files: what they hold, what they mean, and what is measured."""

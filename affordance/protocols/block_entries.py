@@ -1,0 +1,138 @@
+"""The blocks of a protocol: which objects are presented in which order, and what is done in a presentation."""
+
+from collections.abc import Sequence
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from affordance.files.data_model import DataModel, Text, Whole, Within, complain
+from affordance.protocols.object_entries import ALL
+
+# Longest presentation, [s], and most presentations of a block.
+_DURATION_MAX, _PRESENTATIONS_MAX = 60.0, 1000
+
+type Seconds = Annotated[float, Within(0.05, _DURATION_MAX)]
+
+
+class HoldEntry(DataModel):
+    """Hold the object in the arm's home posture."""
+
+    duration: Annotated[Seconds, Field(description="[s]")] = 3.0
+
+
+class ClampEntry(DataModel):
+    """Push up against a clamp with what the object is believed to weigh; it lets go, and the object is held."""
+
+    duration: Annotated[Seconds, Field(description="How long it is held after release, [s].")] = 1.0
+    closed_form: Annotated[
+        bool, Field(description="The same arm at rest in closed form, for hundreds of lifts; else it is simulated.")
+    ] = True
+
+
+class ReachEntry(DataModel):
+    """Move the free end of the object along a path."""
+
+    path: Annotated[str, Text(), Field(description="A path file.")] = "paths/reach.yaml"
+
+
+class ChooseEntry(DataModel):
+    """Choose the grip with which a task takes the least work, by what is believed; the object is not held."""
+
+    reach: Annotated[Annotated[str, Text()] | None, Field(description="The path file of a reach.")] = None
+    hammer: Annotated[Annotated[str, Text()] | None, Field(description="The nail file of a blow.")] = None
+
+    @model_validator(mode="after")
+    def check_task(self) -> Self:
+        """Refuses a choice about no task or two.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        if (self.reach is None) == (self.hammer is None):
+            raise complain("must have either 'reach' or 'hammer'")
+        return self
+
+
+class LookEntry(DataModel):
+    """Only look at the object: nothing is felt, and what is expected of it is asked."""
+
+
+class ActionEntry(DataModel):
+    """What is done in a presentation: one of these."""
+
+    hold: HoldEntry | None = None
+    clamp: ClampEntry | None = None
+    reach: ReachEntry | None = None
+    choose: ChooseEntry | None = None
+    look: LookEntry | None = None
+
+    @model_validator(mode="after")
+    def check_one(self) -> Self:
+        """Refuses presentations in which nothing or several things are done.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        done = [name for name in ActionEntry.model_fields if getattr(self, name) is not None]
+        if len(done) != 1:
+            known = ", ".join(ActionEntry.model_fields)
+            raise complain(f"has {' and '.join(done) or 'nothing'}, must have one of {known}")
+        return self
+
+    @property
+    def duration(self) -> float:
+        """How long the object is in the hand, [s]; 0 if it is not held."""
+        held = self.hold or self.clamp
+        return 0.0 if held is None else held.duration
+
+
+class GradualEntry(DataModel):
+    """An object whose weight changes evenly from the first repetition to the last, by its density."""
+
+    object: Annotated[str, Text(), Field(description="Its name.")]
+    mass_from: Annotated[float, Within(1e-3, 100.0), Field(description="In the first repetition, [kg].")]
+    mass_to: Annotated[float, Within(1e-3, 100.0), Field(description="In the last, [kg].")]
+
+
+class BlockEntry(DataModel):
+    """Presentations of some objects, each once a repetition."""
+
+    name: Annotated[str, Text()]
+    objects: Annotated[str, Text(), Field(description="A group of objects.")] = ALL
+    repetitions: Annotated[int, Whole(1, _PRESENTATIONS_MAX)] = 1
+    order: Annotated[
+        Literal["fixed", "shuffled", "latin square"],
+        Field(
+            description="Within a repetition: as listed, drawn anew each time, or by the observer's row of a "
+            "Latin square, in which each object comes once in each place and follows each other one equally often."
+        ),
+    ] = "fixed"
+    first: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="A group that comes before the others in each repetition, whatever their order."),
+    ] = None
+    times: Annotated[int, Whole(1, 100), Field(description="How often an object is presented in a row.")] = 1
+    gradual: GradualEntry | None = None
+    do: ActionEntry
+    teaches: Annotated[bool, Field(description="Whether what is felt is learned from.")] = True
+    measured: Annotated[
+        bool, Field(description="Whether its presentations are what numbers and figures are about.")
+    ] = True
+    ask_after_each: Annotated[
+        bool, Field(description="Of a choice: asked before the first and after each presentation before it.")
+    ] = False
+
+
+def change_holds(
+    blocks: Sequence[BlockEntry], duration: float, repetitions: int | None = None
+) -> tuple[BlockEntry, ...]:
+    """The blocks with holds of another duration, [s], and other repetitions of the first."""
+    changed = []
+    for block in blocks:
+        if block.do.hold is not None:
+            hold = block.do.hold.model_copy(update={"duration": duration})
+            block = block.model_copy(update={"do": block.do.model_copy(update={"hold": hold})})
+        changed.append(block)
+    if repetitions is not None:
+        changed[0] = changed[0].model_copy(update={"repetitions": repetitions})
+    return tuple(changed)

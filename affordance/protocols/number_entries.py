@@ -1,0 +1,113 @@
+"""The numbers of a protocol: what is measured of every observer, and what of all of them is reported."""
+
+import enum
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
+from affordance.protocols.object_entries import ALL
+
+
+class Measure(enum.StrEnum):
+    """What can be measured; SI units."""
+
+    # Of every presentation.
+    FORCE = "force"  # upward, before release from a clamp
+    WEIGHT = "weight"  # true
+    FOUNDS_KIND = "founds a kind"  # 1 if one kind more is remembered after it than before, else 0
+    EXPECTED_MASS = "expected mass"  # at the most probable densities, before the object is felt
+    DROP = "drop"  # how far the object's geometric centre sinks below where it was
+    LIFT = "lift"  # how far it rises
+    EXCURSION = "excursion"  # its height of largest magnitude, with its sign
+    EXCURSION_GRIP = "excursion of the grip"
+    EXCURSION_CENTRE_OF_MASS = "excursion of the centre of mass"
+    DEVIATION = "deviation"  # the magnitude of the excursion
+    RISES = "rises"  # 1 if the excursion is upward, else 0
+    WORK = "work"  # mechanical, without recovery
+    PATH_ERROR = "path error"  # largest distance from the path
+    LOG_EVIDENCE = "log evidence"
+    P_VALUE = "p value"
+    OUTLIER = "outlier"  # 1 if it is a 5-sigma outlier, else 0
+    PERIODS_LIMITED = "periods limited"  # control periods in which a limit is active
+    PERIODS_FAILED = "periods failed"
+    SAMPLES_REJECTED = "samples rejected"
+    MASS_ERROR = "mass error"  # of the expected mass, as a fraction
+    COM_ERROR = "centre of mass error"
+    INERTIA_ERROR = "inertia error"  # of the moments of inertia about the grip, as a fraction
+    # Before the first presentation and after each.
+    DENSITY = "believed density"  # of the first material, a quantile of the belief
+    DENSITY_MODE = "most probable density"
+    # After what came before the measured presentations, by material.
+    DENSITIES = "believed densities"
+    # Of the objects, whatever observers do.
+    TRUE_MASS = "true mass"
+    TRUE_CENTRE_OF_MASS = "true centre of mass"  # along the tool from the grip
+    TRUE_DENSITY = "true density"  # of the first part of the first object
+    TRUE_DENSITIES = "true densities"  # by material
+
+
+class NumberEntry(DataModel):
+    """A number of metrics.json."""
+
+    measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="What is measured.")] = None
+    expression: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="In place of a measure: calculated from numbers above it, for every observer."),
+    ] = None
+    meaning: Annotated[str, Field(description="In words, with its unit.")] = ""
+    of: Annotated[str, Text(), Field(description="Presentations of this group of objects only.")] = ALL
+    first: Annotated[
+        Annotated[int, Whole(1, 100_000)] | None, Field(description="The mean of the first so many of them.")
+    ] = None
+    last: Annotated[
+        Annotated[int, Whole(1, 100_000)] | None, Field(description="The mean of the last so many of them.")
+    ] = None
+    predicted_for: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="What a line through measure and volume says for the first object of this group."),
+    ] = None
+    correlated_with: Annotated[
+        Annotated[Measure, OneOf(Measure)] | None,
+        Field(description="The correlation with this measure in place of the mean."),
+    ] = None
+    growth: Annotated[bool, Field(description="The change from each presentation to the next.")] = False
+    quantile: Annotated[float, Within(0.0, 1.0), Field(description="Of a belief.")] = 0.5
+    single: Annotated[bool, Field(description="Of the first such presentation, not of a list of them.")] = False
+    over: Annotated[
+        Literal["mean", "median", "sum", "median of all"],
+        Field(description="How observers are taken together; 'median of all': with all presentations."),
+    ] = "mean"
+    interval: Annotated[bool, Field(description="With the 95 % interval of the mean, as NAME_ci95.")] = False
+
+    @model_validator(mode="after")
+    def check_ways(self) -> Self:
+        """Refuses numbers that are nothing or two things.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        if (self.measure is None) == (self.expression is None):
+            raise complain("must have either 'measure' or 'expression'")
+        if self.first is not None and self.last is not None:
+            raise complain(f"is {self.last}, must not be given beside 'first'", "last")
+        if self.interval and self.over != "mean":
+            raise complain(f"is true, must be false where observers are taken together by {self.over!r}", "interval")
+        return self
+
+
+class FigureEntry(DataModel):
+    """A figure, by how it is drawn."""
+
+    draw: Literal[
+        "objects", "heights", "heights of points", "density and drop", "lifts", "belief within a trial", "sinking"
+    ]
+    of: Annotated[str, Text(), Field(description="The group that is drawn.")] = ALL
+    decoy: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="The group of an object that is made otherwise than it looks."),
+    ] = None
+    predicted_from: Annotated[
+        Annotated[str, Text()] | None, Field(description="Of lifts: the group whose forces predict those drawn.")
+    ] = None
+    title: str = ""

@@ -1,0 +1,195 @@
+"""The objects of a protocol: their shapes, materials and looks, or the file that has them, in named groups."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, join_key
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.load import build_tools, load_materials, load_tools
+from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
+from affordance.objects.tool_entries import ColourText, MaterialEntry, ToolEntry
+from affordance.protocols.requirements import Requirement, check_requirements
+
+# The group of all objects, which every protocol has.
+ALL = "all"
+
+
+class CylinderEntry(DataModel):
+    """A cylinder held at its middle: the ellipsoid of its radius and volume, which at rest is felt as the same."""
+
+    name: Annotated[str, Text()]
+    radius: Annotated[float, Within(1e-3, 0.5), Field(description="[m]")]
+    height: Annotated[float, Within(1e-3, 1.0), Field(description="[m]")]
+    mass: Annotated[float, Within(1e-3, 100.0), Field(description="[kg]")]
+    colour: Annotated[ColourText, Field(description="What it shows, as '#8c8c8c'.")]
+
+    def build(self) -> Tool:
+        """Builds the object.
+
+        Raises:
+            PydanticCustomError: Nothing is as light or as dense.
+        """
+        solid = Ellipsoid((self.radius, self.radius, 0.75 * self.height))
+        density = self.mass / solid.volume
+        if not DENSITY_MIN <= density <= DENSITY_MAX:
+            problem = f"makes a density of {density:.3g} kg/m^3, must be from {DENSITY_MIN:g} to {DENSITY_MAX:g}"
+            raise complain(problem, "mass")
+        material = MaterialEntry(colour=self.colour, density=density, density_sd=0.0, source="protocol")
+        made_of: Material = material.build(self.name)
+        return Tool(self.name, (Component(solid, np.eye(4), made_of, made_of),))
+
+    @model_validator(mode="after")
+    def check_density(self) -> Self:
+        """Refuses cylinders that nothing is made of.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        self.build()
+        return self
+
+
+class GroupEntry(DataModel):
+    """Some of the objects: by their names, or by their places, which count from 1 or, from the last, from -1."""
+
+    names: Annotated[list[str] | None, Field(description="Names of objects.", min_length=1)] = None
+    first: Annotated[
+        Annotated[int, Whole(-1000, 1000)] | None, Field(alias="from", description="Place of the first.")
+    ] = None
+    last: Annotated[
+        Annotated[int, Whole(-1000, 1000)] | None, Field(alias="to", description="Place of the last.")
+    ] = None
+
+    @model_validator(mode="after")
+    def check_ways(self) -> Self:
+        """Refuses groups that are given in both ways or in none.
+
+        Raises:
+            PydanticCustomError: It is one.
+        """
+        by_place = self.first is not None and self.last is not None
+        if by_place == (self.names is not None):
+            raise complain("must have either 'names' or both 'from' and 'to'")
+        return self
+
+    def select(self, tools: Sequence[Tool]) -> list[int]:
+        """Indices of the objects.
+
+        Raises:
+            LookupError: There is no object of such a name or place; says so.
+        """
+        known = [tool.name for tool in tools]
+        if self.names is not None:
+            unknown = [name for name in self.names if name not in known]
+            if unknown:
+                raise LookupError(describe_choice(unknown[0], known))
+            return [known.index(name) for name in self.names]
+        assert self.first is not None
+        assert self.last is not None
+        for place in (self.first, self.last):
+            if not 1 <= abs(place) <= len(tools):
+                raise LookupError(f"has the place {place}, must be from 1 to {len(tools)}, or from -1 backwards")
+        start, end = (place - 1 if place > 0 else len(tools) + place for place in (self.first, self.last))
+        return list(range(start, end + 1))
+
+
+class ObjectsEntry(DataModel):
+    """The objects of a protocol."""
+
+    file: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="A tools file: beside the protocol, or in the models folder."),
+    ] = None
+    materials_file: Annotated[str, Text(), Field(description="Where their materials are.")] = "materials.yaml"
+    materials: Annotated[
+        Annotated[dict[str, MaterialEntry], Field(min_length=1)] | None,
+        Field(description="Materials of this protocol, beside those of the file."),
+    ] = None
+    tools: Annotated[
+        Annotated[list[ToolEntry], Field(min_length=1)] | None, Field(description="Objects, as in a tools file.")
+    ] = None
+    cylinders: Annotated[list[CylinderEntry] | None, Field(min_length=1, description="Objects of one part.")] = None
+    groups: Annotated[
+        dict[str, GroupEntry], Field(description="Names for some of the objects; 'all' stands for all.")
+    ] = Field(default_factory=dict)
+    require: Annotated[
+        list[Annotated[Requirement, OneOf(Requirement)]],
+        Field(description="What the objects must be for the protocol to make sense."),
+    ] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def check_given(self) -> Self:
+        """Refuses protocols without objects, and groups of a name that is taken.
+
+        Raises:
+            PydanticCustomError: It has none, or one of its groups is called 'all'.
+        """
+        if self.file is None and self.tools is None and self.cylinders is None:
+            raise complain("has no objects, must have 'file', 'tools' or 'cylinders'")
+        if ALL in self.groups:
+            raise complain("is the group of all objects, must be called otherwise", f"groups.{ALL}")
+        return self
+
+
+class ProtocolObjects(NamedTuple):
+    """Objects, and which of them is in which group.
+
+    Attributes:
+        tools: In the order of the file.
+        groups: Indices of objects, by the name of the group.
+        path: Of the file that they are from, for errors.
+    """
+
+    tools: tuple[Tool, ...]
+    groups: Mapping[str, Sequence[int]]
+    path: Path
+
+    def select(self, group: str) -> list[Tool]:
+        """The objects of a group."""
+        return [self.tools[index] for index in self.groups[group]]
+
+
+def build_objects(entry: ObjectsEntry, path: Path, models: Path) -> ProtocolObjects:
+    """Builds the objects of a protocol.
+
+    Args:
+        entry: What the protocol says.
+        path: The protocol's file.
+        models: The folder of models.
+
+    Raises:
+        BadValueError: A file is wrong, a name is twice or none there is, or the objects are not as is required.
+    """
+    tools: tuple[Tool, ...] = ()
+    source = path
+    materials: dict[str, Material] = {}
+    if entry.file is not None or entry.tools is not None:
+        materials = load_materials(find_file(entry.materials_file, path, models))
+        materials |= {name: each.build(name) for name, each in (entry.materials or {}).items()}
+    if entry.file is not None:
+        source = find_file(entry.file, path, models)
+        tools = load_tools(source, materials)
+    tools += build_tools(path, "objects.tools", entry.tools or [], materials, path.parent)
+    tools += tuple(each.build() for each in entry.cylinders or [])
+    names = [tool.name for tool in tools]
+    if twice := {name for name in names if names.count(name) > 1}:
+        raise BadValueError(path, "objects", f"has two objects called {min(twice)!r}, each must have its own name")
+    check_requirements(entry.require, source, tools)
+    groups: dict[str, list[int]] = {ALL: list(range(len(tools)))}
+    for name, group in entry.groups.items():
+        try:
+            groups[name] = group.select(tools)
+        except LookupError as error:
+            raise BadValueError(path, join_key(["objects", "groups", name]), str(error.args[0])) from error
+    return ProtocolObjects(tools, groups, source)
+
+
+def find_file(name: str, path: Path, models: Path) -> Path:
+    """A file that a protocol names: the one beside the protocol if there is one, else that of the models."""
+    beside = path.parent / name
+    return beside if beside.exists() else models / name

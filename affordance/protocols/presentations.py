@@ -1,0 +1,81 @@
+"""The presentations of a protocol: who is given what, in which order."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from affordance.objects.tool import Tool
+from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.object_entries import ProtocolObjects
+
+
+@dataclass(frozen=True)
+class Presentation:
+    """One object, presented once.
+
+    Attributes:
+        tool: Which object.
+        block: Which block of the protocol.
+        mass: What it weighs this time, [kg]; None for what it always weighs.
+    """
+
+    tool: int
+    block: int
+    mass: float | None = None
+
+
+def draw_presentations(
+    block: BlockEntry, index: int, objects: ProtocolObjects, rng: np.random.Generator, repeat: int
+) -> list[Presentation]:
+    """Draws the presentations of a block.
+
+    Args:
+        block: The block.
+        index: Its place in the protocol.
+        objects: Those of the protocol.
+        rng: Draws what is shuffled.
+        repeat: The observer, who has the row of that number in a Latin square.
+    """
+    group = list(objects.groups[block.objects])
+    before = [] if block.first is None else [tool for tool in objects.groups[block.first] if tool in group]
+    others = [tool for tool in group if tool not in before]
+    presentations = []
+    for repetition in range(block.repetitions):
+        row = [*before, *order_objects(others, block.order, rng, repeat + repetition)]
+        for tool in row:
+            mass = None
+            if block.gradual is not None and objects.tools[tool].name == block.gradual.object:
+                share = repetition / max(1, block.repetitions - 1)
+                mass = block.gradual.mass_from + share * (block.gradual.mass_to - block.gradual.mass_from)
+            presentations += [Presentation(tool, index, mass)] * block.times
+    return presentations
+
+
+def weigh(tool: Tool, mass: float) -> Tool:
+    """The object with all its densities scaled, so that it has another mass, [kg]."""
+    factor = mass / tool.mass
+    made = [replace(part.material, density=factor * part.material.density) for part in tool.components]
+    parts = [replace(part, material=material) for part, material in zip(tool.components, made, strict=True)]
+    return replace(tool, components=tuple(parts))
+
+
+def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, row: int) -> list[int]:
+    """Orders objects for one repetition; row is that of a Latin square."""
+    if order == "shuffled":
+        return [tools[int(place)] for place in rng.permutation(len(tools))]
+    if order == "latin square":
+        return [tools[place] for place in build_latin_square(len(tools))[row % count_rows(len(tools))]]
+    return list(tools)
+
+
+def count_rows(count: int) -> int:
+    """Rows of the square for a number of objects: twice as many for an odd number."""
+    return count if count % 2 == 0 else 2 * count
+
+
+def build_latin_square(count: int) -> list[list[int]]:
+    """Orders in which each object comes equally often in each place, and after each other one (Williams 1949)."""
+    zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
+    rows = [[(place + shift) % count for place in zigzag] for shift in range(count)]
+    return rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)]

@@ -1,0 +1,44 @@
+"""What editors need to know of protocols, and a commented start of one."""
+
+import json
+from pathlib import Path
+
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_text
+from affordance.files.model_folder import MODELS
+from affordance.protocols.protocol import FOLDER, Protocol, load_protocol
+
+SCHEMA_FILE = "protocol.schema.json"
+# The commented start; what stands for the name of the protocol in it.
+_TEMPLATE, _NAME = "template.yaml.txt", "NAME"
+
+
+def build_schema() -> str:
+    """The JSON schema of protocols, as text."""
+    return json.dumps(Protocol.model_json_schema(by_alias=True), indent=1) + "\n"
+
+
+def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
+    """Writes a commented protocol that can be run as it is, and the schema beside it.
+
+    Args:
+        name: Of the protocol and, with .yaml, of its file.
+        folder: Where to.
+
+    Returns: The two files.
+
+    Raises:
+        BadValueError: The name is not fit, or there is such a file already, which is kept.
+    """
+    path, schema = folder / f"{name}.yaml", folder / SCHEMA_FILE
+    if path.exists():
+        raise BadValueError(path, "", "exists already; give another name, or remove it")
+    text = (MODELS / FOLDER / _TEMPLATE).read_text(encoding="utf-8")
+    write_text(path, text.replace(_NAME, name))
+    try:
+        load_protocol(path)
+    except BadValueError:
+        path.unlink()
+        raise
+    write_text(schema, build_schema())
+    return path, schema

@@ -1,0 +1,109 @@
+"""Pictures of forces lift by lift: observers of each learner, and what people did."""
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.arrays import Array
+from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import count_observers
+from affordance.reporting.statistics import estimate_mean
+
+_PEOPLE = "#000000"
+# Of so many observers each is drawn.
+_MOST_DRAWN = 30
+
+
+class LiftCurve(NamedTuple):
+    """Forces of the observers of one learner.
+
+    Attributes:
+        label: Its name.
+        forces: (R, C), [N].
+        predicted: What other objects' forces predict for each lift, (R, C), [N]; None if it is not asked for.
+    """
+
+    label: str
+    forces: Array
+    predicted: Array | None
+
+
+class IntervalValue(Protocol):
+    """A mean with its 95 % interval."""
+
+    @property
+    def value(self) -> float:
+        """The mean."""
+
+    @property
+    def low(self) -> float:
+        """The lower end."""
+
+    @property
+    def high(self) -> float:
+        """The upper end."""
+
+
+class PeopleMark(NamedTuple):
+    """What people did in some of the lifts.
+
+    Attributes:
+        label: What it is.
+        interval: Mean and interval, [N].
+        first: Number of the first of these lifts.
+        last: Number of the last.
+    """
+
+    label: str
+    interval: IntervalValue
+    first: int
+    last: int
+
+
+def draw_lifts(curves: Sequence[LiftCurve], *, weights: Array, people: Sequence[PeopleMark], title: str) -> Figure:
+    """Draws forces lift by lift: a panel a learner, single observers thin, people's intervals in each.
+
+    Args:
+        curves: One for each learner.
+        weights: True weight in each lift, (C,), [N].
+        people: What people did; empty if nobody has done it.
+        title: Says which experiment it is.
+    """
+    figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
+    panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
+    for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
+        lifts = np.arange(1, curve.forces.shape[1] + 1)
+        for row in curve.forces[:_MOST_DRAWN]:
+            axes.plot(lifts, row, color=colour, linewidth=0.5, alpha=0.35)
+        mean = estimate_mean(curve.forces)
+        axes.plot(lifts, mean.mean, color=colour, linewidth=2.2, label="mean of observers")
+        axes.fill_between(lifts, mean.low, mean.high, color=colour, alpha=0.25, linewidth=0.0)
+        if curve.predicted is not None:
+            predicted = curve.predicted.mean(axis=0)
+            axes.plot(lifts, predicted, "--", color=colour, linewidth=1.4, label="predicted by the other objects")
+        axes.step(lifts, weights, color=_PEOPLE, linewidth=0.9, linestyle=":", where="mid", label="true weight")
+        for mark, shape in zip(people, "os^Dv", strict=False):
+            middle, half = 0.5 * (mark.first + mark.last), 0.5 * (mark.last - mark.first)
+            errors = [[mark.interval.value - mark.interval.low], [mark.interval.high - mark.interval.value]]
+            axes.errorbar(
+                [middle],
+                [mark.interval.value],
+                yerr=errors,
+                xerr=half or None,
+                fmt=shape,
+                color=_PEOPLE,
+                markersize=5,
+                capsize=3,
+                label=f"people: {mark.label}",
+                zorder=5,
+            )
+        axes.set_title(f"{curve.label}, {count_observers(len(curve.forces))}", fontsize=FONT_SIZE)
+        axes.set_xlabel("lift")
+        tidy(axes)
+    panels[0].set_ylabel("upward force before release (N)")
+    handles, labels = panels[0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=2)
+    figure.suptitle(title, fontsize=FONT_SIZE + 1)
+    return figure

@@ -1,0 +1,141 @@
+"""Protocols of one's own: everything that can be done in a presentation, simulated, with few observers."""
+
+import json
+
+import numpy as np
+import pytest
+
+from affordance.belief.learners import Learner
+from affordance.exceptions import BadValueError
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.prediction import predict_protocol
+from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
+from affordance.experiments.runner import run_experiment
+from affordance.files.atomic import to_plain
+from affordance.files.model_folder import MODELS
+from affordance.settings import DEFAULT_SETTINGS
+
+PROTOCOL = """
+name: mine
+question: What is expected?
+objects:
+  materials:
+    oak: {{colour: "#aa7744", density: 700, density_sd: 70, source: a book}}
+  tools:
+    - name: short
+      components: [{{semi_axes: [0.05, 0.02, 0.02], position: [0.05, 0, 0], material: oak}}]
+    - name: long
+      components: [{{semi_axes: [0.1, 0.02, 0.02], position: [0.1, 0, 0], material: oak}}]
+observers: {observers}
+blocks:
+{blocks}
+numbers:
+  expected: {{measure: expected mass}}
+{numbers}
+report: {{title: Mine, summary: "{{{{ names | length }}}} objects"}}
+"""
+
+
+@pytest.fixture
+def load(tmp_path):
+    def load(blocks, observers="{}", numbers=""):
+        path = tmp_path / "mine.yaml"
+        path.write_text(PROTOCOL.format(blocks=blocks, observers=observers, numbers=numbers))
+        return load_protocol_experiment(str(path))
+
+    return load
+
+
+def test_kinds_of_protocols_are_told_by_what_is_done(load):
+    assert isinstance(load("  - {name: a, do: {hold: {duration: 0.1}}}"), HoldExperiment)
+    assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}"), HoldExperiment)
+    with pytest.raises(
+        BadValueError,
+        match=r"numbers.expected.measure: of lifts in closed form is 'expected mass', must be one of force",
+    ):
+        load("  - {name: a, do: {clamp: {closed_form: true}}}")
+    assert isinstance(load_protocol_experiment("linear_plus"), LiftExperiment)
+    with pytest.raises(
+        BadValueError, match=r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
+    ):
+        load("  - {name: a, do: {clamp: {}}}\n  - {name: b, do: {hold: {}}}")
+
+
+def test_who_only_looks_learns_nothing_and_who_holds_does(load):
+    looks = "  - {{name: {0}, objects: all, do: {{look: {{}}}}}}\n"
+    blocks = looks.format("before") + "  - {name: hold, do: {hold: {duration: 0.3}}}\n" + looks.format("after")
+    arrays = load(blocks).run_observer(None, None, 0)
+    masses = arrays["parameters_predicted"][:, 0]
+    assert masses.shape == (6,)
+    assert arrays["presented"].tolist() == [0, 1] * 3
+    true = arrays["parameters_true"][:, 0]
+    np.testing.assert_array_equal(arrays["density_quantiles"][0], arrays["density_quantiles"][2])
+    assert abs(masses[4] / true[4] - 1.0) < abs(masses[0] / true[0] - 1.0)
+    assert np.isnan(arrays["height_centre"][[0, 1, 4, 5]]).all()
+    assert np.isfinite(arrays["height_centre"][[2, 3]]).all()
+
+
+def test_who_is_told_expects_what_it_is(load):
+    blocks = "  - {name: look, do: {look: {}}}\n"
+    arrays = load(blocks, observers="{told: [oak]}").run_observer(None, None, 0)
+    np.testing.assert_allclose(arrays["parameters_predicted"][:, 0], arrays["parameters_true"][:, 0], rtol=1e-3)
+    with pytest.raises(BadValueError, match=r"told\[0\]: is 'oka', must be one of oak; did you mean 'oak'"):
+        load(blocks, observers="{told: [oka]}")
+    with pytest.raises(BadValueError, match=r"observers.told: is given, must not be where observers learn by kinds"):
+        load(blocks, observers="{told: [oak], learners: [kinds_map]}")
+
+
+def test_clamp_gives_a_force_and_reach_gives_work(load):
+    blocks = """
+  - {name: clamp, do: {clamp: {closed_form: false, duration: 0.2}}, teaches: false}
+"""
+    clamp = load(blocks, numbers="  force: {measure: force}").run_observer(None, None, 0)
+    expected = 9.81 * clamp["parameters_predicted"][:, 0]
+    np.testing.assert_allclose(clamp["force"], expected, rtol=0.01)
+    reach = load(
+        "  - {name: reach, do: {reach: {path: paths/reach.yaml}}, teaches: false}", observers="{told: [oak]}"
+    )
+    found = reach.run_observer(None, None, 0)
+    assert (found["work"] > 1.0).all()
+    assert (found["path_error"] < 0.02).all()
+
+
+def test_weight_changes_and_learners_stand_side_by_side(load, tmp_path):
+    blocks = """
+  - name: grow
+    repetitions: 2
+    order: latin square
+    gradual: {object: short, mass_from: 0.05, mass_to: 0.2}
+    do: {hold: {duration: 0.1}}
+"""
+    experiment = load(blocks, observers="{learners: [density, kinds_map]}", numbers="  weight: {measure: weight}")
+    arrays = experiment.run_observer(None, None, 0)
+    weights = arrays["weight"][arrays["presented"] == 0]
+    np.testing.assert_allclose(weights, 9.81 * np.array([0.05, 0.2]), rtol=1e-3)
+    np.testing.assert_array_equal(arrays["kinds_map: presented"], arrays["presented"])
+    run_experiment(experiment, None, tmp_path / "mine", repeats=2, jobs=1)
+    numbers = json.loads((tmp_path / "mine" / "metrics.json").read_text())
+    assert set(numbers["learners"]) == {"density", "kinds_map"}
+    assert numbers["learners"]["density"]["expected"] == numbers["expected"]
+
+
+def test_prediction_of_simulated_presentations_has_every_learner(load, tmp_path):
+    load("  - {name: a, do: {hold: {duration: 0.1}}}")
+    values, meanings = predict_protocol(
+        str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, repeats=2, seed=0, jobs=1
+    )
+    assert set(values) == {"expected[0]", "expected[1]"}
+    assert set(values["expected[0]"]) == set(Learner)
+    assert meanings == {"expected": ""}
+    with pytest.raises(BadValueError, match="blocks: is a choice"):
+        predict_protocol("reach", MODELS, DEFAULT_SETTINGS, repeats=2, seed=0, jobs=1)
+
+
+def test_first_block_that_is_not_measured_is_what_simulations_share():
+    com, other = (load_hold_experiment("com") for _ in range(2))
+    assert to_plain(com.experience) == to_plain(load_protocol_experiment("reach").experience)
+    assert com.experience.num_trials == 6
+    assert load_hold_experiment("weight").experience is None
+    assert com.with_duration(1.0, repetitions=1).experience.num_trials == 2
+    assert other.experience.duration == 3.0
