@@ -11,6 +11,7 @@ from pathlib import Path
 from pydrake.systems.analysis import SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
+from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -26,6 +27,9 @@ class Settings:
         arm: Drake model directives of the arm.
         prior: What is believed of a material never felt.
         noise: How well joints feel torque.
+        acceleration_sd: Standard deviation of the error of a felt joint acceleration, [rad/s^2]; the paper assumes
+            that accelerations are felt exactly.
+        cost_measure: By what options are compared.
         vision_error: How well the eye measures; the paper assumes that it does so exactly.
         feature_source: Whether features are measured or seen in pictures; vision_error is for those measured.
         mpc: Horizon, steps and weights of the controller.
@@ -55,6 +59,8 @@ class Settings:
     # 0.07: force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992). 0.097 N m: smallest
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    acceleration_sd: float = 0.0
+    cost_measure: CostMeasure = CostMeasure.WORK
     vision_error: VisionError = VisionError()
     feature_source: FeatureSource = FeatureSource.FEATURES
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
