@@ -5,6 +5,7 @@ whatever the tool is believed to weigh, and only its torques differ, linearly in
 (regressor.py). So one kinematic roll-out serves all of them, and their energies are one matrix product (design 1).
 """
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
@@ -148,6 +149,12 @@ class MotionCost:
         self._rates = np.abs(v).reshape(-1)
         self._signed_rates = v.reshape(-1)
         self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, num_nodes)[:, None]
+
+    def measured_by(self, measure: CostMeasure) -> "MotionCost":
+        """The same motion, compared by another measure."""
+        other = copy.copy(self)
+        other._measure = measure
+        return other
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, shape (S, 10)."""

@@ -17,9 +17,9 @@ class CostMeasure(enum.Enum):
         return _NEGATIVE_WEIGHTS[self]
 
 
-# Muscles do positive work with an efficiency of 0.25 and negative work with one of 1.20 (Margaria 1968, Int. Z. angew.
-# Physiol. 25:339-351, from memory): a joule of braking burns 0.25 / 1.20 of what one of driving does. On a sledge
-# 0.171 and 0.802 were found, the same quotient (Aura and Komi 1986, Int. J. Sports Med. 7:44-49, abstract).
+# Muscles do positive work with an efficiency of 0.25 and negative work with one of 1.20 (Margaria 1968, Int. Z.
+# angew. Physiol. 25:339-351, from memory): a joule of braking burns 0.25 / 1.20 of what one of driving does. On a
+# sledge 0.171 and 0.802 were found, the same quotient (Aura and Komi 1986, Int. J. Sports Med. 7:44-49, abstract).
 _NEGATIVE_WEIGHTS = {
     CostMeasure.WORK: 1.0,
     CostMeasure.POSITIVE_WORK: 0.0,
