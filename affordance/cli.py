@@ -16,7 +16,7 @@ from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
 # Commands in the order of the help; a dash of a name is an underscore of its module.
-COMMANDS = ("run", "doctor")
+COMMANDS = ("run", "robustness", "doctor")
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Needs no library of the system.

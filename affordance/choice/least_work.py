@@ -38,7 +38,10 @@ def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Arra
         AffordanceError: No swing strikes, or the search does not converge.
     """
     swing = plan_strike(planned, hammer, model, pi, settings).swing
-    found = SwingSearch(model, planned.target, swing, pi).find_least_work()
+    try:
+        found = SwingSearch(model, planned.target, swing, pi).find_least_work()
+    except AffordanceError as error:
+        raise AffordanceError(f"the search for least work does not converge: {error}") from error
     if not found.converged:
         raise AffordanceError("the search for least work does not converge")
     peak = np.abs(found.v).max(axis=0)

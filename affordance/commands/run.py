@@ -6,20 +6,29 @@ from pathlib import Path
 import joblib
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.suite import EXPERIMENTS, run_suite
+from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite
 from affordance.files.model_folder import MODELS
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations and write their numbers, figures and report"
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
+_REPEATS, _STUDY_REPEATS = 200, 300
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument("experiment", nargs="?", default="all", help=f"{', '.join(EXPERIMENTS)} or all (default)")
     parser.add_argument(
-        "--repeats", type=int, default=200, help="simulated observers; for vision, objects (default 200)"
+        "experiment",
+        nargs="?",
+        default="all",
+        help=f"{', '.join(EXPERIMENTS)}, all of these (default: all), or {', '.join(STUDIES)}",
+    )
+    parser.add_argument(
+        "--repeats",
+        type=int,
+        help=f"simulated observers, for vision objects (default {_REPEATS}); for robustness settings (default "
+        f"{_STUDY_REPEATS})",
     )
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
     parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
@@ -43,6 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
+    if arguments.repeats is None:
+        arguments.repeats = _STUDY_REPEATS if arguments.experiment in STUDIES else _REPEATS
     report = run_suite(
         check_arguments(arguments),
         arguments.out,
@@ -64,8 +75,8 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     Raises:
         BadValueError: An argument is out of bounds.
     """
-    if arguments.experiment not in (*EXPERIMENTS, "all"):
-        raise BadValueError("experiment", "", describe_choice(arguments.experiment, (*EXPERIMENTS, "all")))
+    if arguments.experiment not in (*EXPERIMENTS, *STUDIES, "all"):
+        raise BadValueError("experiment", "", describe_choice(arguments.experiment, (*EXPERIMENTS, *STUDIES, "all")))
     for name, (low, high) in BOUNDS.items():
         value = getattr(arguments, name)
         if not low <= value <= high:

@@ -32,6 +32,8 @@ EXPERIMENTS = {
     "hammer": "hammer.experiment",
     "vision": "vision.experiment",
 }
+# The same, of those that are no part of "all".
+STUDIES = {"robustness": "robustness.experiment"}
 
 
 def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> Experiment:
@@ -41,7 +43,7 @@ def load_experiment(name: str, models: Path, seed: int, settings: Settings) -> E
         BadValueError: A file is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    module: Any = importlib.import_module(f"affordance.experiments.{EXPERIMENTS[name]}")
+    module: Any = importlib.import_module(f"affordance.experiments.{(EXPERIMENTS | STUDIES)[name]}")
     experiment: Experiment = module.load(models, seed, settings)
     return experiment
 
@@ -61,11 +63,11 @@ def run_suite(
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
-        names: Keys of EXPERIMENTS.
+        names: Keys of EXPERIMENTS or STUDIES.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
-        repeats: Simulated observers, at least 1.
+        repeats: Simulated observers, of robustness settings, at least 1.
         jobs: Processes, at least 1; ignored with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.

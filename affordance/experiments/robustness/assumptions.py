@@ -28,7 +28,7 @@ class Assumption:
         label: In words, with its unit.
         source: Where default and range come from.
         default: What the simulations use.
-        low: Lower end of its range; not a number where it is a choice.
+        low: Lower end of its range; 0 where it is a choice, as is high.
         high: Upper end.
         is_log: Whether the range is sampled evenly in its logarithm.
         choices: What there is to choose from; empty for a range.
@@ -39,8 +39,8 @@ class Assumption:
     label: str
     source: str
     default: float | str
-    low: float = np.nan
-    high: float = np.nan
+    low: float = 0.0
+    high: float = 0.0
     is_log: bool = False
     choices: tuple[str, ...] = ()
     weights: tuple[float, ...] = ()

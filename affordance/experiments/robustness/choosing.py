@@ -9,7 +9,7 @@ import numpy as np
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.inner_simulation import Choice, OptionCost
 from affordance.choice.motion_cost import Costs, MotionCost
-from affordance.choice.ranking import NO_OPTION, TIE, pick_cheapest, rank_options
+from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest, rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.correct_grip import find_grip_of_densest
@@ -140,8 +140,11 @@ def _share_before(choice: Choice, experience: Experience, seed: int, correct: in
     rng = np.random.default_rng([seed, Stream.BAYES])
     memory = experience.recall(0, 0)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES))
-    others = np.delete(costs.cost, correct, axis=0).min(axis=0)
-    gain = others - costs.cost[correct]
+    usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
+    rivals = np.delete(np.arange(len(usable)), correct)[np.delete(usable, correct)]
+    if not usable[correct] or not len(rivals):
+        return 0.5 if not usable.any() else float(usable[correct])
+    gain = costs.cost[rivals].min(axis=0) - costs.cost[correct]
     error = float(gain.std() / np.sqrt(len(gain)))
     # Within two standard errors of what was drawn neither is known to be cheaper.
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)

@@ -24,7 +24,7 @@ from affordance.vision.visual_prior import predict_object
 
 # Holds between which heights are interpolated, by object in the order of presentation: the first is held with the
 # prior, the second with what one trial has taught, from the least to the largest; later ones with ever less spread.
-_NUM_NODES = (1, 3, 2, 2, 2)
+_NUM_NODES = (1, 3, 2, 2, 1)
 
 
 def measure_rods(world: World, observers: Sequence[Sequence[Memory]]) -> dict[str, Any]:
