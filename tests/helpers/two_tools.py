@@ -9,7 +9,7 @@ from affordance.control.timed_path import load_path
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 
-STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 WOOD, STEEL = (part.looks_like.colour for part in STICK.components)
 REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
 
