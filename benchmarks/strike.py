@@ -120,8 +120,8 @@ def prepare_starts(
         planned = plan_strike(costs, hammer, model, tool.parameters, SETTINGS)
         starts = []
         for shift in shifts:
-            nail, p_WNo, direction_W = planned.placement
-            placement = planned.placement._replace(nail=change_nail(nail), p_WNo=p_WNo + shift * direction_W)
+            p_WNo = planned.placement.p_WNo + shift * planned.placement.direction_W
+            placement = planned.placement._replace(nail=change_nail(planned.placement.nail), p_WNo=p_WNo)
             strike = Strike(planned.swing, placement, SETTINGS.control_period)
             trial = runner.get_diagram(strike.compute_duration(SETTINGS.mpc.horizon), tool, placement)
             free_joints(trial.arm.plant)

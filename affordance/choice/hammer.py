@@ -25,7 +25,7 @@ from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
 # are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py).
-_SPEED_STEP, _SPEED_GROWTH = 0.25, 0.06
+_SPEED_STEP, _SPEED_GROWTH = 0.125, 0.06
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
 

@@ -22,7 +22,7 @@ from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
-# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/test_reach_task.py).
+# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/choice/test_reach.py).
 NUM_NODES = 50
 # Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which caches hold.
 _CHUNK = 2000
@@ -131,24 +131,27 @@ class MotionCost:
         self.infeasible_reason = infeasible_reason
         num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
-        nodes = ((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes).astype(int)
+        # In ticks. One more, in the middle of the last tick, counts for the limits alone: a swing loads its joints
+        # most at its end.
+        moments = np.append((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes, num_ticks - 0.5)
+        ticks = moments.astype(int)
+        since = motion.control_period * (moments - ticks)[:, None]
+        vdot = motion.vdot[ticks]
+        v = motion.v[ticks] + since * vdot
+        q = motion.q[ticks] + 0.5 * since * (motion.v[ticks] + v)
         self._weight = motion.control_period * num_ticks / num_nodes
-        vdot = motion.vdot[nodes]
-        # Halfway through the tick.
-        v = motion.v[nodes] + 0.5 * motion.control_period * vdot
-        q = motion.q[nodes] + 0.5 * motion.control_period * (motion.v[nodes] + v) * 0.5
         model.set_payload(np.zeros(NUM_PARAMETERS))
         tau_arm = np.empty_like(v)
-        for node in range(num_nodes):
+        for node in range(len(moments)):
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
         # Constant and linear part of all torques, nodes times joints stacked.
         self._tau_arm = tau_arm.reshape(-1, 1)
         self._Y = Y.reshape(-1, NUM_PARAMETERS)
-        self._rates = np.abs(v).reshape(-1)
-        self._signed_rates = v.reshape(-1)
-        self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, num_nodes)[:, None]
+        self._signed_rates = v[:num_nodes].reshape(-1)
+        self._rates = np.abs(self._signed_rates)
+        self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, len(moments))[:, None]
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
         """The same motion, compared by another measure."""
@@ -169,11 +172,12 @@ class MotionCost:
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
             tau = self._tau_arm + self._Y @ pi[chunk].T
-            effort[chunk] = self._weight * np.einsum("ks,ks->s", tau, tau)
+            counted = tau[: len(self._rates)]
+            effort[chunk] = self._weight * np.einsum("ks,ks->s", counted, counted)
             if share != 1.0:
-                balance[chunk] = self._weight * (self._signed_rates @ tau)
+                balance[chunk] = self._weight * (self._signed_rates @ counted)
             np.abs(tau, out=tau)
-            work[chunk] = self._weight * (self._rates @ tau)
+            work[chunk] = self._weight * (self._rates @ counted)
             tau *= self._per_tau_max
             load[chunk] = tau.max(axis=0)
         cost = effort if self._measure is CostMeasure.EFFORT else work

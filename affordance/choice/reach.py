@@ -64,7 +64,10 @@ class Reach:
             NoPlanError: The controller finds no plan.
             AffordanceError: The arm cannot take the start posture, or loses rank there.
         """
-        p_TF = find_free_end(parts)
+        return self.build_cost_of_end(model, find_free_end(parts), settings)
+
+    def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
+        """The same, for all tools whose free end is F, p_TF of shape (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
         try:
             motion = plan_motion(model, following, duration=self.duration, settings=settings)

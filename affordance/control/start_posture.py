@@ -22,13 +22,14 @@ def read_start(record: Record) -> Start:
     return tuple(record.record("start").numbers(low=-2.0 * math.pi, high=2.0 * math.pi).items())
 
 
-def check_start(path: Path, start: Start, arm: Arm) -> None:
-    """Refuses a start that an arm cannot take.
+def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
+    """Refuses a start that an arm cannot take, as the value of a key of a task's file.
 
     Raises:
-        BadValueError: There is no such joint, or it cannot take its angle; names the file and the key.
+        BadValueError: There is no such joint, or it cannot take its angle; names the file and the joint's key.
     """
-    try:
-        arm.find_posture(dict(start))
-    except AffordanceError as error:
-        raise BadValueError(path, "start", str(error)) from error
+    for name, angle in start:
+        try:
+            arm.find_posture({name: angle})
+        except AffordanceError as error:
+            raise BadValueError(path, f"{key}.{name}", str(error)) from error

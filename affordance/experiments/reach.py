@@ -7,7 +7,7 @@ found by simulating both with the true densities.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -15,7 +15,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.choice.inner_simulation import Choice
+from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
+from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
 from affordance.experiments.definition import Arrays, Outputs
@@ -35,7 +37,7 @@ from affordance.experiments.shared.proportions import compute_proportions, descr
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories
-from affordance.objects.tool import Tool, list_densities
+from affordance.objects.tool import Tool, find_free_end, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.reporting import figures
@@ -117,8 +119,6 @@ class ReachExperiment:
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
             )
             simulated = self.simulate(jobs)
-            work = partial(compute_reach_work, self.task, remove_errors(self.settings))
-            off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         except (SeeingError, UnavailableError):  # no matter of the path
             raise
         except AffordanceError as error:
@@ -134,6 +134,8 @@ class ReachExperiment:
                     raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
             works = [rollout.work for rollout in simulated[tool.name].values()]
             check_one_grip_is_cheaper(self.models, tool, works)
+        work = partial(compute_reach_work, self.task, remove_errors(self.settings))
+        off_axis = measure_changes(work, self.novel, jobs=jobs, description="reach: parts moved")
         return ReachPlan(choices, simulated, off_axis)
 
     def simulate(self, jobs: int) -> dict[str, dict[str, Rollout]]:
@@ -250,8 +252,14 @@ class ReachExperiment:
 
 def compute_reach_work(task: Reach, settings: Settings, held: Tool) -> float:
     """Plans the task with a tool that is gripped, and returns its work, [J]."""
-    cost = task.build_cost(ArmModel(load_arm(settings.arm)), held.components, settings)
+    cost = _plan_reach(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
+
+
+@lru_cache(maxsize=4)
+def _plan_reach(task: Reach, settings: Settings, p_TF: tuple[float, float, float]) -> MotionCost:
+    """The motion of a free end: that of all tools that end there."""
+    return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)
 
 
 def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> ReachExperiment:
@@ -263,5 +271,6 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     """
     file = models / "paths" / "reach.yaml"
     path = load_path(file)
-    experience, novel = load_subjects(models, seed, settings, task=file, start=path.start)
+    check_start(file, "start", path.start, load_arm(settings.arm))
+    experience, novel = load_subjects(models, seed, settings, path.start)
     return ReachExperiment(experience, novel, Reach(path), models)

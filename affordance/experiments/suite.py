@@ -17,7 +17,7 @@ from affordance.plant.arm import ARM, load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import write_report
 from affordance.runs.cluster import use_cluster
-from affordance.runs.repeats import end_processes, prepare_folder
+from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
@@ -82,6 +82,7 @@ def run_suite(
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
+    check_folder(out)  # before plans are made, which takes minutes
     settings = Settings(arm=models / ARM.name, feature_source=feature_source)
     if faults:
         joint_names = load_arm(settings.arm).joint_names

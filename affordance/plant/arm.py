@@ -100,7 +100,7 @@ class Arm:
             index = names.index(name)
             low, high = self.limits.q_lower[index], self.limits.q_upper[index]
             if not low <= angle <= high:
-                raise AffordanceError(f"puts {name} at {angle:g} rad, must be from {low:g} to {high:g} rad")
+                raise AffordanceError(f"puts {name} at {angle:g} rad, must be from {low:.7g} to {high:.7g} rad")
             q[index] = angle
         return q
 

@@ -45,18 +45,25 @@ _DECIDE_NOTHING = {"commands", "reporting"}
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
+def check_folder(path: Path) -> None:
+    """Makes sure that a folder for results could be there, and makes nothing.
+
+    Raises:
+        BadValueError: The path is a file, or lies below one.
+    """
+    if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
+        raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder")
+
+
 def prepare_folder(path: Path) -> Path:
     """Makes a folder for results, or makes sure that an existing one can be written to.
 
     Raises:
         BadValueError: The path is a file, lies below one, or may not be written to.
     """
+    check_folder(path)
     try:
         path.mkdir(parents=True, exist_ok=True)
-    except (FileExistsError, NotADirectoryError) as error:
-        raise BadValueError(
-            "--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder"
-        ) from error
     except OSError as error:
         raise BadValueError("--out", "", f"is {str(path)!r}, which cannot be made: {error.strerror}") from error
     if not os.access(path, os.W_OK | os.X_OK):

@@ -28,6 +28,7 @@ from hypothesis import strategies as st
 from affordance.cli import main
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
+from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import Faults
 
 # Of which some 700 differ; those that were tried already are not counted.
@@ -48,8 +49,14 @@ FILES = {
 # Files whose keys are names that are free to choose, and keys that may be left out.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
 OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
-# Likewise, in one file.
-OPTIONAL_IN = {"tools/uncommon.yaml": frozenset({"grips"})}
+# Likewise, in one file. Joints that a start does not name are as in the home posture.
+_START = frozenset({"start", *load_arm().joint_names})
+OPTIONAL_IN = {
+    "tools/uncommon.yaml": frozenset({"grips"}),
+    "paths/reach.yaml": _START,
+    "paths/mash.yaml": _START,
+    "nail.yaml": _START,
+}
 # What stands for a number, a text, a list and a mapping that is none, or lies out of all bounds.
 WRONG: dict[type, tuple[Any, ...]] = {
     float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),

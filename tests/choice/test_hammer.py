@@ -1,10 +1,12 @@
 """The task of hammering: what a blow costs as planned, and the arm that deals it."""
 
 import dataclasses
+import re
 
 import numpy as np
 import pytest
 
+from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import load_hammer, plan_strike
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.problem import MpcSettings
@@ -21,7 +23,7 @@ from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.diagram import build_trial_diagram
 
-PLAIN, HEADED = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+PLAIN, HEADED, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 HELD = {grip.name: PLAIN.gripped_by(grip) for grip in PLAIN.grips}
 PI = {grip: tool.parameters for grip, tool in HELD.items()}
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
@@ -51,7 +53,7 @@ def blow(request, hammer, planned):
 
 @pytest.mark.parametrize("grip", HELD)
 @pytest.mark.parametrize("force", [180.0, 427.0])
-def test_speed_gives_the_tip_the_energy_the_nail_takes(planned, own_model, hammer, grip, force):
+def test_speed_gives_the_tip_the_energy_that_nail_and_contact_take(planned, own_model, hammer, grip, force):
     """By the mass matrix of Drake at the posture of the swing that has this speed."""
     (speed,) = planned[grip].find_speed(PI[grip][None], force)
     target, nail = planned[grip].target, hammer.nail
@@ -62,9 +64,12 @@ def test_speed_gives_the_tip_the_energy_the_nail_takes(planned, own_model, hamme
     assert target.direction_W @ J @ swing.v_end == pytest.approx(speed, abs=1e-4)
     along = target.direction_W @ J
     mass = 1.0 / (along @ np.linalg.solve(own_model.compute_mass_matrix(), along))
-    depths = np.linspace(nail.depth_set, force / nail.stiffness, 2001)
+    peak = AIM * force
+    depths = np.linspace(nail.depth_set, peak / nail.stiffness, 2001)
     taken = np.trapezoid(nail.stiffness * depths, depths)
-    assert 0.5 * mass * speed**2 == pytest.approx(taken, rel=2e-3)
+    given_way = np.linspace(0.0, peak / CONTACT_STIFFNESS, 2001)
+    stored = np.trapezoid(CONTACT_STIFFNESS * given_way, given_way)
+    assert 0.5 * mass * speed**2 == pytest.approx(taken + stored, rel=2e-3)
 
 
 @pytest.mark.parametrize("grip", HELD)
@@ -119,12 +124,17 @@ def test_blow_becomes_infeasible_where_the_swing_itself_breaks_a_torque_limit(ha
     assert feasible[:edge].all()
     assert not feasible[edge:].any()
     swing = plan_strike(planned, strong, own_model, held.parameters, DEFAULT_SETTINGS, force=forces[edge]).swing
-    own_model.set_payload(held.parameters)
+    assert measure_loads(own_model, swing, held.parameters).max() == pytest.approx(1.0, abs=0.02)
+
+
+def measure_loads(model, swing, pi):
+    """Largest part of each joint's torque limit along a swing, by Drake's inverse dynamics."""
+    model.set_payload(pi)
     loads = []
     for q, v, vdot in zip(*swing.evaluate(np.linspace(0.0, swing.duration, 400)), strict=True):
-        own_model.set_state(np.concatenate([q, v]))
-        loads.append(np.abs(own_model.compute_inverse_dynamics(vdot)) / own_model.arm.limits.tau_max)
-    assert np.max(loads) == pytest.approx(1.0, abs=0.02)
+        model.set_state(np.concatenate([q, v]))
+        loads.append(np.abs(model.compute_inverse_dynamics(vdot)) / model.arm.limits.tau_max)
+    return np.max(loads, axis=0)
 
 
 def test_blow_beyond_the_table_is_refused(hammer, planned, own_model):
@@ -142,7 +152,12 @@ def test_lack_names_speed_or_the_joint_that_lacks_torque(hammer, planned, own_mo
     assert not planned["wood"].explain_infeasibility(PI["wood"])
     parts = HELD["wood"].components
     strong = ask_for_depth(hammer, 0.05).build_cost(own_model, parts, DEFAULT_SETTINGS)
-    assert strong.explain_infeasibility(PI["wood"]) == "wrist_deviation must bear 1.91 times its torque limit"
+    said = re.fullmatch(r"(\w+) must bear ([\d.]+) times its torque limit", strong.explain_infeasibility(PI["wood"]))
+    swing = plan_strike(strong, hammer, own_model, PI["wood"], DEFAULT_SETTINGS).swing
+    loads = measure_loads(own_model, swing, PI["wood"])
+    assert said[1] == own_model.arm.joint_names[int(np.argmax(loads))] == "wrist_deviation"
+    assert float(said[2]) == pytest.approx(loads.max(), rel=0.02)
+    assert loads.max() > 2.0
     fast = ask_for_depth(hammer, 0.5).build_cost(own_model, parts, DEFAULT_SETTINGS)
     (speed,) = fast.find_speed(PI["wood"][None])
     message = f"the tip must strike with {speed:.3g} m/s, the joints' limits allow {fast.speeds[-1]:.3g} m/s"
@@ -186,14 +201,14 @@ def test_horizon_ends_at_the_strike_and_plans_go_on_through_it(hammer, planned, 
     assert (horizons[times > end] == HORIZON).all()
 
 
-def test_goals_lie_on_the_swing_and_then_on_the_way_home(hammer, planned, own_model):
+def test_goals_lie_on_the_swing_and_then_on_the_way_back(hammer, planned, own_model):
     strike = plan_strike(planned["wood"], hammer, own_model, PI["wood"], DEFAULT_SETTINGS)
     x = np.zeros(14)
     goal = strike.compute_goal(own_model, x, 0.3, 0.2)
     q, v, _ = strike.swing.evaluate(np.array([0.5]))
     np.testing.assert_allclose([goal.d_q, goal.d_v], [q[0], v[0]], atol=1e-12)
     last = strike.compute_goal(own_model, x, strike.compute_duration(HORIZON) - HORIZON, HORIZON)
-    np.testing.assert_allclose(last.d_q, own_model.arm.home, atol=1e-12)
+    np.testing.assert_allclose(last.d_q, own_model.arm.find_posture(dict(hammer.start)), atol=1e-12)
     np.testing.assert_allclose(last.d_v, 0.0, atol=1e-12)
 
 
@@ -203,10 +218,33 @@ def test_direction_of_the_blow_is_made_a_unit_vector(tmp_path):
     np.testing.assert_allclose(load_hammer(tmp_path / "nail.yaml").direction, [0.0, 0.6, -0.8])
 
 
-def test_executed_blow_gives_the_demanded_force(blow, hammer):
+def test_executed_blow_gives_the_demanded_force_and_little_more(blow, hammer):
     _, done = blow
-    assert done.force == pytest.approx(hammer.force, rel=0.15)
-    assert done.travel == pytest.approx(hammer.nail.depth_demanded - hammer.nail.depth_set, rel=0.15)
+    assert 1.0 <= done.force / hammer.force <= 1.1
+    assert 1.0 <= done.travel / (hammer.nail.depth_demanded - hammer.nail.depth_set) <= 1.15
+
+
+# The outstretched arm, and a bent one that is not that of the file.
+OTHER_STARTS = {
+    "outstretched": {},
+    "bent": {
+        "shoulder_azimuth": -0.35,
+        "shoulder_elevation": -0.9,
+        "shoulder_rotation": 0.9,
+        "elbow_flexion": 1.2,
+        "forearm_rotation": -0.6,
+    },
+}
+
+
+@pytest.mark.parametrize("start", OTHER_STARTS)
+def test_force_of_a_blow_is_predictable_from_other_postures(hammer, own_model, start):
+    """To 4 %: within 1.0 and 1.1 of the demand, as from the start of the file."""
+    moved = dataclasses.replace(hammer, start=tuple(OTHER_STARTS[start].items()))
+    costs = moved.build_cost(own_model, HELD["steel"].components, DEFAULT_SETTINGS)
+    done = simulate_blow(HELD["steel"], moved, costs, list_densities([PLAIN]), DEFAULT_SETTINGS)
+    assert done.force == pytest.approx(AIM * hammer.force, rel=0.04)
+    assert done.work == pytest.approx(costs.compute(PI["steel"][None]).work[0], rel=0.02)
 
 
 def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, hammer):
@@ -231,15 +269,29 @@ def test_nail_goes_in_and_stays_in_and_nothing_passes_through_anything(blow, ham
     assert hammer.nail.depth_set + nail.travel.max() < hammer.nail.length - 0.02
 
 
-def test_arm_comes_to_rest_at_home_within_its_limits(blow, own_model):
+def test_a_moment_is_logged_once(blow):
+    """Though the integrator is changed on the way."""
+    _, done = blow
+    record = done.record
+    np.testing.assert_allclose(np.diff(record.times), TICK, atol=1e-12)
+    for each in (record.q, record.v, record.tau, record.height_centre):
+        assert len(each) == len(record.times)
+
+
+def test_arm_comes_to_rest_where_it_began_within_its_limits(blow, hammer, own_model):
+    """But right after the blow, which throws the wrist back faster than it may turn; no torque can prevent that."""
     _, done = blow
     record, limits = done.record, own_model.arm.limits
     assert record.counts.failed == 0
-    assert (np.abs(record.v) <= limits.v_max).all()
+    thrown = (record.times > done.nail.time_of_touch) & (record.times < done.nail.time_of_touch + 0.05)
+    assert (np.abs(record.v[~thrown]) <= limits.v_max).all()
+    assert (np.abs(record.v[thrown]) <= 1.5 * limits.v_max).all()
     assert (np.abs(record.tau) <= limits.tau_max + 1e-9).all()
-    assert (record.q >= limits.q_lower).all()
-    assert (record.q <= limits.q_upper).all()
-    np.testing.assert_allclose(record.q[-1], own_model.arm.home, atol=2e-3)
+    thrown = (record.times > done.nail.time_of_touch) & (record.times < done.nail.time_of_touch + 0.15)
+    beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper)
+    assert beyond[~thrown].max() <= 0.0
+    assert beyond[thrown].max() < np.radians(0.5)
+    np.testing.assert_allclose(record.q[-1], own_model.arm.find_posture(dict(hammer.start)), atol=2e-3)
     np.testing.assert_allclose(record.v[-1], 0.0, atol=2e-2)
     # Without flailing: on the way back no joint is as fast as at the blow.
     back = record.times > done.nail.time_of_touch + 0.1
@@ -268,7 +320,7 @@ def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(hamm
     _, leave = blow.strike.contact
     times, contact = blow.nail.times, blow.nail.contact
     assert np.abs(contact[times <= leave][-1]) < 1.0  # it has left the nail
-    assert np.abs(contact[times > leave]).max() > 100.0
+    assert np.abs(contact[times > leave]).max() > 50.0  # and catches at it again
     assert times[-1] == pytest.approx(blow.strike.compute_duration(HORIZON))
     assert len(times) < 4000
 

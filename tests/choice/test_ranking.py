@@ -1,6 +1,7 @@
 """Rules of choice, on options of the novel tools and on made-up costs."""
 
 import dataclasses
+import re
 from collections.abc import Callable
 
 import numpy as np
@@ -9,13 +10,14 @@ from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
 from scipy.stats import norm
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.observed_options import list_options
-from affordance.choice.ranking import NO_OPTION, pick_cheapest, rank, rank_options
+from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest, rank, rank_options
 from affordance.choice.reach import Reach
-from affordance.control.timed_path import TimedPath
 from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.settings import DEFAULT_SETTINGS
 
@@ -69,7 +71,7 @@ def test_seed_decides_the_samples():
 
 def test_option_that_breaks_a_limit_is_never_chosen(choice):
     """Held by the light end this one loads the wrist beyond its limit; held by the heavy one it does not."""
-    ranking = rank_options(choice, believe(500.0, 24_500.0, 100.0), np.random.default_rng(0), 500)
+    ranking = rank_options(choice, believe(500.0, 33_000.0, 100.0), np.random.default_rng(0), 500)
     best, other = ranking.ranked
     assert best.option.grip == "steel"
     assert best.p_feasible > 0.9
@@ -83,13 +85,14 @@ def test_if_all_options_break_limits_it_is_said(choice):
     assert ranking.num_usable == 0
     assert ranking.p_none == 1.0
     with pytest.raises(
-        AffordanceError, match=r"no option can be used: stick by \w+ breaks a torque limit as believed; stick"
+        AffordanceError,
+        match=r"no option can be used: stick by \w+ is feasible with a probability of 0, must be at least 0.95; ",
     ):
         _ = ranking.best
 
 
 def test_path_that_cannot_be_followed_makes_no_option_usable():
-    outward = Reach(TimedPath(((0.3, 0.0, 0.0),), duration=2.0, tolerance=0.02))
+    outward = Reach(dataclasses.replace(REACH.path, points=((0.8, 0.0, 0.0),)))
     ranking = rank(list_options(STICK), outward, MaterialMemory(), num_samples=50)
     assert ranking.num_usable == 0
     assert all(entry.p_feasible == 0.0 for entry in ranking.ranked)
@@ -158,11 +161,11 @@ LIGHT_MAX = STICK.components[0].shape.volume * 8100.0
 P_LIGHT = norm.cdf(100.0 / np.sqrt(2 * (300.0**2 + 100.0**2)))
 
 
-def rank_made_up(wood, steel, memory=None, num_samples=2_000):
+def rank_made_up(wood, steel, *, num_samples=2_000, min_feasibility=MIN_FEASIBILITY):
     """Ranks the stick's two grips, by wood and by steel, by made-up costs; returns them in this order too."""
     choice = Choice(list_options(STICK), (wood, steel), DEFAULT_SETTINGS)
-    memory = memory or believe(2000.0, 6000.0, 300.0)
-    ranking = rank_options(choice, memory, np.random.default_rng(0), num_samples)
+    memory = believe(2000.0, 6000.0, 300.0)
+    ranking = rank_options(choice, memory, np.random.default_rng(0), num_samples, min_feasibility)
     return ranking, *sorted(ranking.ranked, key=lambda entry: entry.option.grip == "steel")
 
 
@@ -170,27 +173,61 @@ def is_light(mass):
     return mass <= LIGHT_MAX
 
 
-def test_options_are_compared_where_all_usable_ones_are_feasible():
-    """By steel all can be done, at 101 J if it is heavy; by wood only what is light can be, and that costs more."""
+def test_work_is_expected_over_the_same_densities_for_all_options():
+    """By steel all can be done, at 101 J if it is heavy; by wood only what is light can be, and that costs more.
+
+    Over what both can do steel would cost 1 J, less than wood does; over all it costs more.
+    """
     ranking, wood, steel = rank_made_up(
         MadeUpCost(constant(2.0), constant(30.0), is_light),
         MadeUpCost(lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)),
+        min_feasibility=0.5,
     )
-    assert (ranking.num_usable, ranking.best.option.grip) == (2, "steel")
-    assert (wood.work, steel.work) == (2.0, 1.0)
-    assert (wood.effort, steel.effort) == (30.0, 20.0)
+    share = (steel.works == 1.0).mean()
+    assert (ranking.num_usable, ranking.min_feasibility, ranking.best.option.grip) == (2, 0.5, "wood")
+    assert (wood.work, wood.effort) == (2.0, 30.0)
+    assert steel.work == pytest.approx(101.0 - 100.0 * share, rel=1e-12)
+    assert steel.effort == pytest.approx(900.0 - 880.0 * share, rel=1e-12)
     assert not ranking.flips
     assert (wood.p_best, steel.p_best, ranking.p_none) == (0.0, 1.0, 0.0)
     assert steel.p_feasible == 1.0
-    assert wood.p_feasible == pytest.approx(P_LIGHT, abs=4 * 0.5 / np.sqrt(2_000))
+    assert wood.p_feasible == share == pytest.approx(P_LIGHT, abs=4 * 0.5 / np.sqrt(2_000))
     np.testing.assert_array_equal(wood.works, np.where(steel.works == 1.0, 2.0, np.inf))
-    assert (steel.works == 1.0).mean() == wood.p_feasible
+
+
+@pytest.mark.parametrize(("offset", "usable"), [(-1e-9, True), (1e-9, False)])
+def test_option_counts_from_the_stated_probability_on(offset, usable):
+    made_up = MadeUpCost(constant(1.0), constant(1.0), is_light), MadeUpCost(constant(2.0), constant(2.0))
+    _, wood, _ = rank_made_up(*made_up)
+    assert 0.1 < wood.p_feasible < 0.9
+    ranking, wood, steel = rank_made_up(*made_up, min_feasibility=wood.p_feasible + offset)
+    assert (not wood.infeasible_reason) == usable
+    assert ranking.best.option.grip == ("wood" if usable else "steel")
+    assert wood.p_best == wood.p_feasible
+    assert not steel.infeasible_reason
+
+
+@pytest.mark.parametrize("min_feasibility", [-0.1, 1.1, np.nan])
+def test_least_feasibility_must_be_a_probability(choice, min_feasibility):
+    with pytest.raises(ValueError, match=rf"min_feasibility is {min_feasibility}, must be from 0 to 1"):
+        rank_options(choice, MaterialMemory(), np.random.default_rng(0), 10, min_feasibility)
+
+
+def test_novice_is_told_to_take_what_can_surely_be_used():
+    """Of hammering without experience: stick by wood before hammer by steel, which is not surely strong enough."""
+    blow = load_hammer(MODELS / "nail.yaml")
+    options = [*list_options(STICK), *list_options(HAMMER)]
+    ranking = rank(options, blow, MaterialMemory(), num_samples=2_000, min_feasibility=0.98)
+    names = [entry.option.name for entry in ranking.ranked]
+    assert names.index("stick by wood") < names.index("hammer by steel")
+    for entry in ranking.ranked:
+        assert (entry.p_feasible >= 0.98) == (not entry.infeasible_reason)
 
 
 @pytest.mark.parametrize(
     ("feasible", "infeasible_reason", "message"),
     [
-        (lambda mass: mass < 0.9 * MASS, "", "breaks a torque limit as believed"),
+        (lambda mass: mass < 0.9 * MASS, "", r"is feasible with a probability of 0\.\d+, must be at least 0\.95"),
         (lambda mass: mass < 0.0, "leaves the path", "leaves the path"),
     ],
 )
@@ -201,7 +238,8 @@ def test_option_that_is_not_usable_takes_no_part_in_the_comparison(feasible, inf
         MadeUpCost(lambda mass: np.where(is_light(mass), 1.0, 101.0), lambda mass: np.where(is_light(mass), 20, 900)),
     )
     assert [entry.option.grip for entry in ranking.ranked] == ["steel", "wood"]
-    assert (ranking.num_usable, wood.infeasible_reason, steel.infeasible_reason) == (1, message, "")
+    assert (ranking.num_usable, steel.infeasible_reason) == (1, "")
+    assert re.fullmatch(message, wood.infeasible_reason)
     share = (steel.works == 1.0).mean()
     assert steel.work == pytest.approx(101.0 - 100.0 * share, rel=1e-12)
     assert steel.effort == pytest.approx(900.0 - 880.0 * share, rel=1e-12)
@@ -220,19 +258,18 @@ def test_choice_flips_where_the_least_work_is_not_the_least_effort(efforts, flip
         assert ranking.flips == (flips if grip == "wood" else not flips)
 
 
-def test_where_no_sample_makes_all_feasible_the_most_probably_feasible_comes_first():
-    """Without experience most objects are heavier than the most probable one, which alone both can move."""
-    mode = STICK.components[0].shape.volume * 2 * DEFAULT_SETTINGS.prior.mode
+def test_options_that_no_sample_lets_both_be_used_are_compared_all_the_same():
+    """What is light can be done by wood, what is heavy by steel; wood's work is less, and not the effort."""
     ranking, wood, steel = rank_made_up(
-        MadeUpCost(constant(1.0), constant(1.0), lambda mass: mass <= mode * (1.0 + 1e-9)),
-        MadeUpCost(constant(2.0), constant(2.0), lambda mass: mass >= mode * (1.0 - 1e-9)),
-        MaterialMemory(),
+        MadeUpCost(constant(1.0), constant(2.0), is_light),
+        MadeUpCost(constant(2.0), constant(1.0), lambda mass: ~is_light(mass)),
+        min_feasibility=0.3,
     )
-    assert [entry.option.grip for entry in ranking.ranked] == ["steel", "wood"]
+    assert [entry.option.grip for entry in ranking.ranked] == ["wood", "steel"]
     assert ranking.num_usable == 2
-    assert (wood.work, steel.work) == (np.inf, np.inf)
-    assert wood.p_feasible < 0.5 < steel.p_feasible
-    assert wood.p_best + steel.p_best == 1.0
+    assert (wood.work, steel.work) == (1.0, 2.0)
+    assert wood.p_feasible + steel.p_feasible == wood.p_best + steel.p_best == 1.0
+    assert ranking.flips
 
 
 def test_where_no_option_is_feasible_none_is_the_best():

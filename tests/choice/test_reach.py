@@ -15,7 +15,7 @@ from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.settings import DEFAULT_SETTINGS
 
-STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 P_TF = np.array([0.3, 0.0, 0.0])
 HORIZON = DEFAULT_SETTINGS.mpc.horizon
 
@@ -40,9 +40,9 @@ def place(model, q, v):
     return model.compute_point_position(P_TF)
 
 
-def test_path_begins_where_the_home_posture_holds_the_free_end(reach, model, arm):
+def test_path_begins_where_the_start_posture_holds_the_free_end(reach, model, arm):
     p_WF, v_WF = reach.begin(model, P_TF).compute_reference(0.0)
-    np.testing.assert_allclose(p_WF, place(model, arm.home, np.zeros(7)), atol=1e-12)
+    np.testing.assert_allclose(p_WF, place(model, arm.find_posture(dict(reach.path.start)), np.zeros(7)), atol=1e-12)
     np.testing.assert_allclose(v_WF, 0.0, atol=1e-12)
 
 

@@ -296,18 +296,11 @@ def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
     assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
 
 
-def test_earlier_plan_goes_on_step_by_step_within_torque_limits(mpc, arm, model, weight):
-    model.set_payload(weight.tools[3].parameters)
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
-    plan = np.outer(np.arange(SETTINGS.num_steps), np.ones(7))
+def test_earlier_plan_goes_on_step_by_step(mpc):
+    plan = np.outer(np.arange(1, SETTINGS.num_steps + 1), np.ones(7))
     step = SETTINGS.horizon / SETTINGS.num_steps
-    np.testing.assert_allclose(
-        mpc.continue_plan(plan, 1.5 * step, model), model.compute_inverse_dynamics(plan[1]), atol=1e-12
-    )
-    beyond = mpc.continue_plan(plan, SETTINGS.horizon + step, model)
-    np.testing.assert_allclose(beyond, model.compute_inverse_dynamics(np.zeros(7)), atol=1e-12)
-    huge = mpc.continue_plan(1e4 * np.ones_like(plan), 0.0, model)
-    assert (np.abs(huge) <= arm.limits.tau_max).all()
+    for elapsed, expected in ((0.0, plan[0]), (1.5 * step, plan[1]), (SETTINGS.horizon + step, np.zeros(7))):
+        np.testing.assert_array_equal(mpc.continue_plan(plan, elapsed), expected)
 
 
 @pytest.mark.parametrize("name", MpcSettings._fields)

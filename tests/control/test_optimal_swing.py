@@ -7,6 +7,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 
+from affordance.choice.hammer import load_hammer
 from affordance.control.optimal_swing import SwingSearch, compute_rounded_power, compute_squared_torque, measure_swing
 from affordance.control.swing import COASTING_TIME, find_target, plan_swing
 from affordance.exceptions import AffordanceError
@@ -17,11 +18,12 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.inverse_dynamics import InverseDynamics
 from benchmarks.peer_arms import build_pinocchio, read_grip
 
-STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 HELD = STICK.gripped_by(STICK.grips[0])
 PI = HELD.parameters
 DOWN = np.array([0.0, 0.0, -1.0])
 SPEED, DURATION = 3.0, 0.8
+START = dict(load_hammer(MODELS / "nail.yaml").start)
 OBJECTIVES = [compute_squared_torque, partial(compute_rounded_power, 0.5)]
 
 
@@ -32,7 +34,8 @@ def own_model():
 
 @pytest.fixture(scope="module")
 def target(own_model):
-    return find_target(own_model, HELD.components, offset_W=np.array([-0.1, 0.0, -0.1]), direction_W=DOWN)
+    offset_W, q_start = np.array([-0.1, 0.0, -0.1]), own_model.arm.find_posture(START)
+    return find_target(own_model, HELD.components, q_start=q_start, offset_W=offset_W, direction_W=DOWN)
 
 
 @pytest.fixture(scope="module")
@@ -109,9 +112,9 @@ def test_swing_strikes_where_and_as_the_cubic_does(own_model, target, found):
     np.testing.assert_allclose(normal_W, DOWN, atol=1e-4)
 
 
-def test_swing_begins_at_rest_at_home_and_keeps_the_limits(own_model, found):
+def test_swing_begins_at_rest_where_it_is_to_and_keeps_the_limits(own_model, found):
     limits = own_model.arm.limits
-    np.testing.assert_allclose(found.q[0], own_model.arm.home, atol=1e-12)
+    np.testing.assert_allclose(found.q[0], own_model.arm.find_posture(START), atol=1e-12)
     np.testing.assert_allclose(found.v[0], 0.0, atol=1e-12)
     assert (found.q >= limits.q_lower - 1e-6).all()
     assert (found.q <= limits.q_upper + 1e-6).all()

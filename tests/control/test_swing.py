@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from affordance.choice.hammer import load_hammer
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import MpcSettings, TerminalGoal
 from affordance.control.swing import find_target, plan_swing
@@ -9,9 +10,10 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.plant.effective_mass import EffectiveMass
 
-STICK, HAMMER = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 DOWN = np.array([0.0, 0.0, -1.0])
 OFFSET = np.array([-0.1, 0.0, -0.1])
+START = dict(load_hammer(MODELS / "nail.yaml").start)
 
 
 @pytest.fixture
@@ -21,12 +23,13 @@ def held():
 
 @pytest.fixture
 def target(model, held):
-    return find_target(model, held.components, offset_W=OFFSET, direction_W=DOWN)
+    return find_target(
+        model, held.components, q_start=model.arm.find_posture(START), offset_W=OFFSET, direction_W=DOWN
+    )
 
 
 def test_striking_point_is_the_lowest_of_the_free_part(model, held, target):
-    home = np.concatenate([model.arm.home, np.zeros(7)])
-    model.set_state(home)
+    model.set_state(np.concatenate([target.q_start, np.zeros(7)]))
     free = held.components[1]
     rng = np.random.default_rng(0)
     directions = rng.standard_normal((2000, 3))
@@ -48,10 +51,10 @@ def test_swing_strikes_where_and_as_it_is_to(model, target, speed):
     np.testing.assert_allclose(normal_W, DOWN, atol=1e-5)
 
 
-def test_swing_begins_at_rest_at_home_and_keeps_the_limits(model, target):
+def test_swing_begins_at_rest_where_it_is_to_and_keeps_the_limits(model, target):
     swing = plan_swing(model, target, speed=4.0, duration=0.8)
     q, v, _ = swing.evaluate(np.linspace(0.0, 0.8, 81))
-    np.testing.assert_allclose(q[0], model.arm.home, atol=1e-12)
+    np.testing.assert_allclose(q[0], model.arm.find_posture(START), atol=1e-12)
     np.testing.assert_allclose(v[0], 0.0, atol=1e-12)
     np.testing.assert_allclose(q[-1], swing.q_end, atol=1e-12)
     np.testing.assert_allclose(v[-1], swing.v_end, atol=1e-12)
@@ -84,7 +87,6 @@ def test_no_nearby_swing_has_less_acceleration(model, target):
     """Steps along what the strike leaves free, put back onto it by Newton's method, cost more."""
     D, n = 0.8, 7
     swing = plan_swing(model, target, speed=1.0, duration=D)
-    home = model.arm.home
 
     def miss(z):
         model.set_state(np.concatenate([z[:n], np.zeros(n)]))
@@ -102,7 +104,7 @@ def test_no_nearby_swing_has_less_acceleration(model, target):
         return D / 2000 * np.sum(vdot**2)
 
     best = np.concatenate([swing.q_end, swing.v_end])
-    assert (home == swing.q_start).all()
+    assert (target.q_start == swing.q_start).all()
     least = cost(best)
     rng = np.random.default_rng(0)
     free = np.linalg.svd(slopes(best))[2][8:]

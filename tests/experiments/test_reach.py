@@ -28,7 +28,9 @@ CONTRACT = {
     "p_correct_bayes": (7,),
     "p_correct_headed_tool": (7,),
     "energy_ratio_true": (),
+    "off_axis_2mm_change": (),
 }
+TOOLS = ["stick", "hammer", "uneven stick", "crooked stick", "three-part stick"]
 
 
 @pytest.fixture(scope="module")
@@ -85,7 +87,8 @@ def test_section_says_met_or_not_of_every_claim(folder):
     assert all(isinstance(claim.met, bool) for claim in section.claims.values())
     assert section.claims["correct_grip"].met
     tools, rules = section.tables
-    assert [row[0] for row in tools["rows"]] == ["stick", "hammer"]
+    assert [row[0] for row in tools["rows"]] == TOOLS
+    assert [row[0] for row in tools["rows"] if any("(by symmetry)" in cell for cell in row)] == ["stick"]
     assert all(len(row) == len(tools["header"]) for row in tools["rows"])
     assert len(rules["rows"]) == 3
 
@@ -129,7 +132,7 @@ def test_those_who_know_the_materials_choose_alike(experiment, plan, tmp_path):
     experience = collect_experience(experiment.experience, tmp_path, repeats=1, jobs=1)
     arrays = experiment.run_observer(experiment.select_shared(plan), experience, 0)
     assert arrays["flips"].shape == (7,)
-    assert arrays["paper"].shape == (2, 7)
+    assert arrays["paper"].shape == (len(TOOLS), 7)
     for chosen in (arrays["paper"][0], arrays["bayes"]):
         assert plan.choices["stick"].options[chosen[-1]].grip == "steel"
 
@@ -144,9 +147,21 @@ def test_those_who_know_the_materials_choose_alike(experiment, plan, tmp_path):
             "material: beech, looks_like: steel}",
             r"stick.components\[1\].looks_like: is 'steel', must be what it is made of, 'beech'",
         ),
-        ("tools/novel.yaml", "[0.30, 0, 0], rpy", "[0.28, 0, 0], rpy", r"stick.grips: reach 0.3 and 0.28 m beyond"),
         ("tools/novel.yaml", "      wood: {position: [0, 0, 0]}\n", "", r"stick.grips: has 1 entries, must have 2"),
         ("paths/reach.yaml", "duration: 2.0", "duration: -2.0", r"reach.yaml: duration: is -2.0, must be from"),
+        (
+            "paths/reach.yaml",
+            "elbow_flexion: 1.1376",
+            "elbow_flexion: 3.0",
+            r"reach.yaml: start.elbow_flexion: puts elbow_flexion at 3 rad, must be from -0.034907 to 2.\d+ rad$",
+        ),
+        (
+            "paths/reach.yaml",
+            "elbow_flexion",
+            "elbow_flexoin",
+            r"start.elbow_flexoin: is 'elbow_flexoin', must be one of .*; did you mean 'elbow_flexion'\?$",
+        ),
+        ("paths/reach.yaml", "1.1376", ".nan", r"reach.yaml: start.elbow_flexion: is nan, must be from"),
     ],
 )
 def test_objects_and_paths_that_do_not_make_the_experiment_are_refused(tmp_path, file, old, new, message):
@@ -186,15 +201,15 @@ def test_tools_may_have_grips_of_different_names(tmp_path):
     [
         (
             "  - [-0.10, 0.20, 0.20]\n",
-            "  - [0.3, 0, 0]\n",
+            "  - [0.6, 0, 0]\n",
             r"the stick by wood leaves the path by 0\.\d+ m, must stay",
         ),
-        ("[-0.30, 0.40, -0.10]", "[0.1, 0.4, 0.1]", r"the stick by wood leaves the path by 0\.\d+ m, must stay"),
+        ("[-0.30, 0.40, -0.10]", "[0.3, 0.8, 0.3]", r"the stick by wood leaves the path by 0\.\d+ m, must stay"),
         ("duration: 2.0", "duration: 0.05", r"reach.yaml: points: cannot be followed: "),
-        ("tolerance: 0.02", "tolerance: 0.001", r"leaves the path by 0.003\d+ m, must stay within 0.001 m"),
+        ("tolerance: 0.02", "tolerance: 0.001", r"leaves the path by 0.002\d+ m, must stay within 0.001 m"),
     ],
 )
-def test_path_that_cannot_be_followed_is_refused(tmp_path, old, new, message):
+def test_path_that_cannot_be_followed_is_rejected(tmp_path, old, new, message):
     with pytest.raises(BadValueError, match=message):
         plan_stick(write_models(tmp_path, "paths/reach.yaml", old, new))
 
@@ -207,7 +222,7 @@ def test_object_without_a_cheaper_grip_is_refused(tmp_path):
         "[0.075, 0.015, 0.015], position: [0.225, 0, 0], material: beech}",
     )
     with pytest.raises(
-        BadValueError, match=r"novel.yaml: tools: stick: costs 8.\d+ J in both grips, must have a cheaper"
+        BadValueError, match=r"novel.yaml: tools: stick: costs 4.\d+ J in both grips, must have a cheaper"
     ):
         plan_stick(models)
 
@@ -224,16 +239,18 @@ def make_rollout(work, effort, error, limited):
 def test_numbers_are_those_of_made_up_arrays(experiment, plan):
     """Of the stick the grip by wood is made the right one, of the hammer that by steel.
 
-    Before experience the stick is a matter of chance and the hammer is not.
+    Before experience the stick is a matter of chance and the hammer is not. Of the other tools there is nothing to
+    be seen here.
     """
     simulated = {
+        **plan.simulated,
         "stick": {"wood": make_rollout(8.0, 300.0, 0.01, 4), "steel": make_rollout(10.0, 200.0, 0.02, 5)},
         "hammer": {"wood": make_rollout(9.0, 300.0, 0.0, 0), "steel": make_rollout(6.0, 200.0, 0.0, 0)},
     }
     of_stick = np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]])
     of_hammer = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
     arrays = {
-        "paper": np.stack([of_stick, of_hammer], axis=1),
+        "paper": np.stack([of_stick, of_hammer, *[np.zeros_like(of_stick)] * 3], axis=1),
         "bayes": np.array([[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
         "flips": np.array([[True, False, True], [False, False, True], [False, False, True], [False, True, True]]),
     }
@@ -251,6 +268,10 @@ def test_numbers_are_those_of_made_up_arrays(experiment, plan):
     for tool, key in (("stick", "p_correct"), ("hammer", "p_correct_headed_tool")):
         np.testing.assert_array_equal(numbers["tools"][tool]["p_correct"], numbers[key])
         assert numbers["tools"][tool]["chance"] == numbers[key][0]
+    assert list(numbers["tools"]) == TOOLS
+    assert [name for name, tool in numbers["tools"].items() if tool["chance_by_symmetry"]] == ["stick"]
+    assert [numbers["tools"][name]["energy_ratio_true"] for name in TOOLS[:2]] == [1.25, 1.5]
+    assert numbers["off_axis_2mm_change"] == max(tool["off_axis_2mm_change"] for tool in numbers["tools"].values())
     assert numbers["effort_flips"].tolist() == [0.25, 0.25, 1.0]
     assert numbers["energy_ratio_true"] == 1.25
     assert numbers["energy_true"] == {"wood": 8.0, "steel": 10.0}

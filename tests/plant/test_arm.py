@@ -75,13 +75,15 @@ def test_load_bends_the_elbow_and_flexes_the_wrist(arm, model):
     assert by_name["shoulder_elevation"] < -10
 
 
-def test_limits_of_angle_come_nearer_by_a_margin_but_leave_the_home_posture(arm):
+def test_limits_of_angle_come_nearer_by_a_margin_but_leave_the_start_posture(arm):
     elbow = arm.joint_names.index("elbow_flexion")  # 2 degrees from its limit at home
-    near, far = arm.shrink_limits(0.01), arm.shrink_limits(0.1)
+    near, far = arm.shrink_limits(0.01, arm.home), arm.shrink_limits(0.1, arm.home)
     np.testing.assert_allclose(near.q_lower, arm.limits.q_lower + 0.01, rtol=0, atol=1e-15)
     np.testing.assert_allclose(near.q_upper, arm.limits.q_upper - 0.01, rtol=0, atol=1e-15)
     assert far.q_lower[elbow] == arm.home[elbow]
     assert (far.q_lower <= arm.home).all()
+    bent = arm.find_posture({"elbow_flexion": 0.05})
+    assert arm.shrink_limits(0.1, bent).q_lower[elbow] == 0.05
     for name in ("v_max", "tau_max"):
         np.testing.assert_array_equal(getattr(near, name), getattr(arm.limits, name))
 

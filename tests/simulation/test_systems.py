@@ -325,7 +325,7 @@ def compute_torques_with_pinocchio(density, x, vdot):
 
 
 def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(controller, arm, rng, monkeypatch):
-    """Each tick's torque gives the acceleration planned for its time at the state reached, zero after the end."""
+    """Each tick's torque gives the acceleration planned for its time, zero after the end, in the tick's middle."""
     system, context = controller()
     settings, control_period = DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.control_period
     ticks_per_step = round(settings.horizon / settings.num_steps / control_period)
@@ -335,6 +335,12 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
 
     def draw_state():
         return np.concatenate([arm.home, np.zeros(7)]) + 0.02 * rng.normal(size=14)
+
+    def compute_torque_of_middle(x, vdot):
+        q, v = np.split(x, 2)
+        half = 0.5 * control_period
+        middle = np.concatenate([q + half * v + 0.5 * half**2 * vdot, v + half * vdot])
+        return compute_torques_with_pinocchio(PRIOR.mode, middle, vdot)
 
     def advance(x):
         nonlocal time
@@ -348,7 +354,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
         x = draw_state()
         plan = mpc.solve_free(x, home_at_rest)[: settings.num_steps]
         first = advance(x)
-        np.testing.assert_allclose(first, compute_torques_with_pinocchio(PRIOR.mode, x, plan[0]), atol=1e-9)
+        np.testing.assert_allclose(first, compute_torque_of_middle(x, plan[0]), atol=1e-9)
         with monkeypatch.context() as broken:
             broken.setattr(AccelerationProgram, "solve", lambda *arguments, **named: None)
             broken.setattr(MinimumAccelerationMpc, "solve_free", lambda *arguments: np.full((36, 7), np.nan))
@@ -356,7 +362,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
                 step = k // ticks_per_step
                 vdot = plan[step] if step < settings.num_steps else np.zeros(7)
                 x = draw_state()
-                expected = compute_torques_with_pinocchio(PRIOR.mode, x, vdot)
+                expected = compute_torque_of_middle(x, vdot)
                 assert (np.abs(expected) < arm.limits.tau_max).all()
                 np.testing.assert_allclose(advance(x), expected, atol=1e-9)
     assert system.get_counts(context) == (0, 6 + 52)

@@ -138,8 +138,14 @@ def test_only_distinct_files_are_counted(monkeypatch):
 @QUICKLY
 @given(data=st.data())
 def test_nail_spoilt_anywhere_is_refused(tmp_path, data):
+    """But for the angles of its start, of which any may be left out and most may be asked for."""
     lines = (MODELS / "nail.yaml").read_text().splitlines()
-    keys = [number for number, line in enumerate(lines) if line and not line.startswith("#")]
+    joints = dict(load_hammer(MODELS / "nail.yaml").start)
+    keys = [
+        number
+        for number, line in enumerate(lines)
+        if line and not line.lstrip().startswith("#") and line.split(":")[0].strip() not in joints
+    ]
     number = data.draw(st.sampled_from(keys))
     name = lines[number].split(":")[0]
     wrong = [f"{name}: {value}" for value in ("-1", "1e9", ".nan", "long", "[1]", "{}")]

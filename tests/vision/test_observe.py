@@ -26,7 +26,7 @@ from affordance.vision.visual_prior import predict_object
 
 PIXELS = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
 MATERIALS = load_materials(MODELS / "materials.yaml")
-STICK, _ = load_tools(MODELS / "tools" / "novel.yaml", MATERIALS)
+STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", MATERIALS)
 EXPERT = MaterialMemory.from_densities({material.colour: material.density for material in MATERIALS.values()})
 
 

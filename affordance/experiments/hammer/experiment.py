@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.inner_simulation import Choice
+from affordance.control.start_posture import check_start
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.hammer.drawings import (
     draw_start_and_strike,
@@ -40,6 +41,7 @@ from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
 from affordance.reporting.blow_figures import draw_blow
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner
@@ -200,5 +202,6 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     """
     file = models / "nail.yaml"
     task = load_hammer(file)
-    experience, novel = load_subjects(models, seed, settings, task=file, start=task.start)
+    check_start(file, "blow.start", task.start, load_arm(settings.arm))
+    experience, novel = load_subjects(models, seed, settings, task.start)
     return HammerExperiment(experience, novel, task, models)

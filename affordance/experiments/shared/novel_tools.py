@@ -2,14 +2,13 @@
 
 from pathlib import Path
 
-from affordance.control.start_posture import Start, check_start
+from affordance.control.start_posture import Start
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.checks import check_tools_are_honest, check_tools_can_be_held
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.learning_objects import load_learning_objects
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.settings import Settings
 
 
@@ -35,7 +34,7 @@ def load_novel_tools(models: Path, experience: ExperienceConfig) -> tuple[Tool, 
 
 
 def load_subjects(
-    models: Path, seed: int, settings: Settings, *, task: Path, start: Start
+    models: Path, seed: int, settings: Settings, start: Start
 ) -> tuple[ExperienceConfig, tuple[Tool, ...]]:
     """Reads the objects that are held and the tools that are chosen about from a folder of models.
 
@@ -43,14 +42,12 @@ def load_subjects(
         models: The folder.
         seed: Root of every random draw.
         settings: What all simulations share.
-        task: The file of the task.
-        start: Where the task starts.
+        start: Where the task starts, which the arm can take.
 
     Raises:
         BadValueError: A file is wrong, or the objects do not make these experiments.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
     """
-    check_start(task, start, load_arm(settings.arm))
     *honest, _ = load_learning_objects(models)
     experience = ExperienceConfig(tuple(honest), seed, settings)
     novel = load_novel_tools(models, experience)

@@ -249,7 +249,7 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     known = tuple((material.colour, material.density) for material in materials.values())
     file = models / "paths" / "mash.yaml"
     task = Reach(load_path(file))
-    check_start(file, task.path.start, load_arm(settings.arm))
+    check_start(file, "start", task.path.start, load_arm(settings.arm))
     settings = replace(settings, feature_source=FeatureSource.FEATURES)  # or its numbers would be kept twice
     return VisionExperiment(tools, known, task, seed, settings, models)
 

@@ -37,7 +37,9 @@ CONTRACT = {
     "force_demanded_N": (),
     "force_crossover_N": (),
     "tip_energy": (),
+    "off_axis_2mm_change": (),
 }
+TOOLS = ["stick", "hammer", "uneven stick", "crooked stick", "three-part stick"]
 
 
 @pytest.fixture(scope="module")
@@ -86,9 +88,12 @@ def test_correct_grip_is_the_cheaper_one_of_the_simulated(numbers):
 
 
 def test_demanded_force_is_met_with_each_grip(numbers):
+    """At least, and with a tenth more at most."""
+    assert len(numbers["force_ratios"]) == 2 * len(TOOLS)
+    assert all(1.0 <= ratio <= 1.1 for ratio in numbers["force_ratios"])
     for key in ("force_measured_N", "force_measured_N_headed_tool"):
         for force in numbers[key].values():
-            assert force == pytest.approx(numbers["force_demanded_N"], rel=0.15)
+            assert 1.0 <= force / numbers["force_demanded_N"] <= 1.1
 
 
 def test_energy_is_accounted_for(numbers):
@@ -159,7 +164,7 @@ def test_blows_are_those_of_each_tool(plan):
         tool: {grip: planned.speeds.tolist() for grip, planned in costs.items()}
         for tool, costs in plan.blows.costs.items()
     }
-    assert speeds.keys() == {"stick", "hammer"}
+    assert list(speeds) == TOOLS
     assert speeds["stick"] != speeds["hammer"]
     for tool, costs in plan.blows.costs.items():
         for grip, cost_model in zip(costs, plan.blows.choices[tool].cost_models, strict=True):

@@ -62,7 +62,7 @@ def test_flips_are_those_of_each_moment(monkeypatch):
 
     def rank_nothing(choice, memory, rng, num_samples):
         wood, steel = memory.belief.untruncated_mean
-        return Ranking((), num_usable=0, p_none=1.0, flips=bool(wood > steel))
+        return Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=bool(wood > steel))
 
     monkeypatch.setattr(decisions, "rank_options", rank_nothing)
     experience = experience_by_hand([[STEEL_IS_HEAVY, WOOD_IS_HEAVY, WOOD_IS_HEAVY]])

@@ -177,7 +177,7 @@ def test_numbers_where_nothing_was_detected_are_none(experiment, numbers, monkey
     assert [claim.key for claim in section.claims if claim.met] == ["time"]
 
 
-NOTHING = Ranking((), num_usable=0, p_none=1.0, flips=False)
+NOTHING = Ranking((), num_usable=0, min_feasibility=0.95, p_none=1.0, flips=False)
 
 
 def draw_crumb():

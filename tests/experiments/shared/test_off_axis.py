@@ -1,0 +1,47 @@
+"""By how much work changes if parts sit elsewhere."""
+
+import numpy as np
+import pytest
+from helpers.two_tools import HAMMER, REACH, STICK
+
+from affordance.experiments.reach import compute_reach_work
+from affordance.experiments.shared.off_axis import SHIFT, list_shifted, measure_change, measure_changes
+from affordance.settings import DEFAULT_SETTINGS
+
+
+def test_each_part_is_moved_along_each_axis_both_ways():
+    moved = list(list_shifted(STICK))
+    assert len(moved) == 12
+    steps = []
+    for tool in moved:
+        before, after = (np.array([part.X_TE for part in each.components]) for each in (STICK, tool))
+        steps.append(tuple((after - before)[:, :3, 3].ravel()))
+        np.testing.assert_array_equal(after[:, :3, :3], before[:, :3, :3])
+    assert len(np.unique(np.round(steps, 9), axis=0)) == 12
+    np.testing.assert_allclose(np.abs(steps).sum(axis=1), SHIFT)
+
+
+def test_change_is_the_largest_relative_one():
+    """Of a work that is the place of the second part along the tool: 2 mm of 225 mm, seen from the wooden grip."""
+
+    def compute_work(held):
+        return float(held.components[1].X_TE[0, 3])
+
+    grip = STICK.grips[0]
+    assert measure_change(compute_work, STICK, grip) == pytest.approx(0.002 / 0.225)
+    changes = measure_changes(compute_place, [STICK, HAMMER], jobs=1, description="test")
+    assert list(changes) == ["stick", "hammer"]
+    # By the steel end the second part is the near one: 75 mm, of which 2 mm are more.
+    assert changes["stick"] == pytest.approx(0.002 / 0.075)
+
+
+def compute_place(held):
+    return float(held.components[1].X_TE[0, 3])
+
+
+def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():
+    """Of the stick by its steel end, in the direction that moved it most from an outstretched arm."""
+    grip = STICK.grips[1]
+    changed = [tool for k, tool in enumerate(list_shifted(STICK)) if k in (2, 4, 8, 10)]
+    works = [compute_reach_work(REACH, DEFAULT_SETTINGS, tool.gripped_by(grip)) for tool in (STICK, *changed)]
+    assert 0.0 < np.abs(np.array(works[1:]) / works[0] - 1.0).max() < 0.03
