@@ -20,6 +20,7 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
+from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.correct_grip import (
     check_one_grip_is_cheaper,
@@ -239,6 +240,17 @@ class ReachExperiment:
             ),
             diagram=lambda: trial.diagram,
             replay=lambda file: write_replay(file, self.settings.arm, scenes, title=title, p_WG=path),
+            writers={
+                "choices": partial(
+                    save_choices,
+                    novel=self.novel,
+                    choices=plan.choices,
+                    chosen=arrays["paper"],
+                    numbers=numbers,
+                    settings=self.settings,
+                    seed=self.seed,
+                )
+            },
         )
 
     def _draw_tools(self) -> Figure:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from affordance.exceptions import SeeingError, UnavailableError
+from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
@@ -105,4 +106,5 @@ def run_suite(
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     compare_feature_sources(out)
+    compare_tasks(out)
     return write_report(out)

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.control.start_posture import check_start
+from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.hammer.drawings import (
     draw_start_and_strike,
@@ -190,6 +191,17 @@ class HammerExperiment:
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_slow_replay(path, arm, first, blows),
+            writers={
+                "choices": partial(
+                    save_choices,
+                    novel=self.novel,
+                    choices=plan.blows.choices,
+                    chosen=arrays["paper"],
+                    numbers=numbers,
+                    settings=self.settings,
+                    seed=self.seed,
+                )
+            },
         )
 
 

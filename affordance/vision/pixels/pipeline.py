@@ -20,7 +20,7 @@ from affordance.vision.pixels.ellipsoid_fit import (
     fit_ellipsoid,
     trace_rays,
 )
-from affordance.vision.pixels.regularity import express_fit, straighten
+from affordance.vision.pixels.fit_frame import express_fit
 from affordance.vision.pixels.rgbd import Camera, Mask, Picture
 from affordance.vision.pixels.rig import Rig, compute_shading
 from affordance.vision.pixels.segmentation import Segmentation, find_window, segment
@@ -118,7 +118,7 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
     """Features of a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
-    fit = straighten(express_fit(fit, X_TC))
+    fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
     X_TE[:3, :3] = axes[:, ::-1]

@@ -1,0 +1,160 @@
+"""Choices for both tasks side by side, observer by observer.
+
+An observer draws the same density before it chooses a grip for reaching and one for hammering. Of a tool whose halves
+are equal, and where one task wants the heavy end in the hand and the other the light one, both choices are then right
+or both are wrong: two experiments that show one result. Of other tools they need not be.
+"""
+
+import json
+import logging
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.choice.inner_simulation import Choice
+from affordance.choice.ranking import NO_OPTION
+from affordance.experiments.shared.symmetry import is_symmetric
+from affordance.files.atomic import quarantine, write_json
+from affordance.objects.tool import Tool
+from affordance.reporting.report import remove_section, write_section
+from affordance.reporting.section import render_section
+from affordance.reporting.statistics import estimate_proportion
+from affordance.runs.repeats import compute_key
+from affordance.settings import Settings
+
+_LOG = logging.getLogger(__name__)
+
+NAME = "agreement"
+_SECTION = Path(__file__).parent / "sections" / f"{NAME}.yaml"
+_TASKS = ("reach", "hammer")
+_FILE = "choices.json"
+
+
+class ToolChoices(NamedTuple):
+    """Choices about a tool in one task.
+
+    Attributes:
+        symmetric: Whether its two grips differ in nothing but which material is where.
+        correct: Name of the correct grip.
+        chosen: Names of the grips chosen, empty where none could be used, (observers, K + 1).
+    """
+
+    symmetric: bool
+    correct: str
+    chosen: NDArray[np.str_]
+
+
+class SavedChoices(NamedTuple):
+    """What observers chose in one task.
+
+    Attributes:
+        shared: What must be the same in both tasks: faults, source of features, seed, repeats; models by their key.
+        tools: By their names.
+    """
+
+    shared: dict[str, Any]
+    tools: dict[str, ToolChoices]
+
+
+def save_choices(
+    folder: Path,
+    *,
+    novel: Sequence[Tool],
+    choices: Mapping[str, Choice],
+    chosen: NDArray[np.intp],
+    numbers: Mapping[str, Any],
+    settings: Settings,
+    seed: int,
+) -> None:
+    """Keeps what observers chose.
+
+    Args:
+        folder: That of the experiment.
+        novel: The tools.
+        choices: Of a grip, by tool.
+        chosen: Index of the grip chosen, by one density drawn a choice, (observers, tools, K + 1).
+        numbers: Those of the experiment, with the correct grip of every tool.
+        settings: Those of the experiment.
+        seed: Root of every random draw.
+    """
+    tools = {}
+    for index, tool in enumerate(novel):
+        grips = [option.grip for option in choices[tool.name].options]
+        tools[tool.name] = {
+            "symmetric": is_symmetric(tool),
+            "correct": numbers["tools"][tool.name]["correct_grip"],
+            "chosen": [
+                ["" if grip == NO_OPTION else grips[grip] for grip in of_one] for of_one in chosen[:, index].tolist()
+            ],
+        }
+    shared = {
+        "faults": settings.faults,
+        "feature_source": settings.feature_source.value,
+        "seed": seed,
+        "repeats": len(chosen),
+        "models": compute_key("", settings.arm.parent),
+    }
+    write_json(folder / _FILE, {"shared": shared, "tools": tools})
+
+
+def compare_tasks(out: Path) -> None:
+    """Writes the section that compares the choices of both tasks, if a folder holds both."""
+    found = [_read(out / name / _FILE) for name in _TASKS]
+    one, other = found
+    if one is None or other is None:
+        remove_section(out / NAME)
+        return
+    apart = [name for name, value in one.shared.items() if other.shared[name] != value]
+    if apart:
+        _LOG.warning(
+            "%s: choices of %s are not compared, as they differ in %s", out, " and ".join(_TASKS), ", ".join(apart)
+        )
+        remove_section(out / NAME)
+        return
+    tools = {name: compute_agreement(one.tools[name], other.tools[name]) for name in one.tools if name in other.tools}
+    numbers = {"tools": tools, "repeats": one.shared["repeats"], "seed": one.shared["seed"]}
+    write_section(out / NAME, render_section(_SECTION, numbers, {}))
+    write_json(out / NAME / "metrics.json", numbers)
+
+
+def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
+    """Proportions of observers at every moment, (K + 1,) each, with Wilson's intervals, [low, high].
+
+    Returns: ``same_grip``, that both choices are of the same grip; ``both_right_or_wrong``, that both are correct or
+        neither; ``both_correct``, ``only_reach`` and ``only_hammer``, which are correct; ``symmetric``.
+    """
+    right, other_right = one.chosen == one.correct, other.chosen == other.correct
+    counted = {
+        "same_grip": one.chosen == other.chosen,
+        "both_right_or_wrong": right == other_right,
+        "both_correct": right & other_right,
+        "only_reach": right & ~other_right,
+        "only_hammer": ~right & other_right,
+    }
+    numbers: dict[str, Any] = {"symmetric": one.symmetric}
+    for name, holds in counted.items():
+        estimate = estimate_proportion(holds.sum(axis=0), len(holds))
+        numbers[name], numbers[f"{name}_ci95"] = estimate.mean, estimate.ci95
+    return numbers
+
+
+def _read(path: Path) -> SavedChoices | None:
+    """Reads what was kept; None if nothing was. A file that is no such thing is set aside."""
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        shared = {name: content["shared"][name] for name in ("faults", "feature_source", "seed", "repeats", "models")}
+        tools = {}
+        for name, tool in content["tools"].items():
+            chosen = np.array(tool["chosen"], dtype=str)
+            if chosen.ndim != 2 or not chosen.size:
+                raise ValueError(f"choices about the {name} are no table")
+            tools[name] = ToolChoices(bool(tool["symmetric"]), str(tool["correct"]), chosen)
+    except FileNotFoundError:
+        return None
+    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, RecursionError) as error:
+        quarantine(path, f"is not what an experiment found ({error})")
+        return None
+    return SavedChoices(shared, tools)

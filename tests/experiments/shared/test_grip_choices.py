@@ -1,0 +1,27 @@
+"""Choices of a grip as the tools are observed."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from helpers.two_tools import REACH, STICK
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.ranking import rank_options
+from affordance.experiments.shared.grip_choices import plan_choices
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.features import FeatureSource
+
+
+def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():
+    """Its parts are seen a fraction of a millimetre beside its axis, and no straighter than they are seen.
+
+    What is left beside sampling is that one half may look a percent larger than the other.
+    """
+    settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
+    (choice,) = plan_choices([STICK], REACH, settings, 1, jobs=1, description="test").values()
+    assert all(part.X_TE[1, 3] != 0.0 for part in choice.options[0].features)
+    ranking = rank_options(choice, MaterialMemory(), np.random.default_rng(0), 5_000)
+    assert ranking.best.p_best == pytest.approx(0.5, abs=0.01 + 3 * 0.5 / np.sqrt(5_000))
+    one, other = ranking.ranked
+    assert one.work == pytest.approx(other.work, rel=0.01)
