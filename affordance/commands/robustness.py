@@ -1,7 +1,6 @@
 """``affordance robustness``: every claim over a sample of everything that the paper does not give."""
 
 import argparse
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from affordance.exceptions import BadValueError
 from affordance.experiments.robustness.evaluate import Outcome
-from affordance.experiments.robustness.experiment import DEFAULT_EFFORT, DEFAULT_NUM_SETTINGS, load
+from affordance.experiments.robustness.experiment import DEFAULT_NUM_SETTINGS, load
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
@@ -48,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
         if not 0 <= arguments.setting <= _LAST_SETTING:
             raise BadValueError("--setting", "", f"is {arguments.setting}, must be from 0 to {_LAST_SETTING}")
         experiment = load(arguments.models, arguments.seed, Settings(arm=arguments.models / ARM.name))
-        setting, outcome = replace(experiment, effort=DEFAULT_EFFORT).evaluate(arguments.setting)
+        setting, outcome = experiment.evaluate(arguments.setting)
         labels = {each.name: each.label for each in experiment.assumptions}
         print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
         return 0

@@ -26,7 +26,7 @@ def draw_multiverse(
         null_levels: By claim, (C,).
     """
     rows = np.arange(len(claims))
-    figure = Figure(figsize=(_WIDTH, _HEAD + _ROW_HEIGHT * len(claims)))
+    figure = Figure(figsize=(_WIDTH, _HEAD + _ROW_HEIGHT * len(claims)), layout="constrained")
     left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 3.2])
     errors = np.abs(np.array([shares.low, shares.high]) - shares.mean)
     left.barh(rows, shares.mean, xerr=errors, color=OBJECT_COLOURS[3], ecolor="0.3", capsize=2.0)

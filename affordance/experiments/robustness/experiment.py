@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.experiments.definition import Arrays, Outputs
@@ -155,15 +156,9 @@ class Robustness:
             "observers": self.effort.num_observers,
             "claims": claims,
             "p_correct": {
-                name: {
-                    "median": np.nanmedian(arrays["p_correct"][:, task], axis=0),
-                    "p05": np.nanquantile(arrays["p_correct"][:, task], 0.05, axis=0),
-                    "p95": np.nanquantile(arrays["p_correct"][:, task], 0.95, axis=0),
-                }
+                name: self._describe_choices(arrays["p_correct"][:, task], levels)
                 for task, name in enumerate(_CHOOSING)
-            }
-            if all(np.isfinite(arrays["p_correct"][:, task]).any() for task in range(2))
-            else None,
+            },
             "not_run": {name: int((column != "").sum()) for name, column in places.items()},
             "reasons": {name: _count_reasons(column) for name, column in places.items()},
             "not_converged": int(sum("does not converge" in reason for reason in places["hammer"])),
@@ -187,7 +182,7 @@ class Robustness:
             writers={"settings.csv": partial(self._write_settings, arrays)},
         )
 
-    def _describe(self, effects: Effects, outcomes: Array, levels: Any) -> dict[str, Any]:
+    def _describe(self, effects: Effects, outcomes: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
         strongest = self.assumptions[effects.strongest]
         by_level = share_by_level(outcomes, levels[:, effects.strongest], name_levels(strongest))
         found = effects.is_above_chance
@@ -202,6 +197,16 @@ class Robustness:
             "first_order": {
                 each.name: float(index) for each, index in zip(self.assumptions, effects.indices, strict=True)
             },
+        }
+
+    def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
+        """Correct choices at each moment, (N, moments), in all settings and by noise structure: quantiles."""
+        (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
+        structures = self.assumptions[column].choices
+        chosen = {name: levels[:, column] == level for level, name in enumerate(structures)}
+        return {
+            name: _list_quantiles(p_correct[rows & np.isfinite(p_correct[:, 0])])
+            for name, rows in {"all": np.ones(len(levels), dtype=bool), **chosen}.items()
         }
 
     def _draw(self, numbers: Mapping[str, Any]) -> Figure:
@@ -219,15 +224,28 @@ class Robustness:
         """Writes what each setting assumes and which claims hold in it."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["setting", *(each.name for each in self.assumptions), *self.claims, "not run"])
+        measured = [f"{name}.p_correct[{moment}]" for name in _CHOOSING for moment in MOMENTS]
+        measured += [f"{name}.energy_ratio_true" for name in _CHOOSING]
+        names = [each.name for each in self.assumptions]
+        writer.writerow(["setting", *names, *self.claims, *measured, "not run"])
         settings = sample_settings(self.assumptions, len(arrays["outcomes"]), self.seed)
         for index, (setting, row, reasons) in enumerate(
             zip(settings, arrays["outcomes"], arrays["reasons"], strict=True)
         ):
             values = [f"{value:.6g}" if isinstance(value, float) else value for value in setting.values()]
             held = [_BLANK if np.isnan(outcome) else int(outcome) for outcome in row]
-            writer.writerow([index, *values, *held, "; ".join(str(reason) for reason in reasons if reason)])
+            numbers = np.append(arrays["p_correct"][index].ravel(), arrays["work_ratio"][index])
+            shown = [_BLANK if np.isnan(number) else f"{number:.6g}" for number in numbers]
+            writer.writerow([index, *values, *held, *shown, "; ".join(str(reason) for reason in reasons if reason)])
         write_text(folder / "settings.csv", text.getvalue())
+
+
+def _list_quantiles(values: Array) -> dict[str, Any]:
+    """Number of rows, and 5, 50 and 95 % quantiles over them; none of no rows."""
+    if not len(values):
+        return {"count": 0}
+    low, median, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)
+    return {"count": len(values), "p05": low, "median": median, "p95": high}
 
 
 def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
