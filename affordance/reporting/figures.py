@@ -203,7 +203,7 @@ def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
         error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
         style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
         axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
-    axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="chance")
+    axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
     axes.set_ylim(0.0, 1.04)
     axes.set_xlabel("trials of experience with other objects")
     axes.set_ylabel("proportion of correct choices")

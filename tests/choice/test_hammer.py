@@ -325,6 +325,14 @@ def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(hamm
     assert len(times) < 4000
 
 
+def test_estimator_that_takes_long_over_a_blow_does_not_end_it(hammer, planned):
+    """Of the nail's force it knows nothing; its fixed point takes 298 iterations."""
+    wood, steel = (component.looks_like.colour for component in HELD["steel"].components)
+    densities = {wood: 4028.05356252, steel: 4106.22193772}
+    done = simulate_blow(HELD["steel"], hammer, planned["steel"], densities, DEFAULT_SETTINGS)
+    assert 1.0 <= done.force / hammer.force <= 1.1
+
+
 @pytest.mark.parametrize(
     ("max_steps", "touching"),
     [(20, r"nothing touching"), (490, r"(tool on nail|nail on tool)")],
