@@ -19,6 +19,7 @@ from affordance.version import __version__
 # Commands in the order of the help; a dash of a name is an underscore of its module.
 COMMANDS = (
     "run",
+    "robustness",
     "new-protocol",
     "predict",
     "rank",

@@ -12,6 +12,7 @@ from pydrake.systems.analysis import SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learners import Learner
+from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -28,6 +29,9 @@ class Settings:
         prior: Of the density of a material that was never held.
         learner: What observers learn by; the paper's has one density for each colour.
         noise: Errors of measured joint torques.
+        acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; the paper
+            assumes that there is none.
+        cost_measure: By what options are compared.
         vision_error: Errors of measured features; the paper assumes that there are none.
         feature_source: True features with errors, or features from pictures; vision_error is of the former.
         mpc: Horizon, steps and weights of the controller.
@@ -61,6 +65,8 @@ class Settings:
     # 0.07: force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992). 0.097 N m: smallest
     # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
     noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
+    acceleration_sd: float = 0.0
+    cost_measure: CostMeasure = CostMeasure.WORK
     vision_error: VisionError = VisionError()
     feature_source: FeatureSource = FeatureSource.FEATURES
     # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).

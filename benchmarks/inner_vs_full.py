@@ -142,7 +142,7 @@ def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho:
         for grip in range(len(tool.grips)):
             known = dict(zip(experience.colours, map(float, densities), strict=True))
             work[grip, k], feasible[grip, k] = _simulate(tool, grip, task, choice, known, settings)
-    return Comparison(inner, Costs(work, np.full_like(work, np.nan), feasible))
+    return Comparison(inner, Costs(work, np.full_like(work, np.nan), feasible, work))
 
 
 def _simulate(

@@ -77,7 +77,7 @@ class BlowCost:
         """
         if self.infeasible_reason:
             nothing = np.full(len(pi), np.inf)
-            return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool))
+            return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool), nothing)
         return self.compute_at_speed(pi, self.find_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
@@ -85,9 +85,11 @@ class BlowCost:
 
         Beyond the fastest swing, which is infeasible, they grow as the square of the speed, as kinetic energy does.
         """
-        work, effort, load = self._interpolate(speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk))
+        work, effort, cost, load = self._interpolate(
+            speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk)
+        )
         beyond = np.square(np.maximum(1.0, speed / self.speeds[-1]))
-        return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]))
+        return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def explain_infeasibility(self, pi: Array) -> str:
         """Says which limit forbids the blow with a tool of inertial parameters pi, (10,); empty if none does."""
@@ -100,7 +102,7 @@ class BlowCost:
             speed, pi[None], lambda node, one: tuple(self.motions[node].compute_joint_loads(one))
         )
         worst = int(np.argmax(loads))
-        (_, _, load) = self._interpolate(speed, pi[None], lambda node, one: self.motions[node].compute_load(one))
+        (*_, load) = self._interpolate(speed, pi[None], lambda node, one: self.motions[node].compute_load(one))
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:

@@ -167,7 +167,10 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
         swings=tuple(swings),
         speeds=np.array(speeds[1:]),
         masses=tuple(masses),
-        motions=tuple(MotionCost(model, sample_swing(swing, settings.control_period)) for swing in swings),
+        motions=tuple(
+            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
+            for swing in swings
+        ),
         joint_names=tuple(model.arm.joint_names),
         infeasible_reason=infeasible_reason,
     )

@@ -5,12 +5,14 @@ whatever the tool is believed to weigh, and only its torques differ, linearly in
 (payload_regressor.py). So one kinematic roll-out serves all of them, and their works are one matrix product.
 """
 
+import copy
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.control.cost_measure import CostMeasure
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.task import Task
 from affordance.exceptions import NoPlanError
@@ -50,11 +52,22 @@ class Costs(NamedTuple):
             as driving does, and nothing is recovered.
         effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
         feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
+        cost: What the measure of the settings says, by which options are compared, (S,); the work by default.
     """
 
     work: Array
     effort: Array
     feasible: NDArray[np.bool_]
+    cost: Array
+
+
+class Load(NamedTuple):
+    """Costs of a motion under each of S inertias, and how near it comes to a torque limit; (S,) each, as in Costs."""
+
+    work: Array
+    effort: Array
+    cost: Array
+    load: Array  # largest part of a joint's torque limit
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
@@ -98,7 +111,12 @@ class MotionCost:
     """
 
     def __init__(
-        self, model: ArmModel, motion: PlannedMotion, num_nodes: int = NUM_NODES, infeasible_reason: str = ""
+        self,
+        model: ArmModel,
+        motion: PlannedMotion,
+        num_nodes: int = NUM_NODES,
+        infeasible_reason: str = "",
+        measure: CostMeasure = CostMeasure.WORK,
     ) -> None:
         """Computes torques of the arm and regressors at the nodes.
 
@@ -107,7 +125,9 @@ class MotionCost:
             motion: The motion.
             num_nodes: Nodes of the midpoint rule, at most one a tick.
             infeasible_reason: Why the motion does not do what is asked; it is then feasible with no tool.
+            measure: By what motions are compared.
         """
+        self._measure = measure
         self.motion = motion
         self.infeasible_reason = infeasible_reason
         num_ticks = len(motion.q)
@@ -130,27 +150,41 @@ class MotionCost:
         # Constant and linear part of all torques, nodes times joints stacked.
         self._tau_arm = tau_arm.reshape(-1, 1)
         self._Y = Y.reshape(-1, NUM_PARAMETERS)
-        self._rates = np.abs(v[:num_nodes]).reshape(-1)
+        self._signed_rates = v[:num_nodes].reshape(-1)
+        self._rates = np.abs(self._signed_rates)
         self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, len(moments))[:, None]
+
+    def measured_by(self, measure: CostMeasure) -> "MotionCost":
+        """The same motion, compared by another measure."""
+        other = copy.copy(self)
+        other._measure = measure
+        return other
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, shape (S, 10)."""
-        work, effort, load = self.compute_load(pi)
-        return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason))
+        work, effort, cost, load = self.compute_load(pi)
+        return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason), cost)
 
-    def compute_load(self, pi: Array) -> tuple[Array, Array, Array]:
-        """Computes work and effort, and the largest part of a torque limit, (S,) each; argument as of ``compute``."""
+    def compute_load(self, pi: Array) -> Load:
+        """Computes the costs, and the largest part of a torque limit; argument as of ``compute``."""
         work, effort, load = np.empty((3, len(pi)))
+        balance = np.zeros(len(pi))  # positive less negative work
+        share = self._measure.negative_weight
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
             tau = self._tau_arm + self._Y @ pi[chunk].T
             counted = tau[: len(self._rates)]
             effort[chunk] = self._weight * np.einsum("ks,ks->s", counted, counted)
+            if share != 1.0:
+                balance[chunk] = self._weight * (self._signed_rates @ counted)
             np.abs(tau, out=tau)
             work[chunk] = self._weight * (self._rates @ counted)
             tau *= self._per_tau_max
             load[chunk] = tau.max(axis=0)
-        return work, effort, load
+        cost = effort if self._measure is CostMeasure.EFFORT else work
+        if share != 1.0:
+            cost = 0.5 * ((1.0 + share) * work + (1.0 - share) * balance)
+        return Load(work, effort, cost, load)
 
     def compute_joint_loads(self, pi: Array) -> Array:
         """Computes the largest part of each joint's torque limit, (num_joints, S); argument as of ``compute``."""

@@ -37,6 +37,8 @@ class RankedOption(NamedTuple):
             what the motion would take without that limit.
         works: Work under each sample, (S,), [J]; infinite where a torque limit would be broken.
         effort: Expected integral of |tau|^2 dt over the same densities as work, [N^2 m^2 s].
+        cost: Expected cost by the measure of the settings, by which options are ranked, over the same densities; the
+            work by default.
         p_best: Probability that it is the cheapest.
         p_feasible: Probability that it is feasible: that it keeps the torque limits and does what is asked.
         infeasible_reason: Why it is not usable: it cannot do the task, or is not feasible enough; empty if it is.
@@ -46,16 +48,17 @@ class RankedOption(NamedTuple):
     work: float
     works: Array
     effort: float
+    cost: float
     p_best: float
     p_feasible: float
     infeasible_reason: str
 
 
 class Ranking(NamedTuple):
-    """The options in the order of their expected work.
+    """The options in the order of their expected cost.
 
     Attributes:
-        ranked: Those that are usable, the least expected work first, exact ties in random order; then the others,
+        ranked: Those that are usable, the least expected cost first, exact ties in random order; then the others,
             which are never chosen, in the same order.
         num_usable: How many are usable.
         min_feasibility: With which probability at least an option must be feasible to be usable.
@@ -139,6 +142,7 @@ def rank_options(
             work=float(costs.work[i].mean()),
             works=np.where(costs.feasible[i], costs.work[i], np.inf),
             effort=float(costs.effort[i].mean()),
+            cost=float(costs.cost[i].mean()),
             p_best=float((chosen == i).mean()),
             p_feasible=float(p_feasible[i]),
             infeasible_reason=choice.cost_models[i].infeasible_reason
@@ -148,11 +152,11 @@ def rank_options(
     ]
     usable = np.array([not entry.infeasible_reason for entry in entries])
     lots = rng.random(len(entries))
-    least = min((entries[i].work for i in np.flatnonzero(usable)), default=0.0)
+    least = min((entries[i].cost for i in np.flatnonzero(usable)), default=0.0)
 
     def place(i: int) -> tuple[bool, float, float]:
-        tied = entries[i].work <= least * (1.0 + TIE)
-        return not usable[i], least if tied else entries[i].work, lots[i]
+        tied = entries[i].cost <= least * (1.0 + TIE)
+        return not usable[i], least if tied else entries[i].cost, lots[i]
 
     order = sorted(range(len(entries)), key=place)
     efforts = [entries[i].effort for i in np.flatnonzero(usable)]
@@ -173,7 +177,7 @@ def _describe_risk(p_feasible: float, least: float) -> str:
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the feasible option of least work under each sample; among equals a fair coin decides.
+    """Picks the feasible option of least cost under each sample; among equals a fair coin decides.
 
     Args:
         costs: Arrays of shape (options, S).
@@ -181,9 +185,9 @@ def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
 
     Returns: Index of the option, or NO_OPTION where none is feasible, shape (S,).
     """
-    work = np.where(costs.feasible, costs.work, np.inf)
-    least = work.min(axis=0)
-    equal = costs.feasible & (work <= least * (1.0 + TIE))
-    lots = np.where(equal, rng.random(work.shape), -1.0)
+    cost = np.where(costs.feasible, costs.cost, np.inf)
+    least = cost.min(axis=0)
+    equal = costs.feasible & (cost <= least * (1.0 + TIE))
+    lots = np.where(equal, rng.random(cost.shape), -1.0)
     picked: Chosen = np.where(equal.any(axis=0), lots.argmax(axis=0), NO_OPTION)
     return picked

@@ -77,7 +77,7 @@ class Reach:
         asked = following.list_places([motion.control_period * k for k in range(len(motion.q))])
         error = float(np.linalg.norm(places - asked, axis=1).max())
         reason = self.path.describe_error(error) or self._find_rank_loss(model, motion, p_TF)
-        return MotionCost(model, motion, infeasible_reason=reason)
+        return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
         """Says where a motion first comes too near rank loss; empty if it does not."""

@@ -8,7 +8,7 @@ import joblib
 from affordance.belief.learners import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.suite import EXPERIMENTS, run_suite
+from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import SUFFIXES, list_shipped
 from affordance.robots.kept import import_kept
@@ -16,6 +16,7 @@ from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
+_REPEATS, _STUDY_REPEATS = 200, 300
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
 
 
@@ -25,10 +26,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "experiment",
         nargs="?",
         default="all",
-        help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol: its path, or its name",
+        help=f"{', '.join(EXPERIMENTS)}, all of these (default: all), or {', '.join(STUDIES)}",
     )
     parser.add_argument(
-        "--repeats", type=int, default=200, help="simulated observers; for vision, objects (default 200)"
+        "--repeats",
+        type=int,
+        help=f"simulated observers, for vision objects (default {_REPEATS}); for robustness settings (default "
+        f"{_STUDY_REPEATS})",
     )
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
     parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
@@ -63,6 +67,8 @@ def run(arguments: argparse.Namespace) -> int:
         AffordanceError: An argument or a file is wrong.
     """
     experiments = check_arguments(arguments)
+    if arguments.repeats is None:
+        arguments.repeats = _STUDY_REPEATS if arguments.experiment in STUDIES else _REPEATS
     report = run_suite(
         experiments,
         arguments.out,
@@ -109,8 +115,15 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     check_bounds(arguments)
     if arguments.experiment == "all":
         return list(EXPERIMENTS)
+    if arguments.experiment in STUDIES:
+        return [arguments.experiment]
     if arguments.experiment not in EXPERIMENTS and Path(arguments.experiment).suffix not in SUFFIXES:
-        known = (*EXPERIMENTS, "all", *(name for name in list_shipped(arguments.models) if name not in EXPERIMENTS))
+        known = (
+            *EXPERIMENTS,
+            *STUDIES,
+            "all",
+            *(name for name in list_shipped(arguments.models) if name not in EXPERIMENTS),
+        )
         if arguments.experiment not in known:
             raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
     return [arguments.experiment]

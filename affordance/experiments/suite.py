@@ -30,6 +30,10 @@ _LOG = logging.getLogger(__name__)
 
 # Those of `affordance run all`, in order; all but the last are protocols that come with the models.
 EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
+# Modules with a function ``load``, by their names on the command line; no part of "all".
+STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
+# The study of vision, which is of "all".
+_VISION = "affordance.experiments.vision.experiment"
 
 
 def load_experiment(
@@ -41,9 +45,9 @@ def load_experiment(
         BadValueError: A file is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    if name != "vision":
+    if name != "vision" and name not in STUDIES:
         return load_protocol_experiment(name, models, seed, settings)
-    module: Any = importlib.import_module("affordance.experiments.vision.experiment")
+    module: Any = importlib.import_module(STUDIES.get(name, _VISION))
     experiment: Experiment = module.load(models, seed, settings)
     return experiment
 
@@ -64,11 +68,11 @@ def run_suite(
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
-        names: Of EXPERIMENTS, or names or paths of protocols.
+        names: Of EXPERIMENTS or STUDIES, or names or paths of protocols.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
-        repeats: Simulated observers, at least 1.
+        repeats: Simulated observers, of robustness settings, at least 1.
         jobs: Processes, at least 1; ignored with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.

@@ -10,6 +10,7 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import NoiseModel
 
@@ -27,21 +28,52 @@ class StaticHold:
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q
-        self.Y = compute_payload_regressor(model, np.concatenate([posture, at_rest]), at_rest)
+        x = np.concatenate([posture, at_rest])
+        self.Y = compute_payload_regressor(model, x, at_rest)
         self.tau_arm = model.compute_inverse_dynamics(at_rest)
+        # What a unit acceleration of each joint adds to both.
+        units = np.eye(len(posture))
+        self._Y_per_vdot = np.array([compute_payload_regressor(model, x, unit) - self.Y for unit in units])
+        self._tau_arm_per_vdot = np.array([model.compute_inverse_dynamics(unit) - self.tau_arm for unit in units])
 
-    def measure(self, belief: ObjectBelief, rho: Array, noise: NoiseModel, seed: tuple[int, ...]) -> TorqueStatistics:
+    def measure(
+        self,
+        belief: ObjectBelief,
+        rho: Array,
+        noise: NoiseModel,
+        seed: tuple[int, ...],
+        *,
+        num_samples: int | None = None,
+        acceleration_sd: float = 0.0,
+    ) -> TorqueStatistics:
         """Draws the measured torques of an object.
 
         Args:
             belief: Gives the object's geometry.
             rho: Its true densities, in the order of the belief, shape (M,), [kg/m^3].
             noise: How well joints feel.
-            seed: Determines the errors of the trial; errors of single samples are left out.
+            seed: Determines all errors.
+            num_samples: How many samples of a trial, each with the errors of its own; None for one sample whose only
+                errors are those of the trial.
+            acceleration_sd: Standard deviation of the error of a felt joint acceleration, which lasts the trial,
+                [rad/s^2].
 
-        Returns: Their statistics, of one sample.
+        Returns: Their statistics.
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))
-        features = noise.compute_features(tau * (1.0 + gain) + offset, self.tau_arm, self.Y)
-        return TorqueStatistics(features, 1)
+        felt = tau * (1.0 + gain) + offset
+        tau_arm, Y = self.tau_arm, self.Y
+        if acceleration_sd:
+            vdot = draw_acceleration_error(acceleration_sd, seed, len(tau))
+            tau_arm = tau_arm + vdot @ self._tau_arm_per_vdot
+            Y = Y + np.einsum("j,jik->ik", vdot, self._Y_per_vdot)
+        if num_samples is None:
+            return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), 1)
+        statistics = TorqueStatistics(np.zeros(noise.num_features(len(tau))), 0)
+        for sample in range(num_samples):
+            error = noise.draw_sample_error((*seed, sample), tau)
+            if error is None:  # all samples are alike
+                return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), num_samples)
+            statistics = statistics.add(noise.compute_features(felt + error, tau_arm, Y))
+        return statistics

@@ -11,6 +11,7 @@ from affordance.drake_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import Inference, TorqueStatistics, compute_posterior
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
@@ -141,7 +142,7 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Adds the noise of feeling to the joints' torques; angles, rates and accelerations are felt as they are.
+    """Adds the noise of feeling to the joints' torques and accelerations; angles and rates are felt as they are.
 
     The errors that last a trial and the seed of those that do not are parameters of the Context. Where torques arrive
     late, those on their way are its discrete state. A torque that did not arrive is NaN.
@@ -162,8 +163,10 @@ class Proprioception(SampledSystem):
         sample_period: float,
         faults: Faults = NO_FAULTS,
         stuck: int | None = None,
+        acceleration_sd: float = 0.0,
     ) -> None:
         super().__init__()
+        self._acceleration_sd = acceleration_sd
         self._faults = faults
         self._stuck = stuck
         self._num_joints = num_joints
@@ -174,6 +177,7 @@ class Proprioception(SampledSystem):
         self._vdot = self.declare_vector_input("vdot", num_joints)
         self._gain_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._offset_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
+        self._acceleration_error = self.DeclareNumericParameter(BasicVector(np.zeros(num_joints)))
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
         self.DeclareVectorOutputPort("measurement", 4 * num_joints, self._calc_measurement)
         if faults.delay_samples:
@@ -185,6 +189,8 @@ class Proprioception(SampledSystem):
         gain, offset = self._noise.draw_trial_errors(seed, self._num_joints)
         context.get_mutable_numeric_parameter(self._gain_error).SetFromVector(gain)
         context.get_mutable_numeric_parameter(self._offset_error).SetFromVector(offset)
+        acceleration = draw_acceleration_error(self._acceleration_sd, seed, self._num_joints)
+        context.get_mutable_numeric_parameter(self._acceleration_error).SetFromVector(acceleration)
         self._seed.set(context, seed)
 
     def _calc_measurement(self, context: Context, output: BasicVector) -> None:
@@ -195,7 +201,8 @@ class Proprioception(SampledSystem):
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
             felt = self._faults.distort(felt, self._noise.compute_sd(self._tau.Eval(context)), self._stuck, seed)
-        output.SetFromVector(np.concatenate([felt, self._state.Eval(context), self._vdot.Eval(context)]))
+        vdot = self._vdot.Eval(context) + context.get_numeric_parameter(self._acceleration_error).value()
+        output.SetFromVector(np.concatenate([felt, self._state.Eval(context), vdot]))
 
     def _feel(self, context: Context) -> Array:
         """Torques with the noise of feeling, (num_joints,), [N m]."""
@@ -205,7 +212,7 @@ class Proprioception(SampledSystem):
         felt = tau * (1.0 + gain) + offset
         # The trial's seed and the sample's number decide, so that replays of a Context agree.
         seed = (*self._seed.get(context), self._count_samples(context))
-        error = self._noise.draw_sample_error(seed, self._num_joints)
+        error = self._noise.draw_sample_error(seed, tau)
         return felt if error is None else felt + error
 
     def _count_samples(self, context: Context) -> int:

@@ -41,8 +41,8 @@ class NoiseModel(Protocol):
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
         """Draws gain and offset errors that last a whole trial, each of shape (num_joints,)."""
 
-    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
-        """Draws an error that is new in every sample, shape (num_joints,), [N m]; None if there is none."""
+    def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
+        """Draws an error that is new in every sample, at true torques tau, (num_joints,), [N m]; None for none."""
 
     def compute_sd(self, tau: Array) -> Array:
         """Standard deviation of the error of a sample at true torques tau, (num_joints,) each, [N m]."""
@@ -55,14 +55,18 @@ class WeberNoise:
     The measurement is the mean torque of the hold. Its standard deviation at joint j is
     sqrt(threshold^2 + (weber_fraction tau_j)^2), with tau_j the mean total torque, the arm's own weight included.
     As drawn, the error is a gain and an offset that last the trial, which gives the mean exactly that deviation.
+    Where samples are independent, gain and offset are new in each of n, and the mean's variance is an nth of that:
+    exactly where the torque is constant, as at rest.
 
     Attributes:
         weber_fraction: w, dimensionless.
         threshold: s0, [N m].
+        independent_samples: Whether every sample is a percept of its own.
     """
 
     weber_fraction: float
     threshold: float
+    independent_samples: bool = False
 
     def num_features(self, num_joints: int) -> int:
         """tau, tau_arm and Y, flattened."""
@@ -80,7 +84,8 @@ class WeberNoise:
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         regressor = Y @ geometry.Phi  # (num_joints, M)
         predicted = tau_arm + regressor @ rho
-        covariance = np.diag(self.threshold**2 + (self.weber_fraction * predicted) ** 2)
+        num_percepts = num_samples if self.independent_samples else 1
+        covariance = np.diag(self.threshold**2 + (self.weber_fraction * predicted) ** 2) / num_percepts
         if len(geometry.Phi_errors):
             covariance += Y @ geometry.compute_covariance(rho) @ Y.T
         weighted = np.linalg.solve(covariance, np.column_stack([regressor, tau - tau_arm]))
@@ -95,14 +100,20 @@ class WeberNoise:
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """A gain error and an offset a joint."""
+        """A gain error and an offset a joint; none that last where samples are independent."""
+        if self.independent_samples:
+            return np.zeros(num_joints), np.zeros(num_joints)
         rng = np.random.default_rng(seed)
         gain = self.weber_fraction * rng.standard_normal(num_joints)
         return gain, self.threshold * rng.standard_normal(num_joints)
 
-    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
-        """None: the error is that of the trial."""
-        return None
+    def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
+        """Gain error and offset of a sample that is a percept of its own; None where the error is the trial's."""
+        if not self.independent_samples:
+            return None
+        gain, offset = np.random.default_rng(seed).standard_normal((2, len(tau)))
+        error: Array = self.weber_fraction * gain * tau + self.threshold * offset
+        return error
 
     def compute_sd(self, tau: Array) -> Array:
         """Threshold and Weber fraction together."""
@@ -147,9 +158,9 @@ class WhiteNoise:
         """None that lasts."""
         return np.zeros(num_joints), np.zeros(num_joints)
 
-    def draw_sample_error(self, seed: tuple[int, ...], num_joints: int) -> Array | None:
+    def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
         """White noise."""
-        return self.sd * np.random.default_rng(seed).standard_normal(num_joints)
+        return self.sd * np.random.default_rng(seed).standard_normal(len(tau))
 
     def compute_sd(self, tau: Array) -> Array:
         """The same at every torque."""

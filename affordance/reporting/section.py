@@ -72,7 +72,7 @@ class Section(NamedTuple):
 
 def load_claims(path: Path) -> tuple[Claim, ...]:
     """Reads the claims of a section file, with their texts as templates."""
-    return tuple(_read_claim(entry) for entry in _read(path).get("claims", []))
+    return tuple(read_claim(entry) for entry in _read(path).get("claims", []))
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
@@ -108,7 +108,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     claims = [
         claim._replace(text=fill(claim.text), criteria=tuple(_fill_criterion(each, fill) for each in claim.criteria))
-        for claim in (_read_claim(entry) for entry in content.get("claims", []))
+        for claim in (read_claim(entry) for entry in content.get("claims", []))
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(
@@ -132,7 +132,8 @@ def _read(path: Path) -> dict[str, Any]:
     return report
 
 
-def _read_claim(entry: Mapping[str, Any]) -> Claim:
+def read_claim(entry: Mapping[str, Any]) -> Claim:
+    """Takes a claim from an entry of a section file."""
     criteria = []
     for each in entry["criteria"]:
         fields = dict(each)

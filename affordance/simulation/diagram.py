@@ -132,7 +132,8 @@ def build_trial_diagram(
     )
     stuck = settings.faults.find_stuck(arm.joint_names)
     proprioception = add(
-        "proprioception", Proprioception(n, settings.noise, settings.sample_period, settings.faults, stuck)
+        "proprioception",
+        Proprioception(n, settings.noise, settings.sample_period, settings.faults, stuck, settings.acceleration_sd),
     )
     estimator = add(
         "density_estimator",

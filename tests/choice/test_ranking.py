@@ -147,7 +147,7 @@ class MadeUpCost:
 
     def compute(self, pi):
         mass = pi[:, 0]
-        return Costs(self.work(mass), self.effort(mass), self.feasible(mass))
+        return Costs(self.work(mass), self.effort(mass), self.feasible(mass), self.work(mass))
 
 
 def constant(value):
@@ -300,7 +300,7 @@ def test_where_no_option_is_feasible_none_is_the_best():
 
 
 def make_costs(work, feasible):
-    return Costs(np.array(work), np.array(work), np.array(feasible))
+    return Costs(np.array(work), np.array(work), np.array(feasible), np.array(work))
 
 
 def test_cheapest_feasible_option_is_picked():
@@ -312,6 +312,6 @@ def test_cheapest_feasible_option_is_picked():
 def test_ties_are_broken_by_a_fair_coin():
     work = np.full((2, 20_000), 3.0)
     work[1] *= 1.0 + 1e-14
-    costs = Costs(work, work, np.ones(work.shape, dtype=bool))
+    costs = Costs(work, work, np.ones(work.shape, dtype=bool), work)
     share = pick_cheapest(costs, np.random.default_rng(0)).mean()
     assert share == pytest.approx(0.5, abs=4 * 0.5 / np.sqrt(20_000))

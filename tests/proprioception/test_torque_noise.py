@@ -24,14 +24,14 @@ def test_percept_scatters_as_weber_and_threshold_say():
         drawn.append(tau * (1 + gain) + offset)
     np.testing.assert_allclose(np.mean(drawn, axis=0), tau, atol=0.04)
     np.testing.assert_allclose(np.std(drawn, axis=0), np.sqrt(0.1**2 + (0.07 * tau) ** 2), rtol=0.02)
-    assert noise.draw_sample_error((0,), 3) is None
+    assert noise.draw_sample_error((0,), np.zeros(3)) is None
 
 
 def test_white_noise_is_new_in_every_sample_and_the_same_for_the_same_seed():
     noise = WhiteNoise(sd=0.3)
-    errors = np.array([noise.draw_sample_error((7, k), 7) for k in range(5000)])
+    errors = np.array([noise.draw_sample_error((7, k), np.zeros(7)) for k in range(5000)])
     np.testing.assert_allclose(errors.std(axis=0), 0.3, rtol=0.05)
-    np.testing.assert_array_equal(errors[3], noise.draw_sample_error((7, 3), 7))
+    np.testing.assert_array_equal(errors[3], noise.draw_sample_error((7, 3), np.zeros(7)))
     for lasting in noise.draw_trial_errors((7,), 7):
         assert not lasting.any()
 

@@ -17,6 +17,7 @@ from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import TerminalGoal
 from affordance.control.systems import MpcController, TaskSystem
+from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
@@ -154,6 +155,35 @@ def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_aske
     np.testing.assert_array_equal(evaluate(system, context, "measurement")[:7], first)
     system.draw_errors(context, (2,))
     assert (evaluate(system, context, "measurement")[:7] != first).all()
+
+
+def test_independent_samples_err_by_gain_and_offset_of_their_own():
+    noise = WeberNoise(weber_fraction=0.07, threshold=0.1, independent_samples=True)
+    system = Proprioception(7, noise, 0.05)
+    context = system.CreateDefaultContext()
+    tau = np.linspace(-30.0, 30.0, 7)
+    fix(system, context, tau=tau, state=np.zeros(14), vdot=np.zeros(7))
+    system.draw_errors(context, (1,))
+    errors = []
+    for sample in range(1, 400):
+        context.SetTime(0.05 * sample)
+        errors.append(evaluate(system, context, "measurement")[:7] - tau)
+    np.testing.assert_allclose(np.std(errors, axis=0), noise.compute_sd(tau), rtol=0.15)
+    np.testing.assert_allclose(errors[2], noise.draw_sample_error((1, 3), tau), rtol=0, atol=1e-13)
+
+
+def test_misfelt_acceleration_lasts_the_trial_and_touches_nothing_else():
+    system = Proprioception(7, WeberNoise(weber_fraction=0.0, threshold=0.0), 0.05, acceleration_sd=0.2)
+    context = system.CreateDefaultContext()
+    tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
+    fix(system, context, tau=tau, state=x, vdot=vdot)
+    system.draw_errors(context, (1, 2))
+    felt = evaluate(system, context, "measurement")
+    np.testing.assert_array_equal(felt[:21], np.concatenate([tau, x]))
+    np.testing.assert_array_equal(felt[21:], vdot + draw_acceleration_error(0.2, (1, 2), 7))
+    assert (felt[21:] != vdot).all()
+    context.SetTime(1.0)
+    np.testing.assert_array_equal(evaluate(system, context, "measurement"), felt)
 
 
 @pytest.fixture

@@ -22,11 +22,13 @@ NUM_PRIOR_CHOICES = 10_000
 NUM_BAYES_SAMPLES = 2_000
 
 
-def choose_before_experience(choice: Choice, colours: tuple[Colour, ...], seed: int) -> Chosen:
-    """Chooses by the paper's rule for many densities drawn from the prior, (NUM_PRIOR_CHOICES,)."""
+def choose_before_experience(
+    choice: Choice, colours: tuple[Colour, ...], seed: int, num_choices: int = NUM_PRIOR_CHOICES
+) -> Chosen:
+    """Chooses by the paper's rule for many densities drawn from the prior, (num_choices,)."""
     rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().add_colours(colours, choice.settings.prior)
-    return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES)), rng)
+    return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, num_choices)), rng)
 
 
 def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: int) -> Chosen:

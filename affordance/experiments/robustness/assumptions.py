@@ -1,0 +1,112 @@
+"""What is assumed beyond the paper, the ranges it could lie in, and samples of all of it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy.stats import qmc
+
+from affordance.arrays import Array
+from affordance.random_streams import Stream
+
+FILE = Path(__file__).parent / "assumptions.yaml"
+# Points of the sequence come in powers of two.
+_LOG2_MAX = 13
+
+# What a setting assumes, by the names of the assumptions.
+type Setting = Mapping[str, float | str]
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """Something the paper does not give.
+
+    Attributes:
+        name: Its key in the file.
+        label: In words, with its unit.
+        source: Where default and range come from.
+        default: What the simulations use.
+        low: Lower end of its range; 0 where it is a choice, as is high.
+        high: Upper end.
+        is_log: Whether the range is sampled evenly in its logarithm.
+        choices: What there is to choose from; empty for a range.
+        weights: How often each is chosen, of any sum.
+    """
+
+    name: str
+    label: str
+    source: str
+    default: float | str
+    low: float = 0.0
+    high: float = 0.0
+    is_log: bool = False
+    choices: tuple[str, ...] = ()
+    weights: tuple[float, ...] = ()
+
+    def place(self, u: float) -> float | str:
+        """The value at a place u of its range, 0 <= u < 1."""
+        if self.choices:
+            ends = np.cumsum(self.weights) / np.sum(self.weights)
+            return self.choices[min(int(np.searchsorted(ends, u, side="right")), len(self.choices) - 1)]
+        if self.is_log:
+            return float(self.low * (self.high / self.low) ** u)
+        return float(self.low + (self.high - self.low) * u)
+
+
+def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
+    """Reads the assumptions, in the order of the file.
+
+    Raises:
+        ValueError: A default lies outside its range, or an entry has neither range nor choices.
+    """
+    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    return tuple(_read(name, entry) for name, entry in content.items())
+
+
+def list_defaults(assumptions: Sequence[Assumption]) -> dict[str, float | str]:
+    """The setting of the simulations."""
+    return {each.name: each.default for each in assumptions}
+
+
+def sample_places(num_assumptions: int, count: int, seed: int) -> Array:
+    """Places of settings in the ranges, (count, num_assumptions): the beginning of a scrambled Sobol sequence.
+
+    The first settings are the same however many are asked for.
+    """
+    rng = np.random.default_rng([seed, Stream.SETTINGS])
+    sequence = qmc.Sobol(num_assumptions, scramble=True, rng=rng)
+    points: Array = sequence.random_base2(min(_LOG2_MAX, max(9, int(np.ceil(np.log2(max(count, 1)))))))[:count]
+    return points
+
+
+def sample_settings(assumptions: Sequence[Assumption], count: int, seed: int) -> list[dict[str, float | str]]:
+    """Draws settings that fill the ranges evenly."""
+    places = sample_places(len(assumptions), count, seed)
+    return [{each.name: each.place(float(u)) for each, u in zip(assumptions, row, strict=True)} for row in places]
+
+
+def _read(name: str, entry: Mapping[str, object]) -> Assumption:
+    fields = dict(entry)
+    label, source, default = str(fields["label"]), " ".join(str(fields["source"]).split()), fields["default"]
+    if isinstance(choices := fields.get("choices"), list):
+        weights = fields.get("weights", [1.0] * len(choices))
+        if default not in choices:
+            raise ValueError(f"{name}: the default {default!r} is none of the choices")
+        assert isinstance(weights, list)
+        return Assumption(
+            name,
+            label,
+            source,
+            str(default),
+            choices=tuple(map(str, choices)),
+            weights=tuple(float(weight) for weight in weights),
+        )
+    ends = fields.get("range")
+    if not isinstance(ends, list) or not isinstance(default, float):
+        raise ValueError(f"{name}: needs a range of two numbers and a default, or choices")
+    low, high = (float(end) for end in ends)
+    if not low <= default <= high:
+        raise ValueError(f"{name}: the default {default:g} is not from {low:g} to {high:g}")
+    return Assumption(name, label, source, default, low, high, fields.get("scale") == "log")

@@ -1,0 +1,201 @@
+"""Simulations III and IV under a setting, by inner simulation: which grip is correct, and how often it is chosen."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.inner_simulation import Choice, OptionCost
+from affordance.choice.motion_cost import Costs, MotionCost
+from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest, rank_options
+from affordance.control.cost_measure import CostMeasure
+from affordance.exceptions import AffordanceError
+from affordance.experiments.shared.correct_grip import find_grip_of_densest
+from affordance.experiments.shared.decisions import choose_before_experience
+from affordance.experiments.shared.experience import Experience
+from affordance.objects.tool import Tool
+from affordance.random_streams import Stream
+from affordance.reporting.statistics import estimate_proportion
+
+# Choices before experience, which all have one prior: their share is known to 0.8 %.
+NUM_PRIOR_CHOICES = 4_000
+# Choices that each observer makes by the paper's rule, at each moment: their mean takes the place of one choice.
+_NUM_CHOICES = 10
+# Densities over which Bayes' rule averages.
+_NUM_BAYES_SAMPLES = 64
+# Moments at which is chosen: before experience, after one and two trials, and after the last, of six.
+MOMENTS = (0, 1, 2, 6)
+# Intervals are those of as many observers as the simulations have, though fewer are run here: else claims of what an
+# interval holds would be the easier to meet the fewer they are.
+_NUM_OBSERVERS = 200
+_NUM_FORCES = 40
+_LEAST_FORCE = 1.02
+
+
+def measure_truth(choice: Choice, tool: Tool, rule: CostMeasure | None = None) -> Costs:
+    """Costs of all options with the true densities, (options,) each.
+
+    Args:
+        choice: Motions by grip.
+        tool: The tool as it is.
+        rule: The measure; that of the settings if None.
+    """
+    held = tool.list_gripped()
+    models = choice.cost_models if rule is None else [_measure_by(model, rule) for model in choice.cost_models]
+    costs = [
+        model.compute(held[option.grip].parameters[None])
+        for option, model in zip(choice.options, models, strict=True)
+    ]
+    return Costs(*(np.array(column)[:, 0] for column in zip(*costs, strict=True)))
+
+
+def find_correct(costs: Costs) -> int:
+    """Index of the cheapest feasible option.
+
+    Raises:
+        AffordanceError: There is none, or several are the cheapest.
+    """
+    cost = np.where(costs.feasible, costs.cost, np.inf)
+    if not costs.feasible.any():
+        raise AffordanceError("no grip can do it")
+    if (cost <= cost.min() * (1.0 + TIE)).sum() > 1:
+        raise AffordanceError("no grip is cheaper than the other")
+    return int(cost.argmin())
+
+
+def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: int, rule: str) -> dict[str, Any]:
+    """The numbers of a task that claims are about.
+
+    Raises:
+        AffordanceError: No grip is the correct one.
+    """
+    costs = measure_truth(choice, tool)
+    correct = find_correct(costs)
+    cost = np.where(costs.feasible, costs.cost, np.inf)
+    shares = [_share_before(choice, experience, seed, correct, rule)]
+    for moment in MOMENTS[1:]:
+        each = [
+            _share_of_observer(choice, experience, (seed, repeat, moment), correct, rule)
+            for repeat in range(experience.num_repeats)
+        ]
+        shares.append(float(np.mean(each)))
+    estimate = estimate_proportion(_NUM_OBSERVERS * np.array(shares), _NUM_OBSERVERS)
+    ci95 = estimate.ci95
+    ci95[0] = estimate_proportion(np.array(NUM_PRIOR_CHOICES * shares[0]), NUM_PRIOR_CHOICES).ci95
+    grips = [option.grip for option in choice.options]
+    return {
+        "p_correct": np.array(shares),
+        "p_correct_ci95": ci95,
+        "energy_ratio_true": float(cost.max() / cost.min()),
+        "correct_grip": grips[correct],
+        "grip_of_densest": find_grip_of_densest(tool, at_hand=True),
+        "grip_of_densest_far": find_grip_of_densest(tool, at_hand=False),
+    }
+
+
+def compare_measures(choice: Choice, tool: Tool) -> dict[str, int]:
+    """Index of the correct option by each measure.
+
+    Raises:
+        AffordanceError: No grip is the correct one.
+    """
+    return {measure.name: find_correct(measure_truth(choice, tool, measure)) for measure in CostMeasure}
+
+
+def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stiffness: float, most: float) -> float:
+    """Largest travel of the nail at which the grip that has the densest part at the hand is the cheaper one, [m].
+
+    Args:
+        choice: Blows by grip.
+        tool: The tool as it is.
+        depth_set: How deep the nail stands, [m].
+        stiffness: Of its resistance, [N/m].
+        most: The largest force, [N].
+
+    Returns: The travel; zero if that grip is never the cheaper one among forces that both can give.
+    """
+    held = tool.list_gripped()
+    at_hand = find_grip_of_densest(tool, at_hand=True)
+    largest = 0.0
+    for force in np.geomspace(_LEAST_FORCE * stiffness * depth_set, most, _NUM_FORCES):
+        costs = {}
+        for option, model in zip(choice.options, choice.cost_models, strict=True):
+            assert isinstance(model, BlowCost)
+            costs[option.grip] = model.compute(held[option.grip].parameters[None], float(force))
+        if (
+            all(each.feasible[0] for each in costs.values())
+            and min(costs, key=lambda grip: float(costs[grip].cost[0])) == at_hand
+        ):
+            largest = float(force) / stiffness - depth_set
+    return largest
+
+
+def _share_before(choice: Choice, experience: Experience, seed: int, correct: int, rule: str) -> float:
+    """Share of correct choices before experience; by expectation 1 or 0, or a half where neither is cheaper."""
+    if rule == "one sample":
+        chosen = choose_before_experience(choice, experience.colours, seed, NUM_PRIOR_CHOICES)
+        return _count(chosen, correct)
+    rng = np.random.default_rng([seed, Stream.BAYES])
+    memory = experience.recall(0, 0)
+    costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES))
+    usable = costs.feasible.mean(axis=1) >= MIN_FEASIBILITY
+    rivals = np.delete(np.arange(len(usable)), correct)[np.delete(usable, correct)]
+    if not usable[correct] or not len(rivals):
+        return 0.5 if not usable.any() else float(usable[correct])
+    gain = costs.cost[rivals].min(axis=0) - costs.cost[correct]
+    error = float(gain.std() / np.sqrt(len(gain)))
+    # Within two standard errors of what was drawn neither is known to be cheaper.
+    return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
+
+
+def _share_of_observer(
+    choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int, rule: str
+) -> float:
+    """Share of correct choices of one observer at one moment."""
+    root, repeat, moment = seed
+    memory = experience.recall(repeat, moment)
+    if rule == "one sample":
+        rng = np.random.default_rng([root, repeat, moment, Stream.PAPER])
+        return _count(
+            pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, _NUM_CHOICES)), rng), correct
+        )
+    rng = np.random.default_rng([root, repeat, moment, Stream.BAYES])
+    ranking = rank_options(choice, memory, rng, _NUM_BAYES_SAMPLES)
+    if not ranking.num_usable:
+        return 0.5
+    return float(choice.options.index(ranking.best.option) == correct)
+
+
+def _count(chosen: Any, correct: int) -> float:
+    """Share of correct choices; where no option was usable the observer guesses: a half."""
+    return float(np.mean((chosen == correct) + 0.5 * (chosen == NO_OPTION)))
+
+
+def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:
+    """The same motions, compared by another measure."""
+    if isinstance(model, BlowCost):
+        return replace(model, motions=tuple(motion.measured_by(measure) for motion in model.motions))
+    assert isinstance(model, MotionCost)  # what Reach builds
+    return model.measured_by(measure)
+
+
+def measure_tasks(
+    by_reach: Mapping[str, int], by_hammer: Mapping[str, int], *, correct_reach: str, correct_hammer: str
+) -> dict[str, Any]:
+    """What both tasks together say: correct grips, and whether measures agree on them.
+
+    Args:
+        by_reach: Index of the correct grip by each measure, reaching.
+        by_hammer: The same, hammering.
+        correct_reach: The correct grip by the measure of the settings, reaching.
+        correct_hammer: The same, hammering.
+    """
+    works = (CostMeasure.WORK.name, CostMeasure.POSITIVE_WORK.name, CostMeasure.MUSCULAR_WORK.name)
+    return {
+        "correct_reach": correct_reach,
+        "correct_hammer": correct_hammer,
+        "work_measures_agree": [len({by[name] for name in works}) == 1 for by in (by_reach, by_hammer)],
+        "effort_differs": by_hammer[CostMeasure.EFFORT.name] != by_hammer[CostMeasure.WORK.name],
+    }

@@ -1,0 +1,48 @@
+"""The claims that every setting is asked about: those of the protocols, and headlines of the README."""
+
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from affordance.files.model_folder import MODELS
+from affordance.protocols.protocol import find_protocol
+from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.section import load_claims, read_claim
+
+_HEADLINES = Path(__file__).parent / "headlines.yaml"
+EXPERIMENTS = ("weight", "com", "reach", "hammer")
+TASKS = "tasks"
+
+
+@cache
+def list_claims() -> Mapping[str, Claim]:
+    """All claims, by experiment and key, such as ``weight.drop_reduced``."""
+    claims = {
+        f"{name}.{claim.key}": claim for name in EXPERIMENTS for claim in load_claims(find_protocol(name, MODELS))
+    }
+    headlines = yaml.safe_load(_HEADLINES.read_text(encoding="utf-8"))
+    claims.update({f"{name}.{entry['key']}": read_claim(entry) for name in headlines for entry in headlines[name]})
+    return claims
+
+
+def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
+    """Judges every claim: 1 if it holds, 0 if not; not a number where a number that it names was not found.
+
+    Args:
+        numbers: By experiment; of those that could not be run, none.
+    """
+    outcomes = {}
+    for name, claim in list_claims().items():
+        known = numbers.get(name.split(".")[0], {})
+        needed = {criterion.value for criterion in claim.criteria}
+        missing = not known or any(key in expression for expression in needed for key in _list_missing(known))
+        outcomes[name] = float("nan") if missing else float(judge_claims([claim], known)[0].met)
+    return outcomes
+
+
+def _list_missing(numbers: Mapping[str, Any]) -> list[str]:
+    """Names of numbers that could not be measured: those that are None."""
+    return [name for name, value in numbers.items() if value is None]

@@ -1,0 +1,49 @@
+"""The multiverse in one picture: how often each claim holds, and what moves it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.arrays import Array
+from affordance.reporting.figures import OBJECT_COLOURS, tidy
+from affordance.reporting.statistics import Estimate
+
+_ROW_HEIGHT, _HEAD = 0.28, 3.0  # [inch]
+_WIDTH = 14.0
+
+
+def draw_multiverse(
+    claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
+) -> Figure:
+    """Draws shares of settings in which claims hold, and first-order indices as a map of claims by assumptions.
+
+    Args:
+        claims: Names of C claims.
+        assumptions: Names of D assumptions.
+        shares: Shares with their intervals, (C,) each.
+        indices: First-order indices, (C, D); what does not exceed its null level is left white.
+        null_levels: By claim, (C,).
+    """
+    rows = np.arange(len(claims))
+    figure = Figure(figsize=(_WIDTH, _HEAD + _ROW_HEIGHT * len(claims)), layout="constrained")
+    left, right = figure.subplots(1, 2, sharey=True, width_ratios=[1.0, 3.2])
+    errors = np.abs(np.array([shares.low, shares.high]) - shares.mean)
+    left.barh(rows, shares.mean, xerr=errors, color=OBJECT_COLOURS[3], ecolor="0.3", capsize=2.0)
+    left.set_yticks(rows, claims)
+    left.set_xlim(0.0, 1.0)
+    left.set_xlabel("share of settings in which it holds")
+    left.invert_yaxis()
+    tidy(left)
+    shown = np.where(indices > null_levels[:, None], indices, np.nan)
+    largest = float(np.nanmax(shown)) if np.isfinite(shown).any() else 1.0
+    image = right.imshow(shown, aspect="auto", cmap="viridis_r", vmin=0.0, vmax=largest)
+    right.set_xticks(np.arange(len(assumptions)), assumptions, rotation=90)
+    right.tick_params(axis="y", labelleft=False)
+    right.set_xticks(np.arange(len(assumptions)) - 0.5, minor=True)
+    right.set_yticks(rows - 0.5, minor=True)
+    right.grid(which="minor", color="0.9", linewidth=0.5)
+    right.tick_params(which="minor", length=0)
+    bar = figure.colorbar(image, ax=right, shrink=0.6)
+    bar.set_label("share of the variance that the assumption alone explains\n(white: no more than chance)")
+    return figure
