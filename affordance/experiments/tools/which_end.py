@@ -145,7 +145,8 @@ def summarise(choice: Choice, memory: Memory, rng: np.random.Generator, num_samp
     names = [option.object_name for option in choice.options]
     for tool in dict.fromkeys(names):
         own = [index for index, name in enumerate(names) if name == tool]
-        picked = pick_cheapest(Costs(*(each[own] for each in costs)), rng)
+        of_tool = Costs(costs.work[own], costs.effort[own], costs.feasible[own], costs.cost[own])
+        picked = pick_cheapest(of_tool, rng)
         for place, index in enumerate(own):
             within[choice.options[index].name] = float((picked == place).mean())
     ranked = tuple(
