@@ -31,7 +31,7 @@ def describe(result: ToolsResult) -> Section:
         if result.hammers is not None:
             text.append(_describe_choices(result.hammers, "the data set's three"))
     return build_section(
-        order=9,
+        order=32,
         title="Real tools",
         summary=text[0],
         captions={f"{name}.png": caption for name, caption in captions.items()},
