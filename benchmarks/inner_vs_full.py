@@ -24,7 +24,7 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.observed_options import list_options
-from affordance.choice.ranking import pick_cheapest
+from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
 from affordance.experiments import reach
@@ -41,7 +41,15 @@ from affordance.simulation.rollout import roll_out
 from benchmarks.tables import format_table
 
 BOUND, LEAST_SAME = 0.02, 0.98
-HEADER = ["task", "tool", "same choice", "of", "largest difference of works", "infeasible in inner, full, both"]
+HEADER = [
+    "task",
+    "tool",
+    "same choice",
+    "of",
+    "else dearer by",
+    "largest difference of works",
+    "infeasible: inner, full",
+]
 # Of the two parts of a crooked tool: semi-axes along it and across it, [m], and how far it is bent, [rad].
 _LONG, _ACROSS, _MAX_BEND = (0.05, 0.10), (0.01, 0.025), np.radians(60.0)
 
@@ -66,8 +74,20 @@ class Comparison(NamedTuple):
     @property
     def num_same(self) -> int:
         """How many choices are the same."""
-        one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (self.inner, self.full))
+        one, other = self._choose()
         return int((one == other).sum())
+
+    @property
+    def losses(self) -> Array:
+        """By which part the choices of inner simulation cost more, simulated, than those of full simulation, (N,)."""
+        one, other = self._choose()
+        samples = np.flatnonzero((one != NO_OPTION) & (other != NO_OPTION))
+        losses: Array = self.full.work[one[samples], samples] / self.full.work[other[samples], samples] - 1.0
+        return losses
+
+    def _choose(self) -> tuple[Chosen, Chosen]:
+        one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (self.inner, self.full))
+        return one, other
 
 
 def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Component]) -> Tool:
@@ -171,15 +191,18 @@ def measure(
         differences = comparison.differences
         inner, full = ~comparison.inner.feasible, ~comparison.full.feasible
         largest = f"{100 * differences.max():.2f} %" if len(differences) else ""
-        infeasible = f"{inner.sum()}, {full.sum()}, {(inner & full).sum()}"
-        rows.append([name, tool_name, str(comparison.num_same), str(count), largest, infeasible])
+        loss = f"{100 * comparison.losses.max(initial=0.0):.2f} %"
+        rows.append(
+            [name, tool_name, str(comparison.num_same), str(count), loss, largest, f"{inner.sum()}, {full.sum()}"]
+        )
     for name in tasks:
         of_task = [comparison for (task, _), comparison in found.items() if task == name]
         differences = np.concatenate([comparison.differences for comparison in of_task])
         same = sum(comparison.num_same for comparison in of_task)
         share = (differences <= BOUND).mean()
         within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
-        rows.append([name, "all", str(same), str(count * len(of_task)), within, ""])
+        loss = f"{100 * max(comparison.losses.max(initial=0.0) for comparison in of_task):.2f} %"
+        rows.append([name, "all", str(same), str(count * len(of_task)), loss, within, ""])
     return rows, found
 
 

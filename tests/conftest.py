@@ -2,11 +2,16 @@
 
 import numpy as np
 import pytest
+from helpers.held_stick import HELD
 
+from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import Hammer, load_hammer
 from affordance.experiments.weight import Weight, load
+from affordance.files.model_folder import MODELS
 from affordance.plant.arm import Arm, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
 
@@ -38,3 +43,20 @@ def weight() -> Weight:
 @pytest.fixture(scope="session")
 def runner(weight: Weight) -> TrialRunner:
     return TrialRunner(weight.settings)
+
+
+@pytest.fixture(scope="session")
+def hammer() -> Hammer:
+    return load_hammer(MODELS / "nail.yaml")
+
+
+@pytest.fixture(scope="session")
+def own_model(arm: Arm) -> ArmModel:
+    """For fixtures of modules; what a test sets, others find."""
+    return ArmModel(arm)
+
+
+@pytest.fixture(scope="session")
+def planned(hammer: Hammer, own_model: ArmModel) -> dict[str, BlowCost]:
+    """Blows with the stick, by its grips."""
+    return {grip: hammer.build_cost(own_model, tool.components, DEFAULT_SETTINGS) for grip, tool in HELD.items()}

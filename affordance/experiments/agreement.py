@@ -124,7 +124,8 @@ def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
     """Proportions of observers at every moment, (K + 1,) each, with Wilson's intervals, [low, high].
 
     Returns: ``same_grip``, that both choices are of the same grip; ``both_right_or_wrong``, that both are correct or
-        neither; ``both_correct``, ``only_reach`` and ``only_hammer``, which are correct; ``symmetric``.
+        neither; ``both_correct``, ``only_reach`` and ``only_hammer``, which are correct; ``agreement``, the mean of
+        ``both_right_or_wrong`` over all moments; ``symmetric``.
     """
     right, other_right = one.chosen == one.correct, other.chosen == other.correct
     counted = {
@@ -134,7 +135,7 @@ def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
         "only_reach": right & ~other_right,
         "only_hammer": ~right & other_right,
     }
-    numbers: dict[str, Any] = {"symmetric": one.symmetric}
+    numbers: dict[str, Any] = {"symmetric": one.symmetric, "agreement": float((right == other_right).mean())}
     for name, holds in counted.items():
         estimate = estimate_proportion(holds.sum(axis=0), len(holds))
         numbers[name], numbers[f"{name}_ci95"] = estimate.mean, estimate.ci95

@@ -51,6 +51,7 @@ def test_agreement_is_counted_observer_by_observer(tmp_path):
     assert (stick["symmetric"], hammer["symmetric"]) == (True, False)
     assert stick["same_grip"] == [0.0, 0.0]
     assert stick["both_right_or_wrong"] == [1.0, 1.0]
+    assert (stick["agreement"], hammer["agreement"]) == (1.0, pytest.approx(1 / 6))
     assert stick["both_correct"] == pytest.approx([1 / 3, 1.0])
     assert hammer["same_grip"] == pytest.approx([2 / 3, 1.0])
     # Before: wood, steel and nothing for reaching by steel; wood, steel and steel for hammering by wood.
@@ -70,7 +71,7 @@ def test_section_says_where_two_experiments_show_one_result(tmp_path):
     section = json.loads((tmp_path / NAME / "section.json").read_text())
     assert [row[0] for row in section["tables"][0]["rows"]] == ["stick (symmetric)", "hammer"]
     assert all(len(row) == len(section["tables"][0]["header"]) for row in section["tables"][0]["rows"])
-    assert "Of the stick both choices were right or wrong together" in section["remarks"][0]
+    assert "Of the stick both choices were right or wrong together in 100.0 % of all cases" in section["remarks"][0]
     assert "one result or two" in write_report(tmp_path).read_text(encoding="utf-8")
     # Once the choices about the stick part, it is not said any more.
     save(tmp_path, "hammer", [[[1, 0], [0, 1]], [[0, 0], [1, 1]], [[1, 1], [1, 1]]], OPPOSITE)
