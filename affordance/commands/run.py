@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "experiment",
         nargs="?",
         default="all",
-        help=f"{', '.join(EXPERIMENTS)}, all of these (default), {', '.join(STUDIES)}, or a protocol: its path or name",
+        help=f"{', '.join(EXPERIMENTS)}, all of these (default), {', '.join(STUDIES)}, or a protocol (path or name)",
     )
     parser.add_argument(
         "--repeats",

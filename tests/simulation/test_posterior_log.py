@@ -22,7 +22,9 @@ def run(weight, memory, *, duration=0.5, tool=0, **changes):
 
 def know(weight, precision):
     """An arm that believes what is true does not move."""
-    return MaterialMemory((weight.colour,), DensityBelief(np.array([[precision]]), np.array([precision * 8500.0])))
+    return MaterialMemory(
+        (weight.colours[0],), DensityBelief(np.array([[precision]]), np.array([precision * 8500.0]))
+    )
 
 
 def compute_sd(record):

@@ -23,7 +23,7 @@ from affordance.vision.features import VisionError
 
 
 def certain_of(config, density):
-    return MaterialMemory((config.colour,), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * density])))
+    return MaterialMemory((config.colours[0],), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * density])))
 
 
 def test_arm_that_knows_the_density_does_not_move(runner, weight):
@@ -167,7 +167,7 @@ def test_trial_teaches_what_was_held(runner, weight):
     memory = MaterialMemory()
     record = runner.run_hold(weight.tools[3], memory, duration=1.0, seed=(3,))
     assert memory.colours == ()
-    assert record.memory.colours == (weight.colour,)
+    assert record.memory.colours == (weight.colours[0],)
     sd = np.sqrt(record.memory.belief.covariance[0, 0])
     assert abs(record.memory.belief.untruncated_mean[0] - 8500.0) < 4 * sd
     assert sd < 2000.0
@@ -257,7 +257,7 @@ def test_log_evidence_is_that_of_the_belief_before_the_trial(weight):
     """An arm that expects just what it feels: a normal density at its centre, as wide as error and belief make it."""
     noise, tool = Unerring(weber_fraction=0.07, threshold=0.1), weight.tools[3]
     runner = TrialRunner(dataclasses.replace(weight.settings, noise=noise))
-    memory = MaterialMemory((weight.colour,), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
+    memory = MaterialMemory((weight.colours[0],), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
     record = runner.run_hold(tool, memory, duration=0.5, seed=(0,))
     hold = StaticHold(load_arm())
     load = hold.Y @ tool.parameters

@@ -149,7 +149,8 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    again = plan_hammer(experiment.novel[:1], experiment.task, settings, 0, MODELS, jobs=1)
+    files = experiment.task_file, experiment.novel_file
+    again = plan_hammer(experiment.novel[:1], experiment.task, settings, 0, *files, jobs=1)
     for grip, blow in plan.blows.simulated["stick"].items():
         other = again.simulated["stick"][grip]
         assert (other.work, other.force) == (blow.work, blow.force)
