@@ -66,9 +66,9 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
-    experiments = check_arguments(arguments)
     if arguments.repeats is None:
         arguments.repeats = _STUDY_REPEATS if arguments.experiment in STUDIES else _REPEATS
+    experiments = check_arguments(arguments)
     report = run_suite(
         experiments,
         arguments.out,

@@ -46,10 +46,10 @@ def test_beliefs_come_by_turns_from_before_and_after_a_trial(experiment):
 
 def test_what_differs_is_counted():
     nothing = np.zeros((2, 3))
-    inner = Costs(np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]), nothing, np.ones((2, 3), dtype=bool))
-    full = inner._replace(
-        work=np.array([[1.1, 3.0, np.inf], [2.0, 2.0, 9.0]]), feasible=np.array([[1, 1, 0], [1, 1, 1]], dtype=bool)
-    )
+    work = np.array([[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]])
+    inner = Costs(work, nothing, np.ones((2, 3), dtype=bool), work)
+    executed = np.array([[1.1, 3.0, np.inf], [2.0, 2.0, 9.0]])
+    full = inner._replace(work=executed, cost=executed, feasible=np.array([[1, 1, 0], [1, 1, 1]], dtype=bool))
     compared = Comparison(inner, full)
     assert compared.num_same == 1
     # The second is chosen wrongly and costs half as much again; of the third the first grip cannot be had.

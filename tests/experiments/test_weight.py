@@ -63,7 +63,11 @@ def numbers(folder):
 def test_results_are_as_documented(folder):
     numbers = check_results(folder, SHAPES, ("figure3", "figure4", "posterior", "sinking"), "weight")
     assert numbers["repeats"] == 3
-    assert numbers["config"]["settings"]["noise"] == {"weber_fraction": 0.07, "threshold": 0.097}
+    assert numbers["config"]["settings"]["noise"] == {
+        "weber_fraction": 0.07,
+        "threshold": 0.097,
+        "independent_samples": False,
+    }
 
 
 def test_what_the_paper_says_is_seen_with_a_few_observers(numbers):
