@@ -11,7 +11,7 @@ from pathlib import Path
 from pydrake.systems.analysis import SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.plant.arm import ARM

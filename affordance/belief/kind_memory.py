@@ -6,7 +6,6 @@ its own; if it never was, that of the most populous kind of its colour. What a t
 kinds it names learn by Bayes' rule.
 """
 
-import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -26,16 +25,10 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
+from affordance.belief.learner import Pick
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
-
-
-class Pick(enum.Enum):
-    """Which hypothesis about an object's kinds is taken for true."""
-
-    MAP = "map"  # the most probable one, for an arm that is to work
-    DRAWN = "drawn"  # one drawn by its probability, to simulate people
 
 
 @dataclass(frozen=True)

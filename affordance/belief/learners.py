@@ -1,28 +1,14 @@
-"""The learners by name, and the memory that an observer of each begins with."""
+"""The memory that an observer begins with, by what learns."""
 
-import enum
-
-from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learner import Learner, Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 
 # Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick
 # (`affordance fit-kappa`; docs/decisions/0026-kinds.md).
 KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.26}
-
-
-class Learner(enum.Enum):
-    """What learns."""
-
-    DENSITY = "density"  # one density for each colour (paper)
-    KINDS_MAP = "kinds_map"  # kinds within a colour; takes the most probable hypothesis
-    KINDS_DRAWN = "kinds_drawn"  # the same; takes one drawn by its probability
-
-    @property
-    def pick(self) -> Pick | None:
-        """Which hypothesis about an object's kinds it takes; None if it has no kinds."""
-        return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)
 
 
 # The default for an arm that is to work: an odd object does not spoil what is known of its material, and where all

@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learner import Pick
 from affordance.objects.appearance import PartAppearance
 
 # Python writes the shortest decimal that reads as the same number, so nothing is lost.

@@ -9,7 +9,7 @@ import joblib
 import numpy as np
 from scipy.stats import chi2
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.commands.run import check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.people.fit import KappaFit, simulate_and_fit

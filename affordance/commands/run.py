@@ -5,7 +5,7 @@ from pathlib import Path
 
 import joblib
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite

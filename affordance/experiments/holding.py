@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.reach import Reach

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from affordance.belief.kinds_summary import count_kinds
-from affordance.belief.learners import KAPPA, Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import KAPPA, start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError, describe_choice

@@ -9,7 +9,7 @@ import joblib
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.lifting import LiftExperiment

@@ -8,11 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
-from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
@@ -46,7 +45,9 @@ def load_experiment(
         ModelFileError: The arm cannot be loaded or is not fit.
     """
     if name != "vision" and name not in STUDIES:
-        return load_protocol_experiment(name, models, seed, settings)
+        protocols: Any = importlib.import_module("affordance.experiments.protocol_runs")
+        found: Experiment = protocols.load_protocol_experiment(name, models, seed, settings)
+        return found
     module: Any = importlib.import_module(STUDIES.get(name, _VISION))
     experiment: Experiment = module.load(models, seed, settings)
     return experiment

@@ -6,7 +6,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, load_model
 from affordance.files.model_folder import MODELS

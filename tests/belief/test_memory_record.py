@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from affordance.belief.density_belief import Prior
-from affordance.belief.kind_memory import KindMemory, KindSettings, Pick
+from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.memory_record import read_memory, write_memory
 from affordance.objects.appearance import PartAppearance

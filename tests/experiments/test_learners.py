@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from affordance.belief.kinds_summary import summarise_kinds
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.commands import study_learners
 from affordance.exceptions import BadValueError
 from affordance.experiments.learners import decoy_again, honest_objects, results

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.commands import fit_kappa, study_people
 from affordance.exceptions import BadValueError
 from affordance.experiments.people import fit, linear_plus, prediction, results

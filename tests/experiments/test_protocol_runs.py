@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.lifting import LiftExperiment

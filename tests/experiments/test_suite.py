@@ -6,7 +6,7 @@ import shutil
 
 import pytest
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS

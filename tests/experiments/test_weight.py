@@ -14,7 +14,7 @@ import xarray
 from helpers.results_files import DOCS, check_results, read_section, render
 from helpers.shared import make_folder_once
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment

@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 from pydrake.systems.framework import DiagramBuilder
 
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.clamp import ClampAndRelease, compute_clamp_force
 from affordance.experiments.people.linear_plus import GROUPS, build_experiment

@@ -4,7 +4,8 @@ import time
 import numpy as np
 import pytest
 
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior

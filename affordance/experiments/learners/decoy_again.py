@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds_summary import count_kinds, summarise_kinds
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool

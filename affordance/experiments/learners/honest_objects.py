@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.belief.kinds_summary import count_kinds
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, plan_choice

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from affordance.belief.learners import KAPPA, Learner
+from affordance.belief.learner import Learner
+from affordance.belief.learners import KAPPA
 from affordance.exceptions import BadValueError
 from affordance.experiments.learners import decoy_again, honest_objects
 from affordance.experiments.learners.decoy_again import HeldObjects

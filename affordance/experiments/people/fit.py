@@ -16,7 +16,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from affordance.arrays import Array
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.experiments.people.fraction import Fraction
 from affordance.experiments.people.lift_experiment import simulate_observers
 from affordance.experiments.people.linear_plus import GROUPS, Group, build_experiment

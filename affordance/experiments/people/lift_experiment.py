@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.kind_memory import KindMemory
-from affordance.belief.learners import Learner, start_memory
+from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
 from affordance.settings import Settings

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import norm
 
 from affordance.arrays import Array
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.experiments.people.lift_experiment import LiftExperiment, simulate_observers
 from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.settings import Settings

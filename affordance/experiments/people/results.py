@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.belief.learners import KAPPA, Learner
+from affordance.belief.learner import Learner
+from affordance.belief.learners import KAPPA
 from affordance.experiments.people.fraction import estimate_people_fraction
 from affordance.experiments.people.lift_experiment import LiftExperiment, Observers, simulate_observers
 from affordance.experiments.people.linear_plus import (

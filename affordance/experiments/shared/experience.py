@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_record import read_memory
 from affordance.belief.object_belief import Memory

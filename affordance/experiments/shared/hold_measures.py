@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.experiments.definition import Arrays
 from affordance.protocols.number_entries import Measure
 from affordance.reporting import statistics

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.objects.colour import Colour
 from affordance.proprioception.torque_noise import WeberNoise

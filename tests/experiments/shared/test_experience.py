@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from affordance.belief.learners import Learner
+from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_record import write_memory
 from affordance.experiments.protocol_runs import load_hold_experiment
