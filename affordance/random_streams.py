@@ -16,7 +16,6 @@ class Stream(enum.IntEnum):
     PAPER = 10**6 + 1  # choices by the paper's rule
     BAYES = 10**6 + 2  # choices by least expected work
     PRIOR = 10**6 + 3  # choices before any experience
-    STATIC = 10**6 + 4  # the study of sensitivity
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
     OBSERVATION = 10**6 + 7  # the observation of an object that is chosen about, with its name

@@ -38,8 +38,8 @@ class PointEstimate(enum.Enum):
 
     MODE = "mode"  # the most probable density (paper, IV-A)
     SAMPLE = "sample"  # one drawn from the distribution (paper, III)
-    MEAN = "mean"  # for the sensitivity study only
-    MEDIAN = "median"  # for the sensitivity study only
+    MEAN = "mean"  # for comparison only
+    MEDIAN = "median"  # for comparison only
 
 
 # No point used for control lies below the lightest solids one handles, foamed polystyrene, [kg/m^3].

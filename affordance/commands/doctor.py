@@ -15,7 +15,7 @@ from affordance.version import __version__
 
 HELP = "say which parts work on this machine, and how to get the others"
 # Optional extras, and the module that each brings.
-EXTRAS = {"cluster": "distributed"}
+EXTRAS = {"cluster": "distributed", "bags": "rosbags"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -49,8 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
     print(f"models      {MODELS if (MODELS / 'arm.sdf').exists() else f'missing: {MODELS}'}")
     for extra, module in EXTRAS.items():
         there = importlib.util.find_spec(module) is not None
-        how = f"not installed; pip install visual-inertial-affordances[{extra}]"
-        print(f"[{extra}]   {'installed' if there else how}")
+        how = f"not installed; pip install '.[{extra}]' in a clone"
+        print(f"{f'[{extra}]':<11} {'installed' if there else how}")
     return 0 if works["drake"] and works["solvers"] else 2
 
 

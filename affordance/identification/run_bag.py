@@ -45,7 +45,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
         from rosbags.highlevel import AnyReader, AnyReaderError
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
-        problem = "is a ROS bag, which wants: pip install 'visual-inertial-affordances[bags]'"
+        problem = "is a ROS bag, which wants the extra [bags]: pip install '.[bags]' in a clone"
         raise BadValueError(path, "", problem) from error
     try:
         with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:

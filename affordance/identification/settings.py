@@ -39,7 +39,8 @@ class SignalPrior:
     friction_sd: float
 
 
-# Gains drift from run to run: in windows of 6 s of a UR10e with a known load they scatter by about 2 %. Torque
+# Gains drift from run to run: in windows of 6 s of a UR10e with a known load the
+# loaded joints' scatter by 1.6 to 4.3 %, their own error included; 2 % is assumed. Torque
 # sensors: 1 %, what strain gauges hold; an assumption.
 # mu: a UR10e's gears lose 3 to 10 % of the load, servos a third: before calibration 5 +- 7 %; servos want their own.
 # Friction of a UR10e may change by some tenths of an ampere from run to run; 3 N m at 10 N m/A.

@@ -243,31 +243,6 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
     return figure
 
 
-def draw_sensitivity(panels: dict[str, dict[str, Array]], *, baseline: str, num_repeats: int) -> Figure:
-    """Draws how the proportion of correct choices depends on what was assumed.
-
-    Args:
-        panels: Title of each panel, and its curves by label, shape (K + 1,) each.
-        baseline: Label of the setting all simulations use, drawn black in every panel.
-        num_repeats: How many observers each curve is of.
-    """
-    figure = Figure(figsize=(3.1 * len(panels), 3.8))
-    all_axes = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
-    for axes, (title, curves) in zip(all_axes, panels.items(), strict=True):
-        for k, (name, proportions) in enumerate(curves.items()):
-            colour = "#000000" if name.endswith(baseline) else OBJECT_COLOURS[k % 5]
-            line = "o-" if name.endswith(baseline) else f"o{LINE_STYLES[1 + k % 3]}"
-            axes.plot(range(len(proportions)), proportions, line, color=colour, markersize=4.0, label=name)
-        axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
-        axes.set_ylim(0.0, 1.04)
-        axes.set_xlabel("trials of experience")
-        axes.set_title(title, fontsize=FONT_SIZE)
-        axes.legend(frameon=False, loc="lower right", fontsize=8)
-    all_axes[0].set_ylabel(f"correct choices of {count_observers(num_repeats)}")
-    tidy(*all_axes)
-    return figure
-
-
 def _mark_times(times: Array, *all_axes: Axes) -> None:
     """Names the time, and marks where every height began."""
     for axes in all_axes:

@@ -35,7 +35,7 @@ def use_cluster(address: str, models: Path) -> Iterator[None]:
     try:
         from distributed import Client
     except ImportError as error:
-        problem = "needs the extra [cluster]: pip install -e '.[cluster]'"
+        problem = "needs the extra [cluster]: pip install '.[cluster]' in a clone"
         raise BadValueError(_OPTION, "", problem) from error
     if not _ADDRESS.fullmatch(address):
         raise BadValueError(_OPTION, "", f"is {address!r}, must be an address such as tcp://host:8786")
