@@ -7,10 +7,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Tool, list_densities
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
-from affordance.reporting.claims import evaluate
+from affordance.reporting.expressions import evaluate
 from affordance.reporting.statistics import estimate_mean
 
 # Numbers of the objects, whatever observers do.
@@ -78,7 +79,10 @@ def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredO
     found: dict[str, Array] = {}
     for name, entry in entries.items():
         if entry.measure is None:
-            found[name] = np.asarray(evaluate(entry.expression or "", found), dtype=float)
+            try:
+                found[name] = np.asarray(evaluate(entry.expression or "", found), dtype=float)
+            except (AffordanceError, TypeError, ValueError) as error:
+                raise AffordanceError(f"numbers.{name}.expression: {error}") from error
         elif entry.measure is Measure.DENSITIES:
             found[name] = measured.get(entry.measure, entry.quantile)
         elif entry.measure not in OF_OBJECTS:

@@ -9,7 +9,7 @@ from scipy.stats import t as student_t
 
 from affordance.protocols.number_entries import NumberEntry
 from affordance.protocols.published import Published, PublishedTable
-from affordance.reporting.claims import evaluate
+from affordance.reporting.expressions import evaluate, find_names
 from affordance.reporting.statistics import CONFIDENCE
 
 # Row of a table that says how many people there were.
@@ -32,8 +32,9 @@ def list_people(entries: Mapping[str, NumberEntry], table: PublishedTable) -> di
         if table.has(name):
             known[name] = table.get(name)
         elif entry.expression is not None:
-            used = {other: value for other, value in known.items() if _uses(entry.expression, other)}
-            missing = [other for other in entries if _uses(entry.expression, other) and other not in known]
+            names = find_names(entry.expression)
+            used = {other: value for other, value in known.items() if other in names}
+            missing = names.intersection(entries) - set(known)
             if used and not missing:
                 known[name] = _propagate(entry.expression, used, table)
     return known
@@ -47,20 +48,6 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
         if math.isfinite(value.low):
             numbers[f"{name}_ci95"] = [value.low, value.high]
     return numbers
-
-
-def _uses(expression: str, name: str) -> bool:
-    return (
-        name
-        in expression.replace("(", " ")
-        .replace(")", " ")
-        .replace("-", " ")
-        .replace("+", " ")
-        .replace("*", " ")
-        .replace("/", " ")
-        .replace(",", " ")
-        .split()
-    )
 
 
 def _propagate(expression: str, used: Mapping[str, Published], table: PublishedTable) -> Published:
