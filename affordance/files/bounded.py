@@ -1,7 +1,7 @@
 """Reading files of others whole, but none that is larger than its kind ever needs to be.
 
 Sizes are looked at before anything is read, so that a file of any size costs nothing. Each bound is a generous
-multiple of what such files have, and small enough that reading one takes seconds and at most a gigabyte of memory.
+multiple of what such files have, and small enough that reading one takes some minutes and some gigabytes of memory at most.
 """
 
 import json

@@ -3,10 +3,12 @@
 import csv
 import math
 from difflib import get_close_matches
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import SETTINGS, read_text
 
 _COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
 
@@ -62,12 +64,7 @@ def load_published(path: Path) -> PublishedTable:
         BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.reader(file, strict=True))
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadValueError(path, "", "is not a text file in UTF-8") from error
+        rows = list(csv.reader(StringIO(read_text(path, SETTINGS)), strict=True))
     except csv.Error as error:
         raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
     if not rows or tuple(rows[0]) != _COLUMNS:
