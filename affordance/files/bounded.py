@@ -1,7 +1,7 @@
 """Reading files of others whole, but none that is larger than its kind ever needs to be.
 
 Sizes are looked at before anything is read, so that a file of any size costs nothing. Each bound is a generous
-multiple of what such files have, and small enough that reading one takes some minutes and some gigabytes of memory at most.
+multiple of what such files have, and small enough that reading one takes some minutes and some gigabytes at most.
 """
 
 import json
@@ -15,7 +15,7 @@ _MB = 1_000_000
 # Protocols, tools, materials and other settings in YAML, and tables of people: of ours the largest has 8 kB.
 SETTINGS = 1 * _MB
 # Descriptions of robots in XML, whose meshes are files of their own: a link takes some kB.
-ROBOT = 20 * _MB
+ROBOT = 10 * _MB
 # Meshes: a scanner's 2 million triangles in binary STL have 100 MB.
 MESH = 200 * _MB
 # Recordings: 15 minutes of seven joints at 1 kHz as text have 200 MB.

@@ -1,16 +1,35 @@
-"""Reading triangles and their colours from OBJ, PLY and STL files, in the units and the order of the file."""
+"""Reading triangles and their colours from OBJ, PLY and STL files, in the units and the order of the file.
 
+trimesh reads them. What a file can make it do beyond that is looked at before: sizes that its head promises and it
+does not hold, pieces without number, entities and repeated nodes of Collada. Files it names are opened in its own
+folder only.
+"""
+
+import re
+from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+from xml.parsers.expat import ExpatError
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import MESH, check_size, read_bytes
+from affordance.files.xml_file import check_xml
 
 # Formats that hold triangles and nothing that moves, scales or smooths them.
 FORMATS = (".obj", ".ply", ".stl")
+# And one more, which robots' visual meshes are in.
+COLLADA = ".dae"
+# Pieces of an OBJ file, each a mesh of its own, and elements of a Collada file, counted as often as they are named.
+_MOST_PIECES = 10_000
+_MOST_REPEATED = 400_000
+_PLY_COUNT = re.compile(rb"^element[ \t]+\S+[ \t]+(\d+)", re.MULTILINE)
+_OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
@@ -40,15 +59,15 @@ def read_triangles(path: Path) -> Triangles:
         raise BadValueError(path, "", problem + hint)
     if not path.is_file():
         raise BadValueError(path, "", "cannot be read: no such file")
-    import trimesh  # here, because it takes most of a second and few runs read a mesh
-
     try:
         with np.errstate(all="ignore"):
-            loaded: Any = trimesh.load_scene(path, process=False, maintain_order=True, group_material=False)
-        geometries = [each for each in loaded.geometry.values() if isinstance(each, trimesh.Trimesh)]
+            loaded = load_scene(path, process=False, maintain_order=True, group_material=False)
+        geometries = [each for each in loaded.geometry.values() if hasattr(each, "faces")]
         if path.suffix.lower() == ".obj":
             geometries.reverse()  # it reads the last piece of the file first (trimesh 5.2)
         parts = [_take(geometry) for geometry in geometries]
+    except BadValueError:
+        raise
     except Exception as error:  # the library raises whatever a spoilt file makes its parsers stumble over
         raise BadValueError(path, "", f"is no readable {path.suffix[1:].upper()} file: {error}") from error
     parts = [part for part in parts if len(part.faces)]
@@ -61,6 +80,85 @@ def read_triangles(path: Path) -> Triangles:
         raise BadValueError(path, "", "has corners that are not finite")
     colours = np.concatenate([part.colours for part in parts])
     return Triangles(vertices, faces, colours)
+
+
+def load_scene(path: Path, **options: Any) -> Any:
+    """Loads a mesh file by trimesh, as a Scene.
+
+    Args:
+        path: The file, in one of FORMATS or COLLADA.
+        options: Options of trimesh.load_scene.
+
+    Raises:
+        BadValueError: It cannot be read, is too large, or promises more than it holds.
+        Exception: trimesh cannot make sense of it.
+    """
+    content = read_bytes(path, MESH)
+    suffix = path.suffix.lower()
+    _check_promises(path, content, suffix)
+    import trimesh  # here, because it takes most of a second and few runs read a mesh
+    from trimesh.resolvers import FilePathResolver
+
+    class Beside(FilePathResolver):
+        """Opens what a mesh names: files in its folder or below, of bearable size."""
+
+        def get(self, name: str) -> Any:
+            try:
+                check_size(Path(self.parent) / name.strip(), MESH)
+            except BadValueError as error:
+                raise FileNotFoundError(name) from error
+            return super().get(name)
+
+    return trimesh.load_scene(BytesIO(content), file_type=suffix[1:], resolver=Beside(str(path)), **options)
+
+
+def _check_promises(path: Path, content: bytes, suffix: str) -> None:
+    """Refuses a mesh whose reading would take more than its size.
+
+    Raises:
+        BadValueError: It is one.
+    """
+    if suffix == ".ply":
+        head = content.partition(b"end_header")[0]
+        promised = max((int(count[:20]) for count in _PLY_COUNT.findall(head)), default=0)
+        if promised > len(content):
+            raise BadValueError(path, "", f"promises {promised} entries, has {len(content)} bytes")
+    elif suffix == ".obj":
+        num_pieces = sum(1 for _ in _OBJ_PIECE.finditer(content))
+        if num_pieces > _MOST_PIECES:
+            raise BadValueError(path, "", f"has {num_pieces} pieces, must have at most {_MOST_PIECES}")
+    elif suffix == COLLADA:
+        try:
+            check_xml(content, path)
+            _check_nodes(path, ElementTree.fromstring(content))
+        except (ElementTree.ParseError, ExpatError, LookupError, ValueError, RecursionError) as error:
+            raise BadValueError(path, "", f"is not XML of meshes: {error}") from error
+
+
+def _check_nodes(path: Path, root: Element) -> None:
+    """Refuses Collada whose nodes stand for too many, each counted as often as others name it, or for themselves."""
+    nodes = {element.get("id"): element for element in root.iter() if element.tag.endswith("}node")}
+    sizes: dict[str, int] = {}
+
+    def count(element: Element, above: frozenset[str]) -> int:
+        total = 1
+        for part in element:
+            name = part.get("url", "")[1:] if part.tag.endswith("}instance_node") else None
+            if name is None:
+                total += count(part, above)
+            elif name in above:
+                raise BadValueError(path, f"node {name}", "stands inside of itself")
+            elif name in nodes:
+                if name not in sizes:
+                    sizes[name] = count(nodes[name], above | {name})
+                total += sizes[name]
+            if total > _MOST_REPEATED:
+                raise BadValueError(path, "", f"repeats its nodes to more than {_MOST_REPEATED} elements")
+        return total
+
+    for scene in root.iter():
+        if scene.tag.endswith("}visual_scene"):
+            count(scene, frozenset())
 
 
 def _take(mesh: Any) -> Triangles:

@@ -1,7 +1,7 @@
 """ROS 2 bags (sqlite and MCAP), without ROS: joint states, and wrenches of a wrist sensor.
 
-Wants the extra [bags], rosbags. Messages are read by ROS's own definitions: those that a bag brings along would become
-a program that decodes them.
+Wants the extra [bags], rosbags. Messages are read by ROS's own definitions: those that a bag brings along would
+become a program that decodes them.
 """
 
 import re

@@ -12,6 +12,8 @@ import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.mesh_reader import COLLADA, FORMATS, load_scene
 from affordance.robots.arm_file import BASE, name_links
 from affordance.robots.description import Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
@@ -97,15 +99,20 @@ def _load_mesh(
     shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
 ) -> list[tuple[Any, tuple[float, ...]]]:
     """Triangles in a link's frame, each part with its colour; says so where they are unavailable."""
-    import trimesh  # here, as it takes a second and only this needs it
-
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
         return []
+    if file.suffix.lower() not in (*FORMATS, COLLADA):
+        known = ", ".join((*FORMATS, COLLADA))
+        appearance.remarks.append(f"the mesh {file.name} is not drawn (of {known} meshes are)")
+        return []
     try:
-        scene = trimesh.load_scene(file)
+        scene = load_scene(file)
         parts = [part for part in scene.dump() if len(getattr(part, "faces", ()))]
+    except BadValueError as error:
+        appearance.remarks.append(f"the mesh {file.name} cannot be read (it {error.problem})")
+        return []
     except Exception as error:  # whatever a loader of some format raises for a file that is damaged
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []

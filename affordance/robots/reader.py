@@ -3,13 +3,16 @@
 from pathlib import Path
 
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import ROBOT
+from affordance.files.xml_file import read_xml
 from affordance.robots.description import Description
 from affordance.robots.mjcf import read_mjcf
 from affordance.robots.sdf import read_sdf
 from affordance.robots.urdf import read_urdf
-from affordance.robots.xml_reader import read_xml
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
+# Links and joints together: a humanoid with hands has 150 of them. Drake takes a minute for thousands in a row.
+_BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 
 
 def read_robot(path: Path) -> Description:
@@ -18,7 +21,9 @@ def read_robot(path: Path) -> Description:
     Raises:
         BadValueError: It cannot be read, or is not a URDF, SDF or MJCF file whose values are what they must be.
     """
-    root = read_xml(path)
+    root = read_xml(path, ROBOT)
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
+    if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
+        raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
     return _READERS[root.tag](path, root)

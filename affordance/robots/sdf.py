@@ -29,6 +29,8 @@ def read_sdf(path: Path, root: Element) -> Description:
     Raises:
         BadValueError: A value is not what it must be, or a name is given twice; the message says where.
     """
+    if root.find(".//include") is not None:  # Drake would look for it anywhere, and on the network
+        raise BadValueError(path, "include", "is not read here, must be written out")
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
     numbers = Numbers(path)
     joints: dict[str, JointNotes] = {}

@@ -3,28 +3,9 @@
 import math
 from collections.abc import Iterable
 from pathlib import Path
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
-
-
-def read_xml(path: Path) -> Element:
-    """Reads a file of XML.
-
-    Raises:
-        BadValueError: It cannot be read, or is not XML.
-    """
-    try:
-        return ElementTree.fromstring(path.read_bytes())
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except ElementTree.ParseError as error:
-        line, column = error.position
-        problem = str(error).split(":")[0]
-        raise BadValueError(path, f"line {line}, column {column + 1}", f"is not XML: {problem}") from error
-    except (LookupError, ValueError) as error:
-        raise BadValueError(path, "", f"is not XML: {error}") from error
 
 
 class Numbers:

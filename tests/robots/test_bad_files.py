@@ -181,3 +181,17 @@ def test_a_joint_that_turns_nothing_is_refused(tmp_path: Path) -> None:
     path.write_text(text)
     assert "joint right_j4: moves nothing that has inertia" in refuse(path)
     assert extract_arm(path, ImportOptions("right_tool", rotor_inertia={"right_j4": 0.01})).arm.links[3].rotor_inertia
+
+
+def test_a_file_that_takes_in_others_is_refused(tmp_path: Path) -> None:
+    """Drake would look for them anywhere, and on the network."""
+    path = tmp_path / "a.sdf"
+    for uri in ("package://drake_models/ur3e/ur3e_cylinder.sdf", "file:///etc/passwd", "model://x"):
+        path.write_text(SDF.replace("<link", f"<include><uri>{uri}</uri></include><link", 1))
+        assert "a.sdf: include: is not read here, must be written out" in refuse(path)
+
+
+def test_a_robot_of_thousands_of_links_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "long.urdf"
+    path.write_text(f'<robot name="x">{"".join(f"<link name={str(k)!r}/>" for k in range(1001))}</robot>')
+    assert "long.urdf: has 1001 links and joints, must have at most 1000" in refuse(path)

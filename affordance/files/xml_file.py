@@ -1,0 +1,67 @@
+"""Reading XML of others: without entities, which may stand for more than fits into memory or for other files."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+from xml.parsers import expat
+
+from affordance.exceptions import BadValueError
+from affordance.files.bounded import read_bytes
+
+# Levels and elements: a chain of a hundred bodies, each inside the one before, and some ten elements a body.
+_MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
+
+
+def read_xml(path: Path, most: int) -> Element:
+    """Reads a file of XML of at most so many bytes.
+
+    Raises:
+        BadValueError: It cannot be read, is larger, is not XML, defines entities, or has too many elements.
+    """
+    content = read_bytes(path, most)
+    try:
+        check_xml(content, path)
+        return ElementTree.fromstring(content)
+    except (ElementTree.ParseError, expat.ExpatError) as error:
+        line, column = error.position if isinstance(error, ElementTree.ParseError) else (error.lineno, error.offset)
+        problem = str(error).split(":")[0]
+        raise BadValueError(path, f"line {line}, column {column + 1}", f"is not XML: {problem}") from error
+    except (LookupError, ValueError) as error:
+        raise BadValueError(path, "", f"is not XML: {error}") from error
+
+
+def check_xml(content: bytes, path: Path) -> None:
+    """Makes sure that XML is what our files are: elements, not too many nor too deep, and no entities.
+
+    Raises:
+        BadValueError: It is not; names the line.
+        ExpatError: It is not XML.
+        LookupError: It is in an encoding that is not known.
+        ValueError: Likewise.
+    """
+    parser = expat.ParserCreate()
+    depth = elements = 0
+
+    def refuse(problem: str) -> BadValueError:
+        return BadValueError(path, f"line {parser.CurrentLineNumber}", problem)
+
+    def begin(_: str, __: Mapping[str, str]) -> None:
+        nonlocal depth, elements
+        depth, elements = depth + 1, elements + 1
+        if depth > _MOST_DEEP:
+            raise refuse(f"is more than {_MOST_DEEP} elements deep")
+        if elements > _MOST_ELEMENTS:
+            raise refuse(f"makes more than {_MOST_ELEMENTS} elements")
+
+    def end(_: str) -> None:
+        nonlocal depth
+        depth -= 1
+
+    def declare(name: str, *_: object) -> None:
+        raise refuse(f"defines the entity {name!r}, must be written out")
+
+    parser.StartElementHandler = begin
+    parser.EndElementHandler = end
+    parser.EntityDeclHandler = declare
+    parser.Parse(content, True)
