@@ -7,7 +7,6 @@ where Drake cannot be imported. The name of an experiment stands for ``run`` wit
 import argparse
 import importlib
 import logging
-import os
 import sys
 from collections.abc import Sequence
 from typing import NoReturn, Protocol, cast
@@ -32,8 +31,6 @@ COMMANDS = (
 )
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
-# What Drake may use the network for (its DRAKE_ALLOW_NETWORK), if the user does not say: all but packages of models.
-_NETWORK = "lcm:meshcat:render_gltf_client"
 # Needs no library of the system.
 _FREE = ("doctor",)
 
@@ -84,8 +81,6 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 2
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
-        # Drake would get models that a file names by package:// from the network, where they are not kept already.
-        os.environ.setdefault("DRAKE_ALLOW_NETWORK", _NETWORK)
         if name not in _FREE:
             provide_libraries()
         name, words = _choose_study(words[1:]) if name == "study" else (name, words[1:])

@@ -127,7 +127,9 @@ class Vector:
 
 @dataclass(frozen=True)
 class Text:
-    """Says of a text that it is not empty."""
+    """Says of a text that it is not empty, and not longer than texts are."""
+
+    longest: int = 20_000
 
     def check(self, value: Any) -> str:
         """Returns the text.
@@ -137,6 +139,8 @@ class Text:
         """
         if not isinstance(value, str) or not value.strip():
             raise complain(f"is {show_value(value)}, must be a non-empty text")
+        if len(value) > self.longest:
+            raise complain(f"has {len(value)} letters, must have at most {self.longest}")
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
@@ -145,7 +149,7 @@ class Text:
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The same for editors."""
-        return {"type": "string", "minLength": 1}
+        return {"type": "string", "minLength": 1, "maxLength": self.longest}
 
 
 @dataclass(frozen=True)
@@ -207,6 +211,8 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
     at, problem = "", ""
     if first["type"] == _OURS:
         at, problem = first["ctx"]["at"], first["ctx"]["problem"]
+        if place[-1:] == ["[key]"]:
+            place, problem = place[:-2], f"has a name that {problem}"
     elif place[-1:] == ["[key]"]:  # a key of a mapping whose names are free to choose
         problem = f"the key {show_value(place[-2])} must be a text"
         place = place[:-2]

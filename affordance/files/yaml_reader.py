@@ -14,6 +14,8 @@ from affordance.files.bounded import SETTINGS, read_text
 # Entries and levels of a file: of ours the largest has 720 and 10, and 100000 entries take seconds to read. A text
 # counts as one more entry for every so many letters.
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
+# Characters that steer a terminal, or turn a line around: a text with them does not show what it says.
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
 # Characters of a number: the largest double, written without an exponent, has 309.
 _MOST_DIGITS = 1000
 
@@ -89,6 +91,8 @@ class _Loader(yaml.SafeLoader):
                 raise _Refusal(problem="is an alias inside of its own anchor", problem_mark=mark)
             self._entries += self._sizes[id(node)]
         else:
+            if isinstance(node, yaml.ScalarNode) and (found := _CONTROL.search(node.value)):
+                raise _Refusal(problem=f"holds the control character {found[0]!r}", problem_mark=mark)
             self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
         if self._entries > _MOST_ENTRIES:
             problem = f"makes more than {_MOST_ENTRIES} entries, aliases counted as often as they are named"

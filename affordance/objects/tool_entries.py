@@ -43,7 +43,8 @@ type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Within(SIZE_MIN,
 type Position = Annotated[tuple[float, float, float], Vector(3, Within(-SIZE_MAX, SIZE_MAX))]
 type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 360.0))]
 type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
-type Name = Annotated[str, Text()]
+# Names stand in tables, labels and files of trajectories, where each takes the room of the longest.
+type Name = Annotated[str, Text(200)]
 
 
 class MaterialEntry(DataModel):

@@ -12,7 +12,7 @@ from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, c
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import build_tools, load_materials, load_tools
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
-from affordance.objects.tool_entries import ColourText, MaterialEntry, ToolEntry
+from affordance.objects.tool_entries import ColourText, MaterialEntry, Name, ToolEntry
 from affordance.protocols.requirements import Requirement, check_requirements
 
 # The group of all objects, which every protocol has.
@@ -22,7 +22,7 @@ ALL = "all"
 class CylinderEntry(DataModel):
     """A cylinder held at its middle: the ellipsoid of its radius and volume, which at rest is felt as the same."""
 
-    name: Annotated[str, Text()]
+    name: Name
     radius: Annotated[float, Within(1e-3, 0.5), Field(description="[m]")]
     height: Annotated[float, Within(1e-3, 1.0), Field(description="[m]")]
     mass: Annotated[float, Within(1e-3, 100.0), Field(description="[kg]")]

@@ -9,6 +9,7 @@ from pydantic import AfterValidator, Field, model_validator
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, check_content, complain
+from affordance.files.file_name import FileName
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.block_entries import BlockEntry
@@ -26,10 +27,26 @@ SUFFIXES = (".yaml", ".yml")
 NOVEL = "novel"
 
 
+# What a run writes beside the figures of a protocol, and beside the folders of protocols.
+_FILES = ("diagram", "replay", "seen", "trajectories")
+_FOLDERS = ("agreement", "experience", "frames", "robustness", "vision", "vision_comparison")
+
+
 def _check_name(name: str) -> str:
     if not name.replace("_", "").isalnum() or not name.isascii() or name != name.lower():
         raise complain(f"is {name!r}, must be of small letters, digits and underscores: it names a folder")
+    if name in _FOLDERS:
+        raise complain(f"is {name!r}, must be another: results have a folder of that name already")
+    return FileName().check(name)
+
+
+def _check_figure(name: str) -> str:
+    if name in _FILES:
+        raise complain(f"is {name!r}, must be another: results have a file of that name already")
     return name
+
+
+type FigureName = Annotated[str, FileName(), AfterValidator(_check_figure)]
 
 
 class NoiseEntry(DataModel):
@@ -69,7 +86,7 @@ class Protocol(DataModel):
     numbers: Annotated[dict[str, NumberEntry], Field(description="Those of metrics.json.")] = Field(
         default_factory=dict
     )
-    figures: Annotated[dict[str, FigureEntry], Field(description="By the names of their files.")] = Field(
+    figures: Annotated[dict[FigureName, FigureEntry], Field(description="By the names of their files.")] = Field(
         default_factory=dict
     )
     published: Annotated[

@@ -31,6 +31,8 @@ def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
         BadValueError: The name is not fit, or there is such a file already, which is kept.
     """
     path, schema = folder / f"{name}.yaml", folder / SCHEMA_FILE
+    if path.parent != folder:
+        raise BadValueError(path, "name", f"is {name!r}, must be of small letters, digits and underscores")
     if path.exists():
         raise BadValueError(path, "", "exists already; give another name, or remove it")
     text = (MODELS / FOLDER / _TEMPLATE).read_text(encoding="utf-8")

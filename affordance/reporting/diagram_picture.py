@@ -62,7 +62,8 @@ def describe_diagram(diagram: Diagram) -> str:
             style += ["style=bold", 'color="#0072B2"']
         elif to_name.endswith("_log"):
             style += ['color="#999999"']
-        lines.append(f'  {from_name}:"{source_name}":e -> {to_name}:"{sink_name}":w [{", ".join(style)}];')
+        ends = [f'{system}:"{_escape(port)}"' for system, port in ((from_name, source_name), (to_name, sink_name))]
+        lines.append(f"  {ends[0]}:e -> {ends[1]}:w [{', '.join(style)}];")
     return "\n".join([*lines, "}"]) + "\n"
 
 
@@ -81,6 +82,11 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
     write_atomic(folder / f"{name}.svg", lambda path: pygraphviz.AGraph(string=text).draw(str(path), prog="dot"))
 
 
+def _escape(name: str) -> str:
+    """A name within quotation marks, as DOT wants it; ports of a plant are called after models, which files name."""
+    return name.replace("\\", "\\\\").replace('"', '\\"')
+
+
 def _find_group(name: str) -> str:
     return next((group for group, (_, names) in _GROUPS.items() if name in names), "World")
 
@@ -92,7 +98,7 @@ def _describe_ports(name: str, inputs: set[tuple[int, str]], outputs: set[tuple[
     rows = [f'<TR><TD COLSPAN="2" BGCOLOR="white"><B>{html.escape(name)}</B></TD></TR>']
     for row in range(max(len(left), len(right), 1)):
         cells = "".join(
-            f'<TD BGCOLOR="white" PORT="{ports[row]}">{ports[row]}</TD>'
+            f'<TD BGCOLOR="white" PORT="{html.escape(ports[row])}">{html.escape(ports[row])}</TD>'
             if row < len(ports)
             else '<TD BORDER="0"></TD>'
             for ports in (left, right)

@@ -34,7 +34,7 @@ def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: 
     ]
     before = BASE
     for name, link in zip(names, arm.links, strict=True):
-        pose = f'<pose relative_to="{before}">{_show_pose(link.X_PL)}</pose>'
+        pose = f"<pose relative_to={quoteattr(before)}>{_show_pose(link.X_PL)}</pose>"
         parts += _write_link(name, pose, link.inertial, visuals.get(name, ()))
         parts += _write_joint(link, before, name)
         before = name

@@ -156,7 +156,9 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
         target = max(4, int(_TRIANGLES * len(mesh.faces) / total))
         if len(mesh.faces) > target:
             mesh = mesh.simplify_quadric_decimation(face_count=target)
-        name = f"{''.join(c if c.isalnum() else '_' for c in link)}_{number}.obj"
+        name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
+        while name in appearance.meshes:  # of a link whose name differs in what files are not called
+            name = f"_{name}"
         appearance.meshes[name] = write_obj(np.asarray(mesh.vertices), np.asarray(mesh.faces))
         place = (0.0, 0.0, 0.0)
         colour = groups[key][0][1]

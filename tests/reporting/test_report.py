@@ -74,7 +74,7 @@ def test_report_holds_all_sections_in_the_papers_order(folder):
     assert "<caption>Trial by trial.</caption>" in page
     assert "<li>No constants are given.</li>" in page
     assert "data:image/png;base64,iVBORw==" in page
-    assert 'href="weight/replay.html"' in page
+    assert 'href="./weight/replay.html"' in page
     assert "com/replay.html" not in page  # there is none
 
 

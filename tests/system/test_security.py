@@ -1,0 +1,259 @@
+"""What SECURITY.md promises: a stranger's file is refused in one line, or does no harm; nothing is written beside.
+
+Each file is given to the command that a user would give it to. Details are tested where they belong: tests/files,
+tests/reporting/test_expressions.py, tests/protocols/test_plain_texts.py, tests/identification/test_run_*.py.
+"""
+
+import json
+import os
+import re
+import sqlite3
+import time
+
+import pytest
+from helpers.generated_runs import write_urdf
+from helpers.robot_files import SDF, build_urdf
+
+from affordance.cli import main
+from affordance.files.model_folder import MODELS
+from affordance.reporting.diagram_picture import _escape
+
+# No file takes longer to be refused; far more than is needed on a loaded machine.
+PATIENCE = 120.0
+PROTOCOL = (MODELS / "protocols" / "template.yaml.txt").read_text(encoding="utf-8").replace("NAME", "mine")
+SHELL = "{{ cycler.__init__.__globals__.os.popen('touch owned').read() }}"
+LAUGHS = "a0: &a0 [x, x, x, x, x, x, x, x, x]\n" + "".join(
+    f"a{level}: &a{level} [{', '.join([f'*a{level - 1}'] * 9)}]\n" for level in range(1, 10)
+)
+ENTITIES = '<!DOCTYPE a [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;&a;&a;&a;&a;&a;">]>'
+FOREVER = "CREATE VIEW schema AS WITH RECURSIVE a(x) AS (SELECT 1 UNION ALL SELECT x FROM a) SELECT x FROM a;"
+TOOLS = """tools:
+  - name: thing
+    components: [{{mesh: {}, unit: m, material: oak, looks_like: oak}}]
+  - name: other
+    components: [{{semi_axes: [0.05, 0.02, 0.02], position: [0.05, 0, 0], material: oak}}]
+"""
+
+
+def change(old, new, text=PROTOCOL):
+    assert old in text, old
+    return text.replace(old, new, 1)
+
+
+def claim(expression):
+    return change("learners['kinds_map']['learned']", expression)
+
+
+def with_objects(objects):
+    """The protocol with other objects, all of them in its groups."""
+    start, end = PROTOCOL.index("  # Cylinders held"), PROTOCOL.index("  groups:")
+    groups = change("{names: [small, large]}", "{from: 1, to: 1}", change("{names: [odd]}", "{from: -1, to: -1}"))
+    return change(PROTOCOL[start:end], objects, groups)
+
+
+# A protocol, and what is said of it.
+PROTOCOLS = {
+    "template": (change("mine: an odd one in a family", SHELL), "report.title: is "),
+    "template in a key": (change("odd_one: {draw", '"{% x": {draw'), "must be plain text without '{%'"),
+    "number without end": (claim("9 ** 9 ** 9 ** 9 + f'{x}'"), "criteria[0].value: the expression "),
+    "huge difference": (claim("diff(learned, 10**11)"), "diff takes 1 argument and nothing else"),
+    "long expression": (claim("1" + " + 1" * 500), "it has 2001 letters, must have at most 1000"),
+    "deep expression": (claim("-" * 900 + "1"), "cannot be evaluated: "),
+    "attributes": (claim("learned.__class__"), "it has a attribute, which expressions have not"),
+    "calls": (claim("open('owned', 'w')"), "it calls 'open', must be one of abs"),
+    "subscripts": (change("(weight_N - first_N)", "weight_N.T"), "numbers.learned.expression: the expression"),
+    "names of no number": (claim("__builtins__"), "names a number that is '__builtins__'"),
+    "nan as a bound": (change("at_least: 0.5", "at_least: .nan"), "at_least: is nan, must be finite"),
+    "aliases": (LAUGHS, "makes more than 100000 entries"),
+    "tags": ("a: !!python/object/apply:os.system ['touch owned']", "could not determine a constructor"),
+    "deep": ("[" * 50_000, "is more than 40 levels deep"),
+    "digits": (change("number: 50", f"number: {'9' * 5000}"), "is a number of 5000 characters"),
+    "escape sequences": (change("odd one among them", '"\\e[2J"'), "holds the control character '\\x1b'"),
+    "figure elsewhere": (change("odd_one: {draw", "../../x: {draw"), "figures: has a name that is '../../x', must"),
+    "figure of the report elsewhere": (change("file: odd_one.png", "file: /etc/x.png"), "figures[0].file: is '/etc"),
+    "figure in place of another": (change("odd_one: {draw", "replay: {draw"), "results have a file of that name"),
+    "name elsewhere": (change("name: mine", "name: ../mine"), "name: is '../mine', must be of small letters"),
+    "name in place of another": (change("name: mine", "name: experience"), "results have a folder of that name"),
+    "reserved name": (change("name: mine", "name: nul"), "no name that Windows reserves"),
+    "endless name": (change("name: mine", f"name: {'m' * 500}"), "must be the name of a file"),
+    "section elsewhere": (change("  title: ", "  section: ../../../x\n  title: "), "report.section: is '../../../x'"),
+    "device": (with_objects("  file: /dev/zero\n"), "/dev/zero: cannot be read: it is a device"),
+    "table that is none": (change("# published: mine.csv", "published: /dev/stdin"), "/dev/stdin: "),
+}
+# Tools with a mesh, and what is said of it.
+MESHES = {
+    "promises": ("a.ply", f"ply\nformat ascii 1.0\nelement vertex {10**12}\nend_header\n", f"promises {10**12}"),
+    "pieces": ("a.obj", "v 0 0 0\n" * 3 + "o a\nf 1 2 3\n" * 10_001, "has 10001 pieces"),
+    "indices": ("a.obj", "v 0 0 0\nf 1 2 999999999999\n", "is no readable OBJ file"),
+    "device": ("/dev/zero", "", "must be one of .obj, .ply, .stl"),
+}  # fmt: skip
+# A robot, and what is said of it.
+ROBOTS = {
+    "entities": ("a.urdf", change("<robot", ENTITIES + "<robot", build_urdf()), "line 1: defines the entity 'a'"),
+    "entity of a file": (
+        "a.xml",
+        '<!DOCTYPE a [<!ENTITY a SYSTEM "file:///etc/passwd">]><mujoco model="&a;"/>',
+        "line 1: defines the entity 'a'",
+    ),
+    "include": (
+        "a.sdf",
+        change("<link", "<include><uri>package://drake_models/x.sdf</uri></include><link", SDF),
+        "include: is not read here",
+    ),
+    "deep": (
+        "a.urdf",
+        f"<robot>{'<link>' * 1000}{'</link>' * 1000}</robot>",
+        "line 1: is more than 200 elements deep",
+    ),
+    "links": ("a.urdf", f"<robot>{'<link/>' * 5000}</robot>", "has 5000 links and joints, must have at most 1000"),
+}
+# A file that `identify` reads, by option, and what is said of it.
+RECORDINGS = {
+    "row": ("loaded.csv", "time,q_1\n" + "1," * 60_000, "row 2: is longer than 100000 letters"),
+    "netCDF": ("loaded.nc", b"CDF\x01" + b"\xff" * 100, "is not netCDF 3 of numbers"),
+    "database": ("loaded.db3", FOREVER, "calculates 'schema', must be a database of plain tables"),
+    "aliases": ("loaded.yaml", LAUGHS, "makes more than 100000 entries"),
+    "memory": ("memory.json", "[" * 100_000, "memory.json: is not JSON"),
+    "gains": ("gains.yaml", LAUGHS, "makes more than 100000 entries"),
+    "object": ("object.yaml", LAUGHS, "makes more than 100000 entries"),
+}
+
+
+@pytest.fixture
+def refuse(tmp_path, monkeypatch, capsys):
+    """Runs a command in a folder of its own; it must end in one line, and leave everything as it was."""
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+
+    def refuse(*words):
+        before = sorted(tmp_path.rglob("*"))
+        begin = time.monotonic()
+        assert main([str(word) for word in words]) == 2
+        assert time.monotonic() - begin < PATIENCE
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        assert printed.err.count("\n") == 1
+        assert printed.err[:-1].isprintable()
+        assert len(printed.err) < 2100
+        assert sorted(tmp_path.rglob("*")) == before
+        return printed.err
+
+    return refuse
+
+
+@pytest.mark.parametrize("case", PROTOCOLS)
+def test_hostile_protocol_is_refused(tmp_path, refuse, case):
+    text, problem = PROTOCOLS[case]
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    said = refuse("run", path, "--repeats", 1, "--jobs", 1, "--out", tmp_path / "out")
+    assert problem in said
+    assert "mine.yaml: " in said or "/dev/" in said
+
+
+def test_protocol_of_a_hundred_megabytes_is_refused(tmp_path, refuse):
+    path = tmp_path / "mine.yaml"
+    with path.open("wb") as file:
+        file.truncate(100_000_000)
+    assert "mine.yaml: has 100 MB, must have at most 1 MB" in refuse("predict", path)
+
+
+@pytest.mark.parametrize("case", MESHES)
+def test_hostile_mesh_is_refused(tmp_path, refuse, case):
+    name, content, problem = MESHES[case]
+    (tmp_path / "mine.yaml").write_text(with_objects("  file: things.yaml\n"), encoding="utf-8")
+    (tmp_path / "things.yaml").write_text(TOOLS.format(name), encoding="utf-8")
+    if content:
+        (tmp_path / name).write_text(content, encoding="utf-8")
+    assert problem in refuse("run", tmp_path / "mine.yaml", "--jobs", 1, "--out", tmp_path / "out")
+
+
+@pytest.mark.parametrize("case", ROBOTS)
+def test_hostile_robot_is_refused(tmp_path, refuse, case):
+    name, text, problem = ROBOTS[case]
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    said = refuse("import-arm", tmp_path / name, "--tip", "right_tool", "--out", tmp_path / "out")
+    assert f"{name}: {problem}" in said
+
+
+@pytest.mark.parametrize("case", RECORDINGS)
+def test_hostile_recording_is_refused(tmp_path, refuse, case):
+    name, content, problem = RECORDINGS[case]
+    robot = write_urdf(tmp_path)
+    samples = "".join(f"{0.01 * k},{0.01 * k},1\n" for k in range(50))
+    files = {
+        "loaded.yaml": "signal: joint_torque\njoints: [joint_1]\n",
+        "loaded.csv": f"time,q_1,tau_1\n{samples}",
+    }
+    for other, text in files.items():
+        (tmp_path / other).write_text(text, encoding="utf-8")
+    if name.endswith(".db3"):
+        with sqlite3.connect(tmp_path / name) as database:
+            database.executescript(content)
+        database.close()
+    else:
+        (tmp_path / name).write_bytes(content if isinstance(content, bytes) else content.encode())
+    loaded = name if name.startswith("loaded") and not name.endswith(".yaml") else "loaded.csv"
+    words = ["identify", robot, "--tip", "flange", "--loaded", tmp_path / loaded, "--out", tmp_path / "out"]
+    option = {"memory.json": "--memory", "gains.yaml": "--gains", "object.yaml": "--object"}.get(name)
+    said = refuse(*words, *([option, tmp_path / name] if option else []))
+    assert problem in said
+
+
+NAMES = {
+    "small": "<script>alert(1)</script>",
+    "large": '\\"><img src=x onerror=alert(1)>',
+    "odd": "javascript:alert(1) | & ' -->",
+}
+
+
+def test_names_are_shown_as_they_are_and_do_nothing(tmp_path):
+    """In the page, its links and the pictures: names, titles, captions and remarks of a protocol."""
+    text = PROTOCOL.replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
+    for name, hostile in NAMES.items():
+        text = text.replace(f"name: {name},", f'name: "{hostile}",').replace(f"[{name}]", f'["{hostile}"]')
+    text = text.replace("[small, large]", json.dumps([NAMES["small"], NAMES["large"].replace("\\", "")]))
+    text = change("title: The odd one", f'title: "{NAMES["small"]}"', text)
+    text = change('"Force before each lift of the odd one."', f'"{NAMES["large"]}"', text)
+    text = change("  # remarks: [What else is to be known.]", f'  remarks: ["{NAMES["small"]}"]', text)
+    text = change("source: ours", f'source: "{NAMES["large"]}"', text)
+    path = tmp_path / "mine.yaml"
+    path.write_text(text, encoding="utf-8")
+    assert main(["run", str(path), "--repeats", "1", "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "&lt;script&gt;alert(1)&lt;/script&gt;" in page
+    check_page(page)
+    for picture in (tmp_path / "out" / "mine").glob("*.svg"):
+        check_page(picture.read_text(encoding="utf-8"))
+
+
+def check_page(page):
+    """Asserts that nothing of the names became a tag, an attribute or the target of a link."""
+    tags = re.findall(r"<[^!>][^>]*>", page)
+    assert not any("alert(1)" in tag.replace("&gt;", "") and "alt=" not in tag for tag in tags)
+    assert "<script>alert" not in page
+    assert "<img src=x" not in page
+    assert not re.search(r"""(href|src)=["']?\s*javascript:""", page)
+
+
+def test_links_of_an_imported_arm_are_shown_as_they_are(tmp_path):
+    """Joints and links of a robot's file stand in the report of its import, and in the arm's own files."""
+    hostile = "&lt;img src=x onerror=alert(1)&gt;&quot;-->"
+    text = build_urdf().replace('"right_j2"', f'"{hostile}"').replace('"right_2"', f'"{hostile}b"')
+    path = tmp_path / "a.urdf"
+    path.write_text(text, encoding="utf-8")
+    out = tmp_path / "out"
+    assert main(["import-arm", str(path), "--tip", "right_tool", "--out", str(out), "--tasks", "keep"]) == 0
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "&lt;img src=x onerror=alert(1)&gt;" in page
+    check_page(page)
+
+
+def test_ports_are_called_as_models_are():
+    assert _escape('a"b\\c') == 'a\\"b\\\\c'
+
+
+def test_nothing_is_run_by_a_results_folder_as_a_name(tmp_path, refuse):
+    """A protocol's path that is a pipe would wait for ever."""
+    os.mkfifo(tmp_path / "mine.yaml")
+    assert "cannot be read: it is a device, a pipe or a socket" in refuse("predict", tmp_path / "mine.yaml")
