@@ -292,6 +292,7 @@ def _describe_bound(error: ErrorDetails) -> str:
         "list_type": "must be a list with at least one entry",
         "tuple_type": "must be a list with at least one entry",
         "too_short": "must be a list with at least one entry",
+        "too_long": f"must have at most {context.get('max_length')} entries",
         "string_type": "must be a text",
         "bool_type": "must be true or false",
     }

@@ -5,9 +5,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
+
+# Presentations of a block: a hundred times those of Linear+ (Cesanek and others 2021), which take people an hour.
+_MOST = 20_000
 
 
 @dataclass(frozen=True)
@@ -36,8 +40,15 @@ def draw_presentations(
         objects: Those of the protocol.
         rng: Draws what is shuffled.
         repeat: The observer, who has the row of that number in a Latin square.
+
+    Raises:
+        AffordanceError: It makes more presentations than one can sit through.
     """
     group = list(objects.groups[block.objects])
+    count = len(group) * block.repetitions * block.times
+    if count > _MOST:
+        problem = f"presents {len(group)} objects {block.repetitions} times, {block.times} in a row: {count} in all"
+        raise AffordanceError(f"blocks[{index}]: {problem}, must be at most {_MOST}")
     before = [] if block.first is None else [tool for tool in objects.groups[block.first] if tool in group]
     others = [tool for tool in group if tool not in before]
     presentations = []
@@ -65,7 +76,7 @@ def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, ro
     if order == "shuffled":
         return [tools[int(place)] for place in rng.permutation(len(tools))]
     if order == "latin square":
-        return [tools[place] for place in build_latin_square(len(tools))[row % count_rows(len(tools))]]
+        return [tools[place] for place in build_row(len(tools), row % count_rows(len(tools)))]
     return list(tools)
 
 
@@ -74,8 +85,13 @@ def count_rows(count: int) -> int:
     return count if count % 2 == 0 else 2 * count
 
 
+def build_row(count: int, row: int) -> list[int]:
+    """A row of the square of ``build_latin_square``."""
+    zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
+    places = [(place + row) % count for place in zigzag]
+    return places if row < count else places[::-1]
+
+
 def build_latin_square(count: int) -> list[list[int]]:
     """Orders in which each object comes equally often in each place, and after each other one (Williams 1949)."""
-    zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
-    rows = [[(place + shift) % count for place in zigzag] for shift in range(count)]
-    return rows if count % 2 == 0 else [*rows, *(row[::-1] for row in rows)]
+    return [build_row(count, row) for row in range(count_rows(count))]

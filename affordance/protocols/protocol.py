@@ -82,7 +82,7 @@ class Protocol(DataModel):
     objects: ObjectsEntry
     novel: Annotated[ObjectsEntry | None, Field(description="Objects that are chosen about and never held.")] = None
     observers: ObserversEntry = Field(default_factory=ObserversEntry)
-    blocks: Annotated[list[BlockEntry], Field(min_length=1, description="In order.")]
+    blocks: Annotated[list[BlockEntry], Field(min_length=1, max_length=100, description="In order.")]
     numbers: Annotated[dict[str, NumberEntry], Field(description="Those of metrics.json.")] = Field(
         default_factory=dict
     )

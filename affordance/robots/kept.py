@@ -6,6 +6,7 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 
+from affordance.files.bounded import ROBOT, read_bytes
 from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
@@ -62,11 +63,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
         ModelFileError: The file cannot be parsed, or the arm finds no posture.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    try:
-        digest.update(path.read_bytes())
-    except OSError:
-        extract_arm(path, options)  # says what is wrong
-        raise
+    digest.update(read_bytes(path, ROBOT))
     sources = sorted(_PROGRAM.glob("*.py"))
     tasks = sorted(file for file in MODELS.rglob("*") if file.is_file())
     for file in (*sources, *tasks):

@@ -21,6 +21,7 @@ from tqdm import tqdm
 
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import quarantine, to_plain, write_atomic
+from affordance.files.bounded import MESH, read_bytes
 from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
@@ -110,7 +111,7 @@ def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
     for folder, paths in (*sources, (model_folder, models)):
         for path in sorted(paths):
             digest.update(str(path.relative_to(folder)).encode())
-            digest.update(path.read_bytes())
+            digest.update(read_bytes(path, MESH))
     return digest.hexdigest()[:16]
 
 

@@ -3,6 +3,7 @@ import itertools
 import numpy as np
 import pytest
 
+from affordance.exceptions import AffordanceError
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import CylinderEntry, ProtocolObjects
 from affordance.protocols.presentations import build_latin_square, draw_presentations, weigh
@@ -39,6 +40,12 @@ def test_test_object_comes_first_in_each_cycle():
     drawn = list_tools(repetitions=20, order="shuffled", first="test")
     assert drawn[::4] == [3] * 20
     assert len({tuple(drawn[k + 1 : k + 4]) for k in range(0, 80, 4)}) > 3
+
+
+def test_block_that_would_fill_the_memory_is_one_line():
+    assert len(draw(repetitions=1000, times=5)) == 20_000
+    with pytest.raises(AffordanceError, match=r"^blocks\[1\]: presents 4 objects 1000 times, 100 in a row: 400000"):
+        draw(repetitions=1000, times=100)
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6])

@@ -78,6 +78,7 @@ def test_objects_of_the_first_simulation_are_those_of_its_file():
         ("learners: [density,", "learners: [densty,", "observers.learners[0]: is 'densty', must be one of density"),
         ("name: linear_plus\n", "name: Linear +\n", "name: is 'Linear +', must be of small letters"),
         ("blocks:", "blocs:", "blocks: is missing; is 'blocs' misspelt?"),
+        ("blocks:\n", "blocks:\n" + "  - {name: x, do: {look: {}}}\n" * 100, "must have at most 100 entries"),
         (
             "(end_N - family_N) /",
             "diff(end_N, 10**11) /",

@@ -14,6 +14,10 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import RECORDING, read_bytes
+
+# What a file of theirs may have, ten times the largest recording of others; memory is taken accordingly.
+_MOST_BYTES = 10 * RECORDING
 
 
 class Recording(NamedTuple):
@@ -79,9 +83,9 @@ def read_pickle(path: Path) -> Any:
         BadValueError: It cannot be read, or names anything else.
     """
     try:
-        return _Unpickler(io.BytesIO(path.read_bytes())).load()
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+        return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
+    except BadValueError:
+        raise
     except Exception as error:  # a spoilt pickle makes the reader stumble over whatever it holds
         raise BadValueError(path, "", f"is no readable record: {error}") from error
 

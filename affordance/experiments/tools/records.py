@@ -27,6 +27,7 @@ from affordance.experiments.tools.record_methods import (
     solve_at_rest,
     solve_least_squares,
 )
+from affordance.files.bounded import MESH, read_text
 from affordance.objects.inertia import build_inertia_map, build_transform_map, parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
@@ -144,10 +145,7 @@ def read_parts(path: Path) -> tuple[Array, Array, Array]:
     Raises:
         BadValueError: It cannot be read, or has no such columns.
     """
-    try:
-        header, _, body = path.read_text(encoding="utf-8").partition("end_header\n")
-    except (OSError, UnicodeDecodeError) as error:
-        raise BadValueError(path, "", f"cannot be read: {error}") from error
+    header, _, body = read_text(path, MESH).partition("end_header\n")
     names = [line.split()[-1] for line in header.splitlines() if line.startswith("property")]
     missing = [name for name in ("x", "y", "z", "volume", "segmentation") if name not in names]
     if missing:
