@@ -121,6 +121,8 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
     clear = np.minimum(_CLEARANCE, half)
     bounds = np.where(np.isnan(fixed), low + clear, fixed), np.where(np.isnan(fixed), high - clear, fixed)
     length = _measure_length(statics, low, high, rng)
+    if not length > 0.0:
+        raise ModelFileError("the arm", "has its tip on its first joint's axis, must have a length")
 
     def measure(q: Array) -> HomePosture:
         X_WH = statics.compute_hand(q)

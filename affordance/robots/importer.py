@@ -124,7 +124,10 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
         ModelFileError: Drake cannot parse the file, or there is no posture to hold things in.
     """
     tree, chain, arm = read_arm(path, options)
-    statics = build_statics(arm)
+    try:
+        statics = build_statics(arm)
+    except RuntimeError as error:  # values so large or small that the arm cannot be written with them
+        raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
     _check_mass_matrix(path, arm, statics)
     try:
         home = find_home(statics, arm, options.posture)

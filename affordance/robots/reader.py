@@ -3,12 +3,11 @@
 from pathlib import Path
 
 from affordance.exceptions import BadValueError
-from affordance.files.bounded import ROBOT
-from affordance.files.xml_file import read_xml
 from affordance.robots.description import Description
 from affordance.robots.mjcf import read_mjcf
 from affordance.robots.sdf import read_sdf
 from affordance.robots.urdf import read_urdf
+from affordance.robots.xml_reader import read_xml
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
 # Links and joints together: a humanoid with hands has 150 of them. Drake takes a minute for thousands in a row.
@@ -21,7 +20,7 @@ def read_robot(path: Path) -> Description:
     Raises:
         BadValueError: It cannot be read, or is not a URDF, SDF or MJCF file whose values are what they must be.
     """
-    root = read_xml(path, ROBOT)
+    root = read_xml(path)
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:

@@ -6,6 +6,17 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
+from affordance.files import xml_file as files
+from affordance.files.bounded import ROBOT
+
+
+def read_xml(path: Path) -> Element:
+    """Reads a robot's file.
+
+    Raises:
+        BadValueError: It cannot be read, is too large, is not XML, or defines entities.
+    """
+    return files.read_xml(path, ROBOT)
 
 
 class Numbers:

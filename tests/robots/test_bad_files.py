@@ -156,6 +156,7 @@ def test_an_sdf_link_of_the_arm_without_inertial_is_refused_and_not_taken_for_a_
             "link third: takes its inertia from the mesh m, must have an <inertial>",
         ),
         ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
+        ('diaginertia="0.001 0.0012 0.0013"', 'diaginertia="0 0 0"', "makes no arm that Drake takes: "),
         ("<asset>", '<include file="more.xml"/><asset>', "include: is not read here, must be written out"),
     ],
 )
@@ -195,3 +196,14 @@ def test_a_robot_of_thousands_of_links_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "long.urdf"
     path.write_text(f'<robot name="x">{"".join(f"<link name={str(k)!r}/>" for k in range(1001))}</robot>')
     assert "long.urdf: has 1001 links and joints, must have at most 1000" in refuse(path)
+
+
+def test_an_arm_without_length_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "short.urdf"
+    inertial = '<inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>'
+    path.write_text(
+        f'<robot name="x"><link name="a"/><link name="b">{inertial}</link><joint name="j" type="revolute">'
+        '<parent link="a"/><child link="b"/><axis xyz="0 0 1"/><limit lower="-1" upper="1" velocity="1" effort="9"/>'
+        "</joint></robot>"
+    )
+    assert "short.urdf: has its tip on its first joint's axis, must have a length" in refuse(path, ImportOptions("b"))
