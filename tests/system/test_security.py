@@ -16,7 +16,6 @@ from helpers.robot_files import SDF, build_urdf
 
 from affordance.cli import main
 from affordance.files.model_folder import MODELS
-from affordance.reporting.diagram_picture import _escape
 
 # No file takes longer to be refused; far more than is needed on a loaded machine.
 PATIENCE = 120.0
@@ -249,11 +248,7 @@ def test_links_of_an_imported_arm_are_shown_as_they_are(tmp_path):
     check_page(page)
 
 
-def test_ports_are_called_as_models_are():
-    assert _escape('a"b\\c') == 'a\\"b\\\\c'
-
-
-def test_nothing_is_run_by_a_results_folder_as_a_name(tmp_path, refuse):
-    """A protocol's path that is a pipe would wait for ever."""
+def test_protocol_that_is_a_pipe_is_refused(tmp_path, refuse):
+    """Reading it would wait for ever."""
     os.mkfifo(tmp_path / "mine.yaml")
     assert "cannot be read: it is a device, a pipe or a socket" in refuse("predict", tmp_path / "mine.yaml")
