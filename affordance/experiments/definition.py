@@ -12,6 +12,7 @@ from pydrake.systems.framework import Diagram
 from affordance.experiments.shared.experience import Experience
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool
+from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
 
 # The observer of which figures, trajectories and replay show every detail.
@@ -56,6 +57,10 @@ class Experiment(Protocol):
     @property
     def section(self) -> Path:
         """Its section file, or the protocol's file."""
+
+    @property
+    def report(self) -> PlainReport | None:
+        """What a protocol says of its report; None of what has a section file of the program."""
 
     @property
     def seed(self) -> int:

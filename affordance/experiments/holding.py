@@ -34,6 +34,7 @@ from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects, find_file
 from affordance.protocols.presentations import Presentation, draw_presentations, weigh
 from affordance.random_streams import Stream
+from affordance.reporting.plain_report import PlainReport
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import Settings
 from affordance.simulation.clamp_trial import run_clamp_and_release
@@ -70,6 +71,7 @@ class HoldExperiment:
         section: The protocol's file.
         objects: Those that are presented.
         blocks: Presentations, in order.
+        report: What the protocol says of its report.
         numbers: What is reported.
         figures: What is drawn.
         quantiles: Those of beliefs that are kept.
@@ -92,6 +94,7 @@ class HoldExperiment:
     settings: Settings
     quantiles: tuple[float, ...]
     expects: bool
+    report: PlainReport = field(metadata={"reports": True})
     numbers: Mapping[str, NumberEntry] = field(metadata={"reports": True})
     figures: Mapping[str, FigureEntry] = field(metadata={"reports": True})
 
@@ -252,12 +255,11 @@ class HoldExperiment:
         more, writers = draw_within_trial(self.figures, self.study_within_trial())
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
-        names = [self.tools[each.presentation.tool].name for each in done]
         return Outputs(
             figures={**figures, **more},
             trajectories=Trajectories(
                 label_results(arrays, self.quantiles, [record for _, record in held]),
-                {"trial": names, "joint": trial.arm.joint_names},
+                {"trial": [self.tools[each.presentation.tool].name for each in done], "joint": trial.arm.joint_names},
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_replay(path, self.settings.arm, scenes, title=f"{self.name}, seed {self.seed}"),

@@ -42,6 +42,7 @@ from affordance.protocols.protocol import Protocol
 from affordance.protocols.published import PublishedTable, load_published
 from affordance.random_streams import Stream
 from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
+from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from affordance.vision.features import FeatureSource
@@ -70,6 +71,7 @@ class LiftExperiment:
         settings: What all simulations share.
         believes: Quantiles of the belief that are kept of every lift; none if no number asks for one.
         kappa: Breadth of a category over its mean; None for the fitted one.
+        report: What the protocol says of its report.
         numbers: What is reported.
         figures: What is drawn.
         people: What people did; None if nobody has done it.
@@ -85,6 +87,7 @@ class LiftExperiment:
     settings: Settings
     believes: tuple[float, ...]
     kappa: float | None
+    report: PlainReport = field(metadata={"reports": True})
     numbers: Mapping[str, NumberEntry] = field(metadata={"reports": True})
     figures: Mapping[str, FigureEntry] = field(metadata={"reports": True})
     people: PublishedTable | None = field(metadata={"reports": True})
@@ -309,6 +312,7 @@ def build_lift_experiment(
         settings=settings,
         believes=tuple(sorted(asked)),
         kappa=None,
+        report=protocol.build_report(path),
         numbers=protocol.numbers,
         figures=protocol.figures,
         people=table,

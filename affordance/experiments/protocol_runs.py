@@ -1,5 +1,6 @@
 """From a protocol's file to the experiment that runs it."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from affordance.choice.hammer import Hammer, load_hammer
@@ -10,16 +11,25 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.holding import QUARTILES, HoldExperiment
-from affordance.experiments.lifting import build_lift_experiment
+from affordance.experiments.lifting import LiftExperiment, build_lift_experiment
 from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
+from affordance.experiments.shared.report_names import (
+    EVENTS,
+    FACTS,
+    OF_CHOICES,
+    OF_LIFTS,
+    OF_SECOND_TOOL,
+    list_number_names,
+)
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import load_arm
 from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.protocol import Protocol, find_protocol, load_protocol
+from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 
@@ -34,11 +44,14 @@ def load_protocol_experiment(
     """
     path = find_protocol(name, models)
     protocol = load_protocol(path)
+    build: Callable[..., HoldExperiment | LiftExperiment | ReachExperiment | HammerExperiment] = build_hold_experiment
     if protocol.is_closed_form:
-        return build_lift_experiment(protocol, path, models, seed, settings)
-    if any(block.do.choose is not None for block in protocol.blocks):
-        return build_choice_experiment(protocol, path, models, seed, settings)
-    return build_hold_experiment(protocol, path, models, seed, settings)
+        build = build_lift_experiment
+    elif any(block.do.choose is not None for block in protocol.blocks):
+        build = build_choice_experiment
+    experiment = build(protocol, path, models, seed, settings)
+    check_names(experiment.report, list_names(experiment))
+    return experiment
 
 
 def load_hold_experiment(
@@ -55,6 +68,19 @@ def load_choice_experiment(
     """Loads a protocol of choices; see ``load_protocol_experiment``."""
     path = find_protocol(name, models)
     return build_choice_experiment(load_protocol(path), path, models, seed, settings)
+
+
+def list_names(experiment: HoldExperiment | LiftExperiment | ReachExperiment | HammerExperiment) -> frozenset[str]:
+    """Names of the numbers and facts that the report of a protocol may name."""
+    if isinstance(experiment, ReachExperiment | HammerExperiment):
+        second = (*OF_SECOND_TOOL, *experiment.names_of_second_tool) if len(experiment.novel) > 1 else ()
+        return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.names_of_task, *second})
+    names = {*FACTS, *list_number_names(experiment.numbers)}
+    if isinstance(experiment, LiftExperiment):
+        return frozenset(names | {*OF_LIFTS})
+    events = EVENTS if experiment.experience is not None else ()
+    learners = {"learners"} if len(experiment.learners) > 1 else set()
+    return frozenset(names | learners | {*events, *experiment.list_facts(None, {})})
 
 
 def build_hold_experiment(
@@ -87,6 +113,7 @@ def build_hold_experiment(
         settings=settings,
         quantiles=tuple(sorted({*QUARTILES, *(entry.quantile for entry in entries)})),
         expects=any(entry.measure in EXPECTED for entry in entries),
+        report=protocol.build_report(path),
         numbers=protocol.numbers,
         figures=protocol.figures,
     )
@@ -120,7 +147,8 @@ def build_choice_experiment(
     check_tools_can_be_held(objects.path, experience.tools, settings)
     held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
     check_tools_can_be_held(novel.path, held, settings, start)
-    common = (protocol.name, path, experience, novel.tools, models, task_file, novel.path)
+    files = (models, task_file, novel.path)
+    common = (protocol.name, path, experience, novel.tools, *files, protocol.build_report(path))
     return ReachExperiment(*common, task) if isinstance(task, Reach) else HammerExperiment(*common, task)
 
 

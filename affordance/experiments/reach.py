@@ -67,6 +67,8 @@ class ReachExperiment(ChoiceExperiment):
 
     task: Reach
 
+    names_of_task = ("path_error_m", "duration", "grip_of_densest")
+
     def plan(self, jobs: int) -> ReachPlan:
         """Plans the choices, and simulates the task with every grip.
 

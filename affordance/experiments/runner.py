@@ -24,8 +24,9 @@ from affordance.proprioception.faults import Faults
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
 from affordance.reporting.formatting import ENOUGH_OBSERVERS
+from affordance.reporting.plain_report import render_report
 from affordance.reporting.report import write_section
-from affordance.reporting.section import render_section
+from affordance.reporting.section import Section, render_section
 from affordance.runs.repeats import compute_key, list_versions, run_repeats
 from affordance.vision.features import FeatureSource
 
@@ -82,7 +83,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "few_observers": describe_few_observers(repeats),
         **experiment.list_facts(plan, numbers),
     }
-    section = render_section(experiment.section, numbers, facts)
+    section = describe(experiment, numbers, facts)
     drawn = [figure for figure in section.figures if (folder / figure.file).exists()]
     write_section(folder, section._replace(figures=drawn))
     save_vision_metrics(folder, numbers, settings, seed=experiment.seed, repeats=repeats)
@@ -96,6 +97,13 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
     write_json(folder / "metrics.json", {**numbers, **run})
+
+
+def describe(experiment: Experiment, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
+    """What an experiment reports: a protocol as its report says, others by their section file."""
+    if experiment.report is None:
+        return render_section(experiment.section, numbers, facts)
+    return render_report(experiment.report, numbers, facts)
 
 
 def describe_faults(faults: Faults) -> str:

@@ -8,12 +8,15 @@ from pydantic import AfterValidator, Field, model_validator
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, load_model
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, check_content, complain
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ALL, ObjectsEntry
+from affordance.protocols.plain_texts import refuse_templates
 from affordance.protocols.report_entries import ReportEntry
+from affordance.reporting.plain_report import PlainReport
 
 # Where the protocols are that come with the program, in the folder of models.
 FOLDER = "protocols"
@@ -73,7 +76,7 @@ class Protocol(DataModel):
         Annotated[str, Text()] | None,
         Field(description="Table of what people did: a row a number, with its interval and source."),
     ] = None
-    report: ReportEntry
+    report: ReportEntry = Field(default_factory=ReportEntry)
 
     @model_validator(mode="after")
     def check_names(self) -> Self:
@@ -111,6 +114,10 @@ class Protocol(DataModel):
         """Whether nothing is simulated: its lifts are in closed form."""
         return any(block.do.clamp is not None and block.do.clamp.closed_form for block in self.blocks)
 
+    def build_report(self, path: Path) -> PlainReport:
+        """Builds what the protocol, read from a file, says of its report."""
+        return self.report.build(path, self.name, self.question, numbers=self.numbers, figures=self.figures)
+
     def _list_groups(self) -> Iterator[tuple[str, str]]:
         """Every group that is named, with the key where it stands."""
         for index, block in enumerate(self.blocks):
@@ -134,7 +141,9 @@ def load_protocol(path: Path) -> Protocol:
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    return load_model(path, Protocol)
+    content = read_yaml(path)
+    refuse_templates(path, content)
+    return check_content(path, "", content, Protocol)
 
 
 def list_shipped(models: Path = MODELS) -> list[str]:

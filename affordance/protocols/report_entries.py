@@ -1,14 +1,23 @@
-"""The report of a protocol: prose as templates, and claims with criterion and bound."""
+"""The report of a protocol: plain texts, and claims with criterion and bound."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Annotated, Any
 
 from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
+from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, Text, Whole, Within, complain
+from affordance.files.file_name import FileName
 from affordance.files.yaml_reader import show_value
+from affordance.reporting.claims import Claim, Criterion
+from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import ReportFigure
+
+# Prose of protocols and studies that come with the program: templates, trusted because they are its own.
+_SECTIONS = Path(__file__).parents[1] / "experiments" / "sections"
 
 
 @dataclass(frozen=True)
@@ -32,6 +41,22 @@ class Expression:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """The same for editors."""
         return {"type": ["string", "number", "boolean"]}
+
+
+@dataclass(frozen=True)
+class OneSection(Text):
+    """Says of a text that it is the name of a section of the program."""
+
+    def check(self, value: Any) -> str:
+        """Returns the name.
+
+        Raises:
+            PydanticCustomError: There is no section of that name.
+        """
+        known = sorted(path.stem for path in _SECTIONS.glob("*.yaml"))
+        if value not in known:
+            raise complain(describe_choice(value, known))
+        return str(value)
 
 
 type Bound = Annotated[Any, Expression()]
@@ -64,6 +89,12 @@ class CriterionEntry(DataModel):
             raise complain(f"has no bound, must have one of {', '.join(_BOUNDS)}")
         return content
 
+    def build(self) -> Criterion:
+        """The criterion as it is judged."""
+        fields = {name: getattr(self, "is_" if name == "is" else name) for name in _BOUNDS}
+        bounds = {name: bound for name, bound in fields.items() if bound is not None}
+        return Criterion(self.name, self.value, bounds, self.unit, self.scale, self.digits)
+
 
 class ClaimEntry(DataModel):
     """What is said, by whom, and what decides whether it is met."""
@@ -77,25 +108,56 @@ class ClaimEntry(DataModel):
 class ReportFigureEntry(DataModel):
     """A figure and what it shows."""
 
-    file: Annotated[str, Text()]
+    file: Annotated[str, FileName(), Field(description="Its name in the folder of results, as 'heights.png'.")]
     caption: Annotated[str, Text()]
-
-
-class TableEntry(DataModel):
-    """A table: a line a row, cells between bars."""
-
-    caption: Annotated[str, Text()]
-    header: list[Annotated[str, Text()]]
-    rows: Annotated[str, Text()]
 
 
 class ReportEntry(DataModel):
-    """A section of the report; every text is a Jinja2 template over the numbers."""
+    """A section of the report, in plain texts; what is left out is made from question, numbers and figures."""
 
-    order: Annotated[int, Whole(0, 10_000), Field(description="Place among the sections.")] = 100
-    title: Annotated[str, Text()]
-    summary: Annotated[str, Text()]
-    figures: list[ReportFigureEntry] = Field(default_factory=list)
+    section: Annotated[
+        Annotated[str, OneSection()] | None,
+        Field(description="A section of the program whose prose, figures and tables are used."),
+    ] = None
+    order: Annotated[Annotated[int, Whole(0, 10_000)] | None, Field(description="Place among the sections.")] = None
+    title: Annotated[str, Text()] | None = None
+    summary: Annotated[
+        Annotated[str, Text()] | None, Field(description="What was done; else the question is asked.")
+    ] = None
+    figures: Annotated[
+        list[ReportFigureEntry] | None, Field(description="Else all of the protocol, by their titles.")
+    ] = None
     claims: list[ClaimEntry] = Field(default_factory=list)
-    tables: list[TableEntry] = Field(default_factory=list)
-    remarks: list[Annotated[str, Text()]] = Field(default_factory=list)
+    remarks: list[Annotated[str, Text()]] | None = None
+
+    def build(self, source: Path, title: str, question: str, *, numbers: Any, figures: Any) -> PlainReport:
+        """Builds the report.
+
+        Args:
+            source: The protocol's file, for errors.
+            title: Name of the protocol.
+            question: What it asks.
+            numbers: Its numbers, entries by name.
+            figures: Its figures, entries by name.
+        """
+        plain = {name: getattr(self, name) for name in ("order", "title", "summary", "remarks")}
+        given: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
+        if self.figures is not None:
+            given["figures"] = [ReportFigure(each.file, each.caption) for each in self.figures]
+        return PlainReport(
+            source=source,
+            prose=None if self.section is None else _SECTIONS / f"{self.section}.yaml",
+            title=title,
+            question=" ".join(question.split()),
+            figures=tuple(ReportFigure(f"{name}.png", each.title or each.draw) for name, each in figures.items()),
+            meanings={name: each.meaning for name, each in numbers.items()},
+            given=given,
+            claims=self.list_claims(),
+        )
+
+    def list_claims(self) -> tuple[Claim, ...]:
+        """The claims as they are judged."""
+        return tuple(
+            Claim(claim.key, claim.source, claim.text, tuple(each.build() for each in claim.criteria))
+            for claim in self.claims
+        )

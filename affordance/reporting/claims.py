@@ -5,6 +5,7 @@ that it can be read, and tested with numbers that contradict it. Expressions kno
 arrays, and the functions below; they are evaluated by simpleeval, which lets them do nothing else.
 """
 
+import ast
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -143,6 +144,21 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
         return SimpleEval(functions=dict(FUNCTIONS), names=arrays, allowed_attrs={}).eval(expression)
     except (InvalidExpression, SyntaxError, LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
+
+
+def find_names(expression: str | float | bool) -> frozenset[str]:
+    """Finds the numbers that an expression names.
+
+    Raises:
+        AffordanceError: It is no expression.
+    """
+    if not isinstance(expression, str):
+        return frozenset()
+    try:
+        tree = ast.parse(expression.strip(), mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+        raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
+    return frozenset(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)) - {*FUNCTIONS}
 
 
 def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any]) -> CriterionResult:

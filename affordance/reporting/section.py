@@ -4,6 +4,9 @@ A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file``
 (``key``, ``source``, ``text`` and ``criteria``), ``tables`` (``caption``, ``header`` and ``rows``, a line a row,
 cells between bars) and ``remarks``. Every text is a Jinja2 template over the numbers and facts; a figure, table or
 remark that comes out empty is left out.
+
+A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md). That
+templates are confined as well guards against what nobody thought of.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,15 +14,20 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
-import yaml
+import jinja2.meta
+import jinja2.sandbox
 
 from affordance.exceptions import AffordanceError
+from affordance.files.yaml_reader import read_yaml
 from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
 
 _METRES_TO_CM = 100.0
 # Place of a section that names none.
-_LAST = 100
+LAST = 100
+# Stands for a bar in a name or another text that is filled into a table, so that it does not end the cell;
+# from the part of Unicode for private use.
+_BAR = "\ue000"
 
 
 class ReportFigure(NamedTuple):
@@ -96,10 +104,11 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
             raise AffordanceError(f"{path.name}: {text!r} cannot be filled in: {error}") from error
 
     def fill(text: str) -> str:
-        return " ".join(render(text).split())
+        return " ".join(render(text).replace(_BAR, "|").split())
 
     def fill_rows(text: str) -> list[list[str]]:
-        return [[cell.strip() for cell in line.split("|")] for line in render(text).splitlines() if line.strip()]
+        lines = [line for line in render(text).split("\n") if line.strip()]
+        return [[" ".join(cell.replace(_BAR, "|").split()) for cell in line.split("|")] for line in lines]
 
     figures = [ReportFigure(each["file"], fill(each["caption"])) for each in content.get("figures", [])]
     tables = [
@@ -112,7 +121,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(
-        order=content.get("order", _LAST),
+        order=content.get("order", LAST),
         title=fill(content["title"]),
         summary=fill(content["summary"]),
         figures=[figure for figure in figures if figure.caption],
@@ -122,14 +131,27 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     )
 
 
+def find_names(path: Path) -> dict[str, frozenset[str]]:
+    """Finds what the templates of a section file name but do not set: numbers and facts, by the key they stand at."""
+    environment = _build_environment()
+
+    def find(content: Any) -> frozenset[str]:
+        if isinstance(content, Mapping | list):
+            entries = content.values() if isinstance(content, Mapping) else content
+            return frozenset().union(*(find(each) for each in entries))
+        text = content if isinstance(content, str) else ""
+        return frozenset(jinja2.meta.find_undeclared_variables(environment.parse(text))) - {*environment.globals}
+
+    return {key: find(content) for key, content in _read(path).items()}
+
+
 def _fill_criterion(criterion: Criterion, fill: Any) -> Criterion:
     return criterion._replace(name=fill(criterion.name))
 
 
 def _read(path: Path) -> dict[str, Any]:
-    content: dict[str, Any] = yaml.safe_load(path.read_text(encoding="utf-8"))
-    report: dict[str, Any] = content.get("report", content)  # a section file, or the report of a protocol
-    return report
+    content: dict[str, Any] = read_yaml(path)
+    return content
 
 
 def read_claim(entry: Mapping[str, Any]) -> Claim:
@@ -143,7 +165,9 @@ def read_claim(entry: Mapping[str, Any]) -> Claim:
 
 
 def _build_environment() -> jinja2.Environment:
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=False)
+    environment = jinja2.sandbox.ImmutableSandboxedEnvironment(
+        undefined=jinja2.StrictUndefined, autoescape=False, finalize=_protect
+    )
     environment.filters.update(
         number=formatting.format_number,
         beside=formatting.format_beside,
@@ -156,3 +180,8 @@ def _build_environment() -> jinja2.Environment:
     )
     environment.globals["enough_observers"] = formatting.ENOUGH_OBSERVERS
     return environment
+
+
+def _protect(value: Any) -> Any:
+    """What is filled in, such that it stays within its cell and its row."""
+    return " ".join(value.replace("|", _BAR).split("\n")) if isinstance(value, str) else value

@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
 
 from affordance.belief.density_belief import DensityBelief
@@ -53,8 +53,9 @@ def folder(experiment, tmp_path_factory):
     return make_folder_once(tmp_path_factory, "results_com", fill) / "com"
 
 
-def test_results_are_as_documented(folder):
+def test_results_are_as_documented(experiment, folder):
     numbers = check_results(folder, SHAPES, ("figure5", "figure6"), "com")
+    check_names(experiment, None, numbers)
     assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
     assert numbers["density_median"].keys() == {"beech", "steel"}
 

@@ -1,6 +1,7 @@
 """Protocols of one's own: everything that can be done in a presentation, simulated, with few observers."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -33,7 +34,7 @@ blocks:
 numbers:
   expected: {{measure: expected mass}}
 {numbers}
-report: {{title: Mine, summary: "{{{{ names | length }}}} objects"}}
+report: {{title: Mine, summary: Some objects.}}
 """
 
 
@@ -139,3 +140,35 @@ def test_first_block_that_is_not_measured_is_what_simulations_share():
     assert load_hold_experiment("weight").experience is None
     assert com.with_duration(1.0, repetitions=1).experience.num_trials == 2
     assert other.experience.duration == 3.0
+
+
+def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs(tmp_path):
+    """With the same numbers the prose of the original serves; one that is missing is found at once."""
+    shutil.copytree(MODELS, tmp_path / "models")
+    path = tmp_path / "models" / "protocols" / "weight.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("duration: 3.0", "duration: 1.0") + "  title: Mine\n", encoding="utf-8")
+    experiment = load_protocol_experiment("weight", tmp_path / "models")
+    assert experiment.report.given == {"title": "Mine"}
+    without = text.replace("  deviation_m: {measure: deviation, of: honest}\n", "")
+    path.write_text(without.split("report:")[0] + "report: {section: weight}\n", encoding="utf-8")
+    with pytest.raises(BadValueError) as caught:
+        load_protocol_experiment("weight", tmp_path / "models")
+    assert "weight.yaml: report.section: is 'weight', whose tables names 'deviation_m', which this" in str(
+        caught.value
+    )
+    path.write_text(without.split("report:")[0] + "report: {section: wieght}\n", encoding="utf-8")
+    with pytest.raises(BadValueError, match=r"section: is 'wieght', must be one of .*; did you mean 'weight'\?"):
+        load_protocol_experiment("weight", tmp_path / "models")
+    path.write_text(without.split("report:")[0], encoding="utf-8")
+    assert load_protocol_experiment("weight", tmp_path / "models").report.prose is None
+
+
+@pytest.mark.parametrize("file", ["../../x.png", "/tmp/x.png", "a/b.png", "a\\b.png", "..", "nul.png", "x\0.png", ""])
+def test_figure_of_the_report_stays_in_the_folder(tmp_path, file):
+    path = tmp_path / "mine.yaml"
+    report = json.dumps({"figures": [{"file": file, "caption": "Elsewhere."}]})
+    text = PROTOCOL.format(blocks="  - {name: a, do: {look: {}}}", observers="{}", numbers="")
+    path.write_text(text.split("report:")[0] + f"report: {report}\n", encoding="utf-8")
+    with pytest.raises(BadValueError, match=r"report.figures\[0\].file: is .*, must be "):
+        load_protocol_experiment(str(path))

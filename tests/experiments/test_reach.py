@@ -6,7 +6,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import compute_once, make_folder_once
 
 from affordance.belief.material_memory import MaterialMemory
@@ -79,6 +79,10 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     for tool, simulated in plan.simulated.items():
         for grip, rollout in simulated.items():
             assert (again[tool][grip].work, again[tool][grip].error) == (rollout.work, rollout.error)
+
+
+def test_names_of_numbers_are_known_beforehand(experiment, plan, numbers):
+    check_names(experiment, plan, numbers)
 
 
 def test_section_says_met_or_not_of_every_claim(folder):

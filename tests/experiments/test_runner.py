@@ -48,6 +48,7 @@ class MadeUp:
     name = "made_up"
     unit = "draw"
     tools_observed = ()
+    report = None
 
     def count_repeats(self, observers):
         return 2 * observers

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
-from helpers.results_files import DOCS, check_results, read_section, render
+from helpers.results_files import DOCS, check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
 
 from affordance.belief.learner import Learner
@@ -22,7 +22,6 @@ from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.proprioception.faults import Faults
-from affordance.reporting.section import load_claims
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings
 
@@ -60,8 +59,9 @@ def numbers(folder):
     return json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
 
 
-def test_results_are_as_documented(folder):
+def test_results_are_as_documented(weight, folder):
     numbers = check_results(folder, SHAPES, ("figure3", "figure4", "posterior", "sinking"), "weight")
+    check_names(weight, None, numbers)
     assert numbers["repeats"] == 3
     assert numbers["config"]["settings"]["noise"] == {
         "weber_fraction": 0.07,
@@ -120,9 +120,9 @@ def test_motions_of_each_trial_are_those_of_its_own_heights(weight, folder, chai
         np.testing.assert_allclose(slopes[5:], velocities[6:-1], atol=0.02 * np.abs(velocities).max() + 1e-9)
 
 
-def test_section_says_met_or_not_of_every_claim(folder, numbers):
+def test_section_says_met_or_not_of_every_claim(weight, folder, numbers):
     section = read_section(folder)
-    assert set(section.claims) == {claim.key for claim in load_claims(MODELS / "protocols" / "weight.yaml")}
+    assert set(section.claims) == {claim.key for claim in weight.report.claims}
     for claim in section.claims.values():
         assert isinstance(claim.met, bool)
         for criterion in claim.criteria:

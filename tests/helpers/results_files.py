@@ -7,11 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from affordance.experiments.runner import describe_faults, describe_few_observers
-from affordance.reporting.section import render_section
+from affordance.experiments.protocol_runs import list_names
+from affordance.experiments.runner import describe, describe_faults, describe_few_observers
 
 DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 COMMON = {"seed": (), "repeats": (), "run_shown": (), "wall_s": ()}
+# What metrics.json says of the run beside the numbers.
+OF_RUN = {*COMMON, "config", "versions", "finished"}
 
 
 def find_documented_keys(*headings):
@@ -64,4 +66,10 @@ def render(experiment, plan, numbers, *, repeats=3, **changes):
         "few_observers": describe_few_observers(repeats),
     }
     numbers = {**numbers, **changes}
-    return render_section(experiment.section, numbers, {**facts, **experiment.list_facts(plan, numbers)})
+    return describe(experiment, numbers, {**facts, **experiment.list_facts(plan, numbers)})
+
+
+def check_names(experiment, plan, numbers):
+    """Asserts that the names of numbers and facts which an experiment knows beforehand are those that there are."""
+    facts = {"repeats", "seed", "camera_caption", "faults", "few_observers", *experiment.list_facts(plan, numbers)}
+    assert list_names(experiment) == (set(numbers) - OF_RUN) | facts

@@ -6,9 +6,11 @@ import shutil
 
 import numpy as np
 import pytest
+from helpers.results_files import check_names
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
@@ -20,7 +22,6 @@ from affordance.protocols.people import describe_people, list_people
 from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol
 from affordance.protocols.published import load_published
 from affordance.protocols.schema import SCHEMA_FILE, build_schema, write_protocol
-from affordance.reporting.section import load_claims
 
 PATH = MODELS / "protocols" / "linear_plus.yaml"
 
@@ -32,7 +33,11 @@ def test_shipped_protocol_is_sound(name):
     objects = build_objects(protocol.objects, path, MODELS)
     assert protocol.name == name
     assert set(protocol.objects.groups) < set(objects.groups)
-    assert len(load_claims(path)) == len(protocol.report.claims) > 0
+    assert (
+        [claim.key for claim in protocol.report.list_claims()]
+        == [claim.key for claim in protocol.report.claims]
+        != []
+    )
     if protocol.published is not None:
         assert load_published(MODELS / protocol.published).has("num_people")
 
@@ -138,9 +143,17 @@ def test_new_protocol_predicts_and_runs(tmp_path, capsys):
     assert main(["run", str(path), "--repeats", "2", "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
     numbers = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
     assert set(numbers["learners"]) == {"density", "kinds_map", "kinds_drawn"}
+    check_names(load_protocol_experiment(str(path)), None, numbers)
     assert (tmp_path / "out" / "mine" / "odd_one.png").stat().st_size > 10_000
     section = json.loads((tmp_path / "out" / "mine" / "section.json").read_text())
     assert [claim["key"] for claim in section["claims"]] == ["learned"]
+    assert section["summary"] == "Do people lift a heavy odd one by its family, or by what it weighs?"
+    (table,) = section["tables"]
+    assert table["header"] == ["number", "meaning", "of", "value", "95 % interval"]
+    assert [row[:3] for row in table["rows"][:2]] == [
+        ["first_N", "first lift of the odd one, N", learner] for learner in ("density", "kinds_map")
+    ]
+    assert len(table["rows"]) == 12
 
 
 def test_words_of_a_report_do_not_throw_observers_away(tmp_path, capsys):

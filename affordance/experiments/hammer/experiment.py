@@ -19,6 +19,7 @@ from affordance.experiments.hammer.drawings import (
     write_slow_replay,
 )
 from affordance.experiments.hammer.measures import (
+    OF_BLOWS,
     count_light_ends,
     measure_blows,
     measure_crossovers,
@@ -55,6 +56,15 @@ class HammerExperiment(ChoiceExperiment):
     """
 
     task: Hammer
+
+    names_of_task = (
+        *OF_BLOWS,
+        *("force_ratios", "force_demanded_N", "tip_speed", "energy_planned", "energy_at_equal_tip_speed"),
+        *("tip_energy", "tip_energy_from_surface", "force_crossover_N", "force_crossover_reason"),
+        *("force_crossovers_N", "force_crossover_checked", "swings", "yielding_nail", "p_light_end_held"),
+        *("grip_of_densest_far", "nail_stiffness", "depth_set"),
+    )
+    names_of_second_tool = tuple(f"{name}_headed_tool" for name in OF_BLOWS)
 
     def plan(self, jobs: int) -> "PlanAndStudy":
         """Plans and simulates the blows; see ``plan_hammer``."""

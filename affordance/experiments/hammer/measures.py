@@ -22,22 +22,25 @@ from affordance.settings import Settings
 from affordance.simulation.blow import Blow
 from affordance.vision.features import ComponentFeatures
 
+_MEASURES: Mapping[str, Callable[[Blow], float]] = {
+    "energy_true": lambda blow: blow.work,
+    "energy_raising_true": lambda blow: blow.work_raising,
+    "energy_without_raising_true": lambda blow: blow.work - blow.work_raising,
+    "kinetic_energy_true": lambda blow: blow.kinetic_energy,
+    "effort_true": lambda blow: blow.effort,
+    "force_measured_N": lambda blow: blow.force,
+    "contact_peak_N": lambda blow: float(blow.nail.contact.max()),
+    "travel_m": lambda blow: blow.travel,
+    "periods_limited": lambda blow: blow.record.counts.limited,
+}
+# Names of the numbers of blows.
+OF_BLOWS = tuple(_MEASURES)
+
 
 def measure_blows(blows: Mapping[str, Blow], suffix: str = "") -> dict[str, Any]:
     """What blows cost and did, by grip."""
-    measures: dict[str, Callable[[Blow], float]] = {
-        "energy_true": lambda blow: blow.work,
-        "energy_raising_true": lambda blow: blow.work_raising,
-        "energy_without_raising_true": lambda blow: blow.work - blow.work_raising,
-        "kinetic_energy_true": lambda blow: blow.kinetic_energy,
-        "effort_true": lambda blow: blow.effort,
-        "force_measured_N": lambda blow: blow.force,
-        "contact_peak_N": lambda blow: float(blow.nail.contact.max()),
-        "travel_m": lambda blow: blow.travel,
-        "periods_limited": lambda blow: blow.record.counts.limited,
-    }
     return {
-        name + suffix: {grip: measure(blow) for grip, blow in blows.items()} for name, measure in measures.items()
+        name + suffix: {grip: measure(blow) for grip, blow in blows.items()} for name, measure in _MEASURES.items()
     }
 
 

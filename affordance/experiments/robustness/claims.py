@@ -8,9 +8,9 @@ from typing import Any
 import yaml
 
 from affordance.files.model_folder import MODELS
-from affordance.protocols.protocol import find_protocol
+from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.claims import Claim, judge_claims
-from affordance.reporting.section import load_claims, read_claim
+from affordance.reporting.section import read_claim
 
 _HEADLINES = Path(__file__).parent / "headlines.yaml"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
@@ -21,7 +21,9 @@ TASKS = "tasks"
 def list_claims() -> Mapping[str, Claim]:
     """All claims, by experiment and key, such as ``weight.drop_reduced``."""
     claims = {
-        f"{name}.{claim.key}": claim for name in EXPERIMENTS for claim in load_claims(find_protocol(name, MODELS))
+        f"{name}.{claim.key}": claim
+        for name in EXPERIMENTS
+        for claim in load_protocol(find_protocol(name, MODELS)).report.list_claims()
     }
     headlines = yaml.safe_load(_HEADLINES.read_text(encoding="utf-8"))
     claims.update({f"{name}.{entry['key']}": read_claim(entry) for name in headlines for entry in headlines[name]})

@@ -84,6 +84,7 @@ class Robustness:
     name = "robustness"
     unit = "setting"
     section = Path(__file__).parents[1] / "sections" / "robustness.yaml"
+    report = None
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:

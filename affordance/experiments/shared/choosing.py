@@ -4,10 +4,10 @@ A task adds how choices are planned, and what it costs in truth; what is common 
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 from affordance.choice.inner_simulation import Choice
 from affordance.experiments.agreement import save_choices
@@ -18,6 +18,7 @@ from affordance.experiments.shared.experience import Experience, ExperienceConfi
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.proportions import compute_proportions
 from affordance.objects.tool import Tool
+from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
 
 
@@ -49,6 +50,7 @@ class ChoiceExperiment:
         models: The folder that they are from.
         task_file: What is to be done with them, for errors.
         novel_file: Where they are from, for errors.
+        report: What the protocol says of its report.
     """
 
     name: str
@@ -58,8 +60,12 @@ class ChoiceExperiment:
     models: Path
     task_file: Path
     novel_file: Path
+    report: PlainReport = field(metadata={"reports": True})
 
     unit = "observer"
+    # Names of the task's numbers and facts, beside those of every choice, and of its numbers of a second tool.
+    names_of_task: ClassVar[tuple[str, ...]] = ()
+    names_of_second_tool: ClassVar[tuple[str, ...]] = ()
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:

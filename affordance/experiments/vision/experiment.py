@@ -86,6 +86,7 @@ class VisionExperiment:
     name = "vision"
     unit = "object"
     section = Path(__file__).parents[1] / "sections" / "vision.yaml"
+    report = None
     tools_observed = ()
 
     def with_settings(self, settings: Settings) -> "VisionExperiment":

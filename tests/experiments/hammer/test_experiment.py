@@ -7,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from helpers.results_files import check_results, read_section, render
+from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import compute_once, make_folder_once
 
 from affordance.choice.blow_cost import BlowCost
@@ -238,6 +238,10 @@ def test_without_a_crossover_or_other_swings_their_tables_are_left_out(experimen
 def test_yielding_nail_is_driven_as_deep_by_the_same_energy(numbers):
     for grip, blow in numbers["yielding_nail"].items():
         assert blow["travel_m"] == pytest.approx(numbers["travel_m"][grip], rel=0.05)
+
+
+def test_names_of_numbers_are_known_beforehand(experiment, plan, numbers):
+    check_names(experiment, plan, numbers)
 
 
 def test_section_says_met_or_not_of_every_claim(folder):

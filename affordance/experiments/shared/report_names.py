@@ -1,0 +1,33 @@
+"""Names of numbers and facts, known before anything runs, so that a report that names others is refused at once."""
+
+from collections.abc import Mapping
+
+from affordance.protocols.measured import OF_OBJECTS
+from affordance.protocols.number_entries import Measure, NumberEntry
+
+# Facts of every experiment.
+FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")
+# Numbers of experience that protocols share.
+EVENTS = ("samples_rejected", "trials_outlier")
+# Numbers and facts of lifts in closed form, beside those of the protocol.
+OF_LIFTS = ("learners", "people", "kappa", "names", "rows")
+# Numbers and facts of every choice, and what there is more of with a second tool.
+OF_CHOICES = (
+    *("p_correct", "p_correct_ci95", "p_correct_bayes", "p_correct_bayes_ci95", "effort_flips", "correct_grip"),
+    *("energy_ratio_true", "tools", "off_axis_2mm_change", "density_true", "energy_true", "effort_true"),
+    *("periods_limited", "first", "others", "materials", "num_trials", "least_effort_grip"),
+)
+OF_SECOND_TOOL = (
+    *("p_correct_headed_tool", "p_correct_headed_tool_ci95"),
+    *("correct_grip_headed_tool", "energy_true_headed_tool"),
+)
+
+
+def list_number_names(entries: Mapping[str, NumberEntry]) -> list[str]:
+    """Names of the numbers of a protocol, those of intervals included."""
+    with_interval = [
+        name
+        for name, entry in entries.items()
+        if entry.interval and entry.measure not in OF_OBJECTS and entry.measure is not Measure.DENSITIES
+    ]
+    return [*entries, *(f"{name}_ci95" for name in with_interval)]
