@@ -8,8 +8,6 @@ materials' means is a nuisance: it is marginalised, so one odd object moves a ma
 
 from typing import NamedTuple
 
-import numpy as np
-
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood

@@ -33,7 +33,8 @@ _NEGLIGIBLE = 1e-18
 # Step of the differences of g, as a fraction of the densities.
 _DIFFERENCE = 1e-6
 # Nodes and weights of Gauss and Legendre on [0, 1], for the potential along a step.
-_NODES, _WEIGHTS = (0.5 * (values + shift) for values, shift in zip(np.polynomial.legendre.leggauss(6), (1.0, 0.0)))
+_NODES, _WEIGHTS = (0.5 * values for values in np.polynomial.legendre.leggauss(6))
+_NODES = _NODES + 0.5
 
 type ComputeLikelihood = Callable[[Array], Likelihood]
 
@@ -104,7 +105,7 @@ def _compute_mean(belief: DensityBelief, likelihood: Likelihood) -> Array:
 
 
 def _compute_gradient(belief: DensityBelief, compute_likelihood: ComputeLikelihood, rho: Array) -> Array:
-    """g at rho, shape (M,)."""
+    """G at rho, shape (M,)."""
     likelihood = compute_likelihood(rho)
     gradient: Array = belief.precision @ (rho - belief.untruncated_mean)
     gradient += likelihood.precision @ rho - likelihood.information_vector

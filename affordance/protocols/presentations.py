@@ -18,11 +18,13 @@ class Presentation:
         tool: Which object.
         block: Which block of the protocol.
         mass: What it weighs this time, [kg]; None for what it always weighs.
+        cycle: Number of the repetition, from 1.
     """
 
     tool: int
     block: int
     mass: float | None = None
+    cycle: int = 1
 
 
 def draw_presentations(
@@ -38,7 +40,7 @@ def draw_presentations(
         repeat: The observer, who has the row of that number in a Latin square.
     """
     group = list(objects.groups[block.objects])
-    before = [] if block.first is None else [tool for tool in objects.groups[block.first] if tool in group]
+    before = [] if block.first is None else list(objects.groups[block.first])
     others = [tool for tool in group if tool not in before]
     presentations = []
     for repetition in range(block.repetitions):
@@ -48,7 +50,7 @@ def draw_presentations(
             if block.gradual is not None and objects.tools[tool].name == block.gradual.object:
                 share = repetition / max(1, block.repetitions - 1)
                 mass = block.gradual.mass_from + share * (block.gradual.mass_to - block.gradual.mass_from)
-            presentations += [Presentation(tool, index, mass)] * block.times
+            presentations += [Presentation(tool, index, mass, repetition + 1)] * block.times
     return presentations
 
 

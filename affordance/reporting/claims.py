@@ -32,7 +32,7 @@ FUNCTIONS: Mapping[str, Callable[..., Any]] = {
     "ptp": np.ptp,
     "sqrt": np.sqrt,
     "sum": np.sum,
-    "values": lambda mapping: np.array(list(mapping.values())),
+    "values": lambda found: np.array(list(found.values())) if isinstance(found, Mapping) else np.asarray(found),
 }
 # How a value is compared with its bound, and how that is said.
 COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
@@ -170,6 +170,15 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
         raise AffordanceError(
             f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
         )
+    try:
+        return _compare(criterion, value, bounds)
+    except (TypeError, ValueError, AttributeError) as error:
+        problem = f"the claim {key} cannot compare the value of {criterion.value!r} with its bound: {error}"
+        raise AffordanceError(problem) from error
+
+
+def _compare(criterion: Criterion, value: Any, bounds: Mapping[str, Any]) -> CriterionResult:
+    """Compares a value with its bounds, both evaluated."""
     met = value is not None and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
     texts = [
         (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()

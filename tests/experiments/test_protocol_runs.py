@@ -53,9 +53,9 @@ def test_kinds_of_protocols_are_told_by_what_is_done(load):
     assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}"), HoldExperiment)
     with pytest.raises(
         BadValueError,
-        match=r"numbers.expected.measure: of lifts in closed form is 'expected mass', must be one of force",
+        match=r"numbers.far.measure: of presentations such as these in closed form is 'drop', must be one of force",
     ):
-        load("  - {name: a, do: {clamp: {closed_form: true}}}")
+        load("  - {name: a, do: {clamp: {closed_form: true}}}", numbers="  far: {measure: drop}")
     assert isinstance(load_protocol_experiment("linear_plus"), LiftExperiment)
     with pytest.raises(
         BadValueError, match=r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
