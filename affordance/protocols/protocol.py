@@ -192,6 +192,16 @@ def load_protocol(path: Path) -> Protocol:
     return check_content(path, "", content, Protocol)
 
 
+def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
+    """How many observers a protocol wants, by its name or path; None if it does not say.
+
+    Raises:
+        BadValueError: There is no such protocol, or the file is wrong.
+    """
+    observers = load_protocol(find_protocol(name, models)).observers
+    return observers.number if "number" in observers.model_fields_set else None
+
+
 def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
     """Refuses a protocol of one's own whose results would take the place of others.
 

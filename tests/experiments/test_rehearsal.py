@@ -212,15 +212,22 @@ def test_own_protocol_does_not_take_the_folder_of_a_shipped_one(tmp_path, capsys
 
 
 def test_options_that_lifts_in_closed_form_do_not_know_are_refused(capsys, tmp_path):
-    for options, message in ((["--vision", "pixels"], "--vision: is 'pixels'"), (["--fault", "bias"], "--fault: is given")):
+    for options, message in (
+        (["--vision", "pixels"], "--vision: is 'pixels'"),
+        (["--fault", "bias"], "--fault: is given"),
+    ):
         assert main(["run", "linear_plus", *options, "--out", str(tmp_path / "out")]) == 2
         assert message in capsys.readouterr().err
 
 
 def test_what_is_refused_elsewhere_is_honoured_where_it_can_be(load):
     """Objects are drawn in closed form, beliefs are measured there, and looks beside holds leave holds' numbers alone."""
-    numbers = "  x: {measure: believed density, quantile: 0.1}\n  y: {measure: expected mass}\n  z: {measure: outlier}\n"
-    experiment = load(numbers=numbers, figures="  them: {draw: objects}\n", report="  figures: [{file: them.png, caption: c}]\n")
+    numbers = (
+        "  x: {measure: believed density, quantile: 0.1}\n  y: {measure: expected mass}\n  z: {measure: outlier}\n"
+    )
+    experiment = load(
+        numbers=numbers, figures="  them: {draw: objects}\n", report="  figures: [{file: them.png, caption: c}]\n"
+    )
     arrays = {name: np.stack([array] * 2) for name, array in experiment.run_observer(None, None, 0).items()}
     found = experiment.compute_metrics(None, None, arrays)
     assert found["x"].shape == (10,)

@@ -94,7 +94,9 @@ def test_spoilt_protocol_ends_in_one_line(tmp_path, old, new, message):
 
 def test_command_line_refuses_a_spoilt_protocol_in_one_line(tmp_path, capsys):
     path = tmp_path / "mine.yaml"
-    text = PATH.read_text(encoding="utf-8").replace("training_60mm", "test").replace("name: linear_plus", "name: mine")
+    text = (
+        PATH.read_text(encoding="utf-8").replace("training_60mm", "test").replace("name: linear_plus", "name: mine")
+    )
     path.write_text(text, encoding="utf-8")
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     printed = capsys.readouterr()
