@@ -7,17 +7,24 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+# Letters of a value, and of a whole message, that are shown.
+_SHOWN, _LONGEST = 100, 2000
+
 
 class AffordanceError(Exception):
     """Base of every error this package raises for what a user gave it or a file holds."""
+
+    def __str__(self) -> str:
+        return _on_one_line(super().__str__())
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:
     """Says that a value is none of the known names, and which of them is nearest."""
     names = list(known)
-    near = difflib.get_close_matches(str(value), names, n=1)
+    near = difflib.get_close_matches(str(value)[:_SHOWN], names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"is {value!r}, must be one of {', '.join(names)}{hint}"
+    shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
+    return f"is {shown}, must be one of {', '.join(names)}{hint}"
 
 
 class BadValueError(AffordanceError):
@@ -175,4 +182,6 @@ class NoFitError(SeeingError):
 
 
 def _on_one_line(text: str) -> str:
-    return " ".join(text.split())
+    """Such that a terminal shows one line of it, of bearable length, and does nothing else."""
+    line = "".join(letter if letter.isprintable() else "\ufffd" for letter in " ".join(text.split()))
+    return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -3,7 +3,16 @@ import pickle
 import numpy as np
 import pytest
 
-from affordance.exceptions import BadValueError, ModelFileError, NoPlanError, SeeingError, StallError, TooSmallError
+from affordance.exceptions import (
+    AffordanceError,
+    BadValueError,
+    ModelFileError,
+    NoPlanError,
+    SeeingError,
+    StallError,
+    TooSmallError,
+    describe_choice,
+)
 
 
 @pytest.mark.parametrize(
@@ -31,6 +40,15 @@ def test_errors_are_one_line_and_cross_processes(error, text):
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is type(error)
     assert str(again) == text
+
+
+def test_what_a_file_holds_neither_steers_the_terminal_nor_fills_it():
+    error = BadValueError("a.yaml", "\x1b[2Jname\x00", "x" * 100_000 + " the end")
+    assert str(error).startswith("a.yaml: \ufffd[2Jname\ufffd: xxx")
+    assert str(error).endswith("xx the end")
+    assert len(str(error)) < 2100
+    assert "\n" not in str(AffordanceError("one\ntwo\x1b"))
+    assert len(describe_choice("y" * 100_000, ["yes"])) < 200
 
 
 def test_error_of_seeing_carries_its_picture_and_where_it_was_saved():

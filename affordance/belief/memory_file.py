@@ -1,6 +1,5 @@
 """Memories of materials as files, so that what one run taught is known before the next."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json
+from affordance.files.bounded import SETTINGS, read_json
 
 
 def write_memory(path: Path, memory: MaterialMemory) -> None:
@@ -27,13 +27,11 @@ def read_memory(path: Path) -> MaterialMemory:
     Raises:
         BadValueError: The file cannot be read, or holds no memory.
     """
+    content = read_json(path, SETTINGS)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
         colours = tuple((float(r), float(g), float(b)) for r, g, b in content["colours"])
         precision = np.array(content["precision"], dtype=float).reshape(len(colours), len(colours))
         belief = DensityBelief(precision, np.array(content["information_vector"], dtype=float).reshape(len(colours)))
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, KeyError, OverflowError) as error:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
     return MaterialMemory(colours, belief)

@@ -2,24 +2,21 @@
 
 import csv
 import math
+from io import StringIO
 from pathlib import Path
 
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import SETTINGS, read_text
 
 
-def read_csv(path: Path) -> list[list[str]]:
-    """Reads the rows of a table, that of the columns' names first.
+def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
+    """Reads the rows of a table of at most so many bytes, that of the columns' names first.
 
     Raises:
-        BadValueError: The file cannot be read, or is no such table.
+        BadValueError: The file cannot be read, is larger, or is no such table.
     """
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            return list(csv.reader(file, strict=True))
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadValueError(path, "", "is not a text file in UTF-8") from error
+        return list(csv.reader(StringIO(read_text(path, most)), strict=True))
     except csv.Error as error:
         raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
 

@@ -1,238 +1,129 @@
-"""Reading YAML files so that every mistake is named by file, key, value and bound.
+"""Reading YAML files: a key twice is a mistake, and so is more than files of settings need."""
 
-A Record is a mapping of a file together with where it stands there. Values are taken out of it one by one, each
-with its bound; ``finish`` then rejects keys nobody asked for, so that a misspelt optional key is not ignored.
-"""
-
-import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import yaml
 
-from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import SETTINGS, read_text
+
+# Entries and levels of a file: of ours the largest has 720 and 10, and 100000 entries take seconds to read. A text
+# counts as one more entry for every so many letters.
+_MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
+# Characters of a number: the largest double, written without an exponent, has 309.
+_MOST_DIGITS = 1000
 
 
 def read_yaml(path: Path) -> Any:
     """Parses a YAML file; what it holds is checked by ``files.data_model``, or taken out of a ``Record``.
 
     Raises:
-        BadValueError: The file cannot be read, is not YAML, or names a key twice.
+        BadValueError: The file cannot be read, is not YAML, names a key twice, or is larger or deeper than files are.
     """
+    loader = _open(path)
+    with _translate(path):
+        return loader.get_single_data()
+
+
+def check_yaml(path: Path) -> None:
+    """Makes sure that a file that another program reads, with tags of its own, is YAML of a reasonable size.
+
+    Raises:
+        BadValueError: As of ``read_yaml``.
+    """
+    loader = _open(path)
+    with _translate(path):
+        loader.get_single_node()
+
+
+def _open(path: Path) -> "_Loader":
+    text = read_text(path, SETTINGS)
+    with _translate(path):
+        return _Loader(text)
+
+
+@contextmanager
+def _translate(path: Path) -> Iterator[None]:
+    """Turns what PyYAML raises into our error."""
     try:
-        return yaml.load(path.read_text(encoding="utf-8"), Loader=_Loader)
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadValueError(path, "", "is not a text file in UTF-8") from error
+        yield
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark
         where = f"line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        raise BadValueError(path, where, f"is not YAML: {error.problem}") from error
+        refused = isinstance(error, _Refusal)
+        raise BadValueError(path, where, f"{'' if refused else 'is not YAML: '}{error.problem}") from error
     except (yaml.YAMLError, ValueError, RecursionError) as error:
         raise BadValueError(path, "", f"is not YAML: {error}") from error
 
 
-def read_record(path: Path) -> "Record":
-    """Reads a YAML file whose top level is a mapping.
-
-    Raises:
-        BadValueError: The file cannot be read, is not YAML, names a key twice, or is not a mapping.
-    """
-    return Record(path, "", read_yaml(path))
-
-
-class Record:
-    """A mapping inside a YAML file, with the file's path and the key that leads to it."""
-
-    def __init__(self, path: Path, key: str, content: Any) -> None:
-        """Takes the parsed content found at a key of a file.
-
-        Raises:
-            BadValueError: The content is not a mapping.
-        """
-        self.path = path
-        self.key = key
-        if not isinstance(content, Mapping):
-            raise BadValueError(path, key, f"is {show_value(content)}, must be a mapping of keys to values")
-        self._content: dict[Any, Any] = dict(content)
-        self._unread = set(self._content)
-
-    def error(self, name: str, problem: str) -> BadValueError:
-        """Builds the error for a problem with one of this record's values."""
-        return BadValueError(self.path, self._key_of(name), problem)
-
-    def has(self, name: str) -> bool:
-        """Says whether an optional key is given."""
-        return name in self._content
-
-    def holds_list(self, name: str) -> bool:
-        """Says whether a key holds a list."""
-        return isinstance(self._content.get(name), list)
-
-    def names(self, name: str) -> tuple[str, ...]:
-        """Takes a list of non-empty texts, at least one.
-
-        Raises:
-            BadValueError: The key is missing, not such a list, or one of its entries is no text.
-        """
-        values = self._take_list(name)
-        for i, value in enumerate(values):
-            if not isinstance(value, str) or not value.strip():
-                raise self.error(f"{name}[{i}]", f"is {show_value(value)}, must be a non-empty text")
-        return tuple(values)
-
-    def text(self, name: str) -> str:
-        """Takes a non-empty text.
-
-        Raises:
-            BadValueError: The key is missing or not a non-empty text.
-        """
-        value = self._take(name)
-        if not isinstance(value, str) or not value.strip():
-            raise self.error(name, f"is {show_value(value)}, must be a non-empty text")
-        return value
-
-    def texts(self, name: str) -> list[str]:
-        """Takes a non-empty list of non-empty texts.
-
-        Raises:
-            BadValueError: The key is missing, not such a list, or one of its entries is no non-empty text.
-        """
-        values = self._take_list(name)
-        for i, value in enumerate(values):
-            if not isinstance(value, str) or not value.strip():
-                raise self.error(f"{name}[{i}]", f"is {show_value(value)}, must be a non-empty text")
-        return [str(value) for value in values]
-
-    def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
-        """Takes a finite number from ``low`` to ``high``.
-
-        Raises:
-            BadValueError: The key is missing, not a finite number, or out of bounds.
-        """
-        return self._check_number(name, self._take(name), low, high)
-
-    def vector(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> Array:
-        """Takes a list of ``size`` finite numbers, each from ``low`` to ``high``.
-
-        Raises:
-            BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
-        """
-        return self._check_vector(name, self._take(name), size, low, high)
-
-    def vectors(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> Array:
-        """Takes a non-empty list of such lists, shape (count, size).
-
-        Raises:
-            BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
-        """
-        values = self._take_list(name)
-        return np.array([self._check_vector(f"{name}[{i}]", row, size, low, high) for i, row in enumerate(values)])
-
-    def record(self, name: str) -> "Record":
-        """Takes a mapping.
-
-        Raises:
-            BadValueError: The key is missing, or not a mapping.
-        """
-        return Record(self.path, self._key_of(name), self._take(name))
-
-    def numbers(self, *, low: float = -math.inf, high: float = math.inf) -> dict[str, float]:
-        """Takes every entry of this mapping as a named finite number from ``low`` to ``high``.
-
-        Raises:
-            BadValueError: A name is not a text, or a value not such a number.
-        """
-        for name in self._content:
-            if not isinstance(name, str):
-                raise BadValueError(self.path, self.key, f"the key {show_value(name)} must be a text")
-        return {name: self.number(name, low=low, high=high) for name in self._content}
-
-    def records(self, name: str) -> Iterator["Record"]:
-        """Takes a non-empty list of mappings.
-
-        Raises:
-            BadValueError: The key is missing, not a list, empty, or holds something that is not a mapping.
-        """
-        for i, value in enumerate(self._take_list(name)):
-            yield Record(self.path, self._key_of(f"{name}[{i}]"), value)
-
-    def named_records(self) -> Iterator[tuple[str, "Record"]]:
-        """Takes every entry of this mapping as a named mapping.
-
-        Raises:
-            BadValueError: The mapping is empty, or a name is not a text, or a value not a mapping.
-        """
-        if not self._content:
-            raise BadValueError(self.path, self.key, "is empty, must hold at least one entry")
-        for name in self._content:
-            if not isinstance(name, str):
-                raise BadValueError(self.path, self.key, f"the key {show_value(name)} must be a text")
-            yield name, Record(self.path, self._key_of(name), self._take(name))
-
-    def finish(self) -> None:
-        """Rejects keys that were never taken.
-
-        Raises:
-            BadValueError: A key is left over.
-        """
-        for name in sorted(map(str, self._unread)):
-            known = ", ".join(sorted(str(key) for key in self._content if key not in self._unread))
-            raise self.error(name, f"is not a key known here (known and given: {known})")
-
-    def _key_of(self, name: str) -> str:
-        return f"{self.key}.{name}" if self.key else name
-
-    def _take(self, name: str) -> Any:
-        if name not in self._content:
-            raise self.error(name, "is missing")
-        self._unread.discard(name)
-        return self._content[name]
-
-    def _take_list(self, name: str) -> list[Any]:
-        values = self._take(name)
-        if not isinstance(values, list) or not values:
-            raise self.error(name, f"is {show_value(values)}, must be a list with at least one entry")
-        return values
-
-    def _check_vector(self, name: str, values: Any, size: int, low: float, high: float) -> Array:
-        if not isinstance(values, list) or len(values) != size:
-            raise self.error(name, f"is {show_value(values)}, must be a list of {size} numbers")
-        return np.array([self._check_number(f"{name}[{i}]", value, low, high) for i, value in enumerate(values)])
-
-    def _check_number(self, name: str, value: Any, low: float, high: float) -> float:
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(name, f"is {show_value(value)}, must be a number")
-        if not low <= value <= high:  # before float(), which a whole number of 400 digits would overflow
-            bounds = f"must be from {low:g} to {high:g}" if math.isfinite(high) else f"must be at least {low:g}"
-            raise self.error(name, f"is {show_value(value)}, {bounds if math.isfinite(low) else 'must be finite'}")
-        try:
-            number = float(value)
-        except OverflowError as error:
-            raise self.error(name, f"is {show_value(value)}, must be finite") from error
-        if not math.isfinite(number):
-            raise self.error(name, f"is {number}, must be finite")
-        return number
+class _Refusal(yaml.MarkedYAMLError):
+    """YAML as it may be, but more of it than files of settings need."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads numbers such as 1e-3 as YAML 1.2 does, and rejects a key given twice."""
+    """Reads numbers such as 1e-3 as YAML 1.2 does, rejects a key given twice, and what is too much or too deep.
+
+    An alias stands for all that its anchor holds. Nine lines of them stand for more than fits into any memory, so
+    entries are counted as often as they are named.
+    """
+
+    def __init__(self, stream: str) -> None:
+        super().__init__(stream)
+        self._depth = self._entries = 0
+        self._sizes: dict[int, int] = {}
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Composes a node, and counts the entries that it stands for."""
+        mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+        is_alias = self.check_event(yaml.events.AliasEvent)
+        before, self._depth = self._entries, self._depth + 1
+        if self._depth > _MOST_DEEP:
+            raise _Refusal(problem=f"is more than {_MOST_DEEP} levels deep", problem_mark=mark)
+        node: yaml.Node | None = super().compose_node(parent, index)
+        if is_alias:
+            if id(node) not in self._sizes:
+                raise _Refusal(problem="is an alias inside of its own anchor", problem_mark=mark)
+            self._entries += self._sizes[id(node)]
+        else:
+            self._entries += 1 + (len(node.value) // _ENTRY_LENGTH if isinstance(node, yaml.ScalarNode) else 0)
+        if self._entries > _MOST_ENTRIES:
+            problem = f"makes more than {_MOST_ENTRIES} entries, aliases counted as often as they are named"
+            raise _Refusal(problem=problem, problem_mark=mark)
+        self._sizes[id(node)] = self._entries - before
+        self._depth -= 1
+        return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        keys = [self.construct_object(key, deep=True) for key, _ in node.value]
-        for (key_node, _), key in zip(node.value, keys, strict=True):
-            if keys.count(key) > 1:
+        seen = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            try:
+                twice = key in seen
+            except TypeError:  # a list or a mapping, which PyYAML refuses below
+                break
+            if twice:
                 raise yaml.constructor.ConstructorError(
                     None, None, f"the key {show_value(key)} twice", key_node.start_mark
                 )
+            seen.add(key)
         return super().construct_mapping(node, deep)
 
+    def construct_number(self, node: yaml.ScalarNode) -> int | float:
+        """Takes a number of any size that has a meaning."""
+        if len(node.value) > _MOST_DIGITS:
+            problem = f"is a number of {len(node.value)} characters, must have at most {_MOST_DIGITS}"
+            raise _Refusal(problem=problem, problem_mark=node.start_mark)
+        if node.tag.endswith(":int"):
+            return self.construct_yaml_int(node)
+        return self.construct_yaml_float(node)
 
+
+for _kind in ("int", "float"):
+    _Loader.add_constructor(f"tag:yaml.org,2002:{_kind}", _Loader.construct_number)
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
 )

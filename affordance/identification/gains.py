@@ -14,7 +14,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
-from affordance.files.yaml_reader import read_record
+from affordance.files.record import read_record
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 

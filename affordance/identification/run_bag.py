@@ -1,9 +1,13 @@
 """ROS 2 bags (sqlite and MCAP), without ROS: joint states, and wrenches of a wrist sensor.
 
-Wants the extra [bags], rosbags.
+Wants the extra [bags], rosbags. Messages are read by ROS's own definitions: those that a bag brings along would become
+a program that decodes them.
 """
 
-from collections.abc import Sequence
+import re
+import sqlite3
+from collections.abc import Callable, Sequence
+from contextlib import closing
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,8 +15,12 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.bounded import RECORDING, check_size
+from affordance.files.yaml_reader import check_yaml
 from affordance.identification.run import WRENCH_COLUMNS
 
+type _Decode = Callable[[bytes, str], Any]
+_VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
 
@@ -41,17 +49,23 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
     Raises:
         BadValueError: rosbags is not installed, the bag cannot be read, or has no such topic.
     """
+    _check_files(path)
     try:
-        from rosbags.highlevel import AnyReader, AnyReaderError
+        from rosbags import rosbag1, rosbag2
         from rosbags.typesys import Stores, get_typestore
     except ImportError as error:
         problem = "is a ROS bag, which wants the extra [bags]: pip install '.[bags]' in a clone"
         raise BadValueError(path, "", problem) from error
+    is_old = path.suffix == ".bag"
+    store = get_typestore(Stores.ROS1_NOETIC if is_old else Stores.ROS2_HUMBLE)
+    decode = store.deserialize_ros1 if is_old else store.deserialize_cdr
     try:
-        with AnyReader([path], default_typestore=get_typestore(Stores.ROS2_HUMBLE)) as reader:
-            states = _read_topic(reader, path, topic, JOINT_STATES)
-            wrenches = _read_topic(reader, path, wrench_topic, WRENCHES) if wrench_topic else []
-    except (AnyReaderError, OSError, AssertionError) as error:
+        with rosbag1.Reader(path) if is_old else rosbag2.Reader(path) as reader:
+            states = _read_topic(reader, decode, path, topic, JOINT_STATES)
+            wrenches = _read_topic(reader, decode, path, wrench_topic, WRENCHES) if wrench_topic else []
+    except BadValueError:
+        raise
+    except Exception as error:  # the library raises whatever a spoilt bag makes it stumble over
         raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
     names = tuple(states[0][1].name)
     columns, parts = ["time"], [np.array([time for time, _ in states])[:, None]]
@@ -67,7 +81,40 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
     return BagTable(names, tuple(columns), np.hstack(parts))
 
 
-def _read_topic(reader: Any, path: Path, topic: str, kind: str) -> list[tuple[float, Any]]:
+def _check_files(path: Path) -> None:
+    """Refuses bags that are too large, or whose database is more than tables.
+
+    Raises:
+        BadValueError: It is one.
+    """
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    for file in files:
+        check_size(file, RECORDING)
+        if file.name == "metadata.yaml":
+            check_yaml(file)
+        if file.suffix == ".db3":
+            _check_database(file)
+
+
+def _check_database(path: Path) -> None:
+    """Refuses a database with views, triggers, virtual tables or calculated columns, which are programs."""
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
+            entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
+            tables = [name for kind, name, sql in entries if kind == "table" and not _VIRTUAL.match(sql or "")]
+            calculated = [
+                name
+                for name in tables
+                if any(row[0] for row in database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,)))
+            ]
+    except (sqlite3.Error, ValueError) as error:
+        raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
+    others = [name for kind, name, _ in entries if kind != "index" and name not in tables]
+    if programs := [*others, *calculated]:
+        raise BadValueError(path, "", f"calculates {programs[0]!r}, must be a database of plain tables")
+
+
+def _read_topic(reader: Any, decode: _Decode, path: Path, topic: str, kind: str) -> list[tuple[float, Any]]:
     """Messages of a topic with their stamps, [s]."""
     of_kind = sorted({connection.topic for connection in reader.connections if connection.msgtype == kind})
     if not topic and len(of_kind) == 1:
@@ -78,7 +125,7 @@ def _read_topic(reader: Any, path: Path, topic: str, kind: str) -> list[tuple[fl
     connections = [connection for connection in reader.connections if connection.topic == topic]
     messages = []
     for connection, received, raw in reader.messages(connections=connections):
-        message = reader.deserialize(raw, connection.msgtype)
+        message = decode(raw, connection.msgtype)
         stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         messages.append((stamp if stamp > 0.0 else 1e-9 * received, message))
     if not messages:

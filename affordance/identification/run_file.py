@@ -24,7 +24,7 @@ from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.files.yaml_reader import Record, read_record
+from affordance.files.record import Record, read_record
 from affordance.identification.column_maps import COLUMN_MAPS, name_columns
 from affordance.identification.run import GRAVITY, WRENCH_COLUMNS, Run, RunDescription
 from affordance.identification.run_bag import read_bag

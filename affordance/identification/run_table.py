@@ -2,7 +2,11 @@
 
 import csv
 import math
-from collections.abc import Mapping
+import warnings
+from array import array
+from collections.abc import Iterator, Mapping
+from io import BytesIO, StringIO
+from itertools import chain
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,9 +16,12 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files import bounded
 
 # Of a text's first line, most frequent wins.
 _DELIMITERS = ",;\t "
+# Letters of a row: a log of a robot controller has some hundred columns.
+_LONGEST_ROW = 100_000
 
 
 class Table(NamedTuple):
@@ -43,31 +50,19 @@ def read_text(path: Path, max_torn: int = 0) -> Table:
     Raises:
         BadValueError: It cannot be read, or has more torn rows than that; names the first of them.
     """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadValueError(path, "", "is not a text file in UTF-8") from error
-    first_line = text.split("\n", 1)[0]
-    delimiter = max(_DELIMITERS, key=first_line.count)
-    rows = [[cell.strip() for cell in row] for row in csv.reader(text.splitlines(), delimiter=delimiter)]
-    if delimiter == " ":
-        rows = [[cell for cell in row if cell] for row in rows]
-    if not rows or not rows[0]:
+    rows = _split_rows(path, bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig"))
+    first = next(rows, [])
+    if not first:
         raise BadValueError(path, "", "is empty, must be a table with one row a sample")
-    names: tuple[str, ...] = ()
-    if not _is_number(rows[0][0]):
-        names = tuple(rows[0])
-    first_row = 2 if names else 1
-    width = len(names or rows[0])
-    samples, numbers, num_torn = [], [], 0
-    for number, row in enumerate(rows[first_row - 1 :], start=first_row):
+    names = () if _is_number(first[0]) else tuple(first)
+    width = len(first)
+    samples, numbers, num_torn = array("d"), array("q"), 0  # a number takes eight bytes, its text ten times as much
+    for number, row in enumerate(rows if names else chain([first], rows), start=2 if names else 1):
         if not row:
             continue
         problem = _find_problem(row, width, names)
         if problem is None:
-            samples.append([float(cell) for cell in row])
+            samples.extend(map(float, row))
             numbers.append(number)
         elif num_torn < max_torn:
             num_torn += 1
@@ -77,7 +72,34 @@ def read_text(path: Path, max_torn: int = 0) -> Table:
                 f" (drop_torn_rows: {max_torn} is used up)" if max_torn else " (drop_torn_rows: N leaves out up to N)"
             )
             raise BadValueError(path, f"row {number}{column}", what + more)
-    return Table(names, np.array(samples).reshape(-1, width), np.array(numbers, dtype=np.intp), num_torn)
+    values = np.array(samples, dtype=float).reshape(-1, width)
+    return Table(names, values, np.array(numbers, dtype=np.intp), num_torn)
+
+
+def _split_rows(path: Path, text: str) -> Iterator[list[str]]:
+    """Cells of each row, by the delimiter that the first has most of.
+
+    Raises:
+        BadValueError: A row is longer than the widest of robots makes it.
+    """
+    delimiter = max(_DELIMITERS, key=text.split("\n", 1)[0].count)
+    number, length = 1, 0
+
+    def feed() -> Iterator[str]:
+        nonlocal length
+        for line in StringIO(text):
+            length += len(line)  # a row may go over several lines, within quotation marks
+            if length > _LONGEST_ROW:
+                raise BadValueError(path, f"row {number}", f"is longer than {_LONGEST_ROW} letters")
+            yield line
+
+    try:
+        for row in csv.reader(feed(), delimiter=delimiter):
+            cells = [cell.strip() for cell in row]
+            yield [cell for cell in cells if cell] if delimiter == " " else cells
+            number, length = number + 1, 0
+    except csv.Error as error:
+        raise BadValueError(path, f"row {number}", f"is not a row of a table: {error}") from error
 
 
 def read_netcdf(path: Path) -> Table:
@@ -86,16 +108,26 @@ def read_netcdf(path: Path) -> Table:
     Raises:
         BadValueError: It cannot be read, has no time, or variables of other lengths.
     """
+    content = bounded.read_bytes(path, bounded.RECORDING)
     try:
-        dataset = xarray.load_dataset(path, engine="scipy", decode_times=False)
-        variables = {str(name): np.asarray(each.values, dtype=float) for name, each in dataset.variables.items()}
-    except OSError as error:
-        raise BadValueError(path, "", f"cannot be read: {error.strerror or error}") from error
-    except (TypeError, ValueError, IndexError) as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # of what is damaged, and refused below
+            with xarray.open_dataset(BytesIO(content), engine="scipy", decode_cf=False) as dataset:
+                promised = sum(each.size for each in dataset.variables.values())
+                if promised > len(content):
+                    raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
+                variables = {str(name): _take_numbers(each) for name, each in dataset.variables.items()}
+    except Exception as error:  # the libraries raise whatever a spoilt file makes them stumble over
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     return _flatten(path, variables)
+
+
+def _take_numbers(variable: xarray.Variable) -> Array:
+    """Values in their own unit: as the file has them, scaled as it says."""
+    decoded = xarray.conventions.decode_cf_variable("x", variable, decode_times=False)
+    return np.asarray(decoded.values, dtype=float)
 
 
 def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:

@@ -24,8 +24,9 @@ from pydrake.multibody.tree import (
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arrays import Array
-from affordance.exceptions import AffordanceError, ModelFileError, describe_choice
+from affordance.exceptions import AffordanceError, BadValueError, ModelFileError, describe_choice
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import check_yaml
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
@@ -167,10 +168,14 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
     parser.SetStrictParsing()  # or a mass of nan would quietly become one of 1 kg
     package = directives.parent / "package.xml"
     try:
+        if directives.suffix in (".yaml", ".yml"):
+            check_yaml(directives)  # which Drake's reader does not bound
         if package.exists():
             parser.package_map().AddPackageXml(str(package))
         parser.AddModels(str(directives))
         return plant.GetFrameByName(HAND_FRAME)
+    except BadValueError as error:
+        raise ModelFileError(directives, error.problem) from error
     except RuntimeError as error:
         raise ModelFileError(directives, str(error)) from error
 

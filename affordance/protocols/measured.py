@@ -11,7 +11,7 @@ from affordance.exceptions import AffordanceError, BadValueError
 from affordance.objects.tool import Tool, list_densities
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
-from affordance.reporting.claims import evaluate
+from affordance.reporting.expressions import evaluate
 from affordance.reporting.statistics import estimate_mean
 
 _COMPUTE_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {

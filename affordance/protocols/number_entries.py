@@ -6,6 +6,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
+from affordance.protocols.expression_entries import Expression
 from affordance.protocols.object_entries import ALL
 
 
@@ -71,7 +72,7 @@ class NumberEntry(DataModel):
 
     measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="What is measured.")] = None
     expression: Annotated[
-        Annotated[str, Text()] | None,
+        Annotated[str, Expression()] | None,
         Field(description="In place of a measure: calculated from numbers above it, for every observer."),
     ] = None
     meaning: Annotated[str, Field(description="In words, with its unit.")] = ""

@@ -16,7 +16,7 @@ from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
 from affordance.protocols.published import Published, PublishedTable
-from affordance.reporting.claims import evaluate, find_names
+from affordance.reporting.expressions import evaluate, find_names
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
 # Row of a table that says how many people there were.

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.bounded import RESULTS
 from affordance.files.csv_table import read_csv, read_number
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
@@ -69,7 +70,7 @@ def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[Blo
     Raises:
         BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
     """
-    rows = read_csv(path)
+    rows = read_csv(path, RESULTS)
     header = _check_header(path, rows[0] if rows else [])
     names, block_names = [tool.name for tool in objects.tools], [block.name for block in blocks]
     people: dict[str, list[_Row]] = {}

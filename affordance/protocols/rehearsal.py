@@ -25,7 +25,7 @@ from affordance.protocols.measured import (
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.presentations import Presentation
-from affordance.reporting.claims import find_names
+from affordance.reporting.expressions import find_names
 
 
 def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[Presentation]]) -> MeasuredObservers:

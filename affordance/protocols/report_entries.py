@@ -4,43 +4,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
+from pydantic import Field, model_validator
 
 from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, Text, Whole, Within, complain
 from affordance.files.file_name import FileName
-from affordance.files.yaml_reader import show_value
+from affordance.protocols.expression_entries import Bound
 from affordance.reporting.claims import Claim, Criterion
 from affordance.reporting.plain_report import PlainReport
 from affordance.reporting.section import ReportFigure
 
 # Prose of protocols and studies that come with the program: templates, trusted because they are its own.
 _SECTIONS = Path(__file__).parents[1] / "experiments" / "sections"
-
-
-@dataclass(frozen=True)
-class Expression:
-    """Says that something is an expression over the numbers, a number, or true or false."""
-
-    def check(self, value: Any) -> Any:
-        """Returns it.
-
-        Raises:
-            PydanticCustomError: It is none.
-        """
-        if not isinstance(value, str | bool | int | float) or value == "":
-            raise complain(f"is {show_value(value)}, must be an expression or a number")
-        return value
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """The check and nothing else."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
-        return {"type": ["string", "number", "boolean"]}
 
 
 @dataclass(frozen=True)
@@ -59,7 +34,6 @@ class OneSection(Text):
         return str(value)
 
 
-type Bound = Annotated[Any, Expression()]
 _BOUNDS = ("above", "at_least", "at_most", "below", "is")
 
 

@@ -2,38 +2,22 @@
 
 A criterion compares an expression over the numbers of an experiment with a bound. It stands apart from the prose, so
 that it can be read, and tested with numbers that contradict it. Expressions know the keys of metrics.json, lists as
-arrays, and the functions below; they are evaluated by simpleeval, which lets them do nothing else.
+arrays (``expressions.py``).
 """
 
-import ast
 import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from simpleeval import InvalidExpression, SimpleEval
 
 from affordance.exceptions import AffordanceError
+from affordance.reporting.expressions import evaluate
 from affordance.reporting.formatting import format_beside
 
-# What expressions may call.
-FUNCTIONS: Mapping[str, Callable[..., Any]] = {
-    "abs": np.abs,
-    "all": np.all,
-    "any": np.any,
-    "diff": np.diff,
-    "len": len,
-    "log": np.log,
-    "max": np.max,
-    "maximum": np.maximum,
-    "mean": np.mean,
-    "min": np.min,
-    "minimum": np.minimum,
-    "ptp": np.ptp,
-    "sqrt": np.sqrt,
-    "sum": np.sum,
-    "values": lambda found: np.array(list(found.values())) if isinstance(found, Mapping) else np.asarray(found),
-}
+# Entries of a list that are shown.
+_SHOWN = 100
+
 # How a value is compared with its bound, and how that is said.
 COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
     "above": (operator.gt, "above"),
@@ -131,36 +115,6 @@ def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[C
     return tuple(results)
 
 
-def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
-    """Evaluates an expression over numbers; lists are arrays.
-
-    Raises:
-        AffordanceError: It is wrong, or names a number that there is not.
-    """
-    if not isinstance(expression, str):
-        return expression
-    arrays = {name: _to_array(value) for name, value in numbers.items()}
-    try:
-        return SimpleEval(functions=dict(FUNCTIONS), names=arrays, allowed_attrs={}).eval(expression)
-    except (InvalidExpression, SyntaxError, LookupError, TypeError, ValueError, ArithmeticError) as error:
-        raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
-
-
-def find_names(expression: str | float | bool) -> frozenset[str]:
-    """Finds the numbers that an expression names.
-
-    Raises:
-        AffordanceError: It is no expression.
-    """
-    if not isinstance(expression, str):
-        return frozenset()
-    try:
-        tree = ast.parse(expression.strip(), mode="eval")
-    except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-        raise AffordanceError(f"the expression {expression!r} cannot be evaluated: {error}") from error
-    return frozenset(node.id for node in ast.walk(tree) if isinstance(node, ast.Name)) - {*FUNCTIONS}
-
-
 def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any]) -> CriterionResult:
     value = evaluate(criterion.value, numbers)
     bounds = {how: evaluate(bound, numbers) for how, bound in criterion.bounds.items()}
@@ -171,21 +125,18 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
             f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
         )
     try:
-        return _compare(criterion, value, bounds)
-    except (TypeError, ValueError, AttributeError) as error:
-        problem = f"the claim {key} cannot compare the value of {criterion.value!r} with its bound: {error}"
+        met = value is not None and all(
+            bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items()
+        )
+        texts = [
+            (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()
+            for (how, bound), written in zip(bounds.items(), criterion.bounds.values(), strict=True)
+        ]
+        nearest = next((bound for bound in bounds.values() if not isinstance(bound, str | bool)), None)
+        return CriterionResult(criterion.name, _show(criterion, value, nearest), " and ".join(texts), met)
+    except (TypeError, ValueError) as error:
+        problem = f"the claim {key} cannot compare {criterion.value!r} with its bound: {error}"
         raise AffordanceError(problem) from error
-
-
-def _compare(criterion: Criterion, value: Any, bounds: Mapping[str, Any]) -> CriterionResult:
-    """Compares a value with its bounds, both evaluated."""
-    met = value is not None and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
-    texts = [
-        (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()
-        for (how, bound), written in zip(bounds.items(), criterion.bounds.values(), strict=True)
-    ]
-    nearest = next((bound for bound in bounds.values() if not isinstance(bound, str | bool)), None)
-    return CriterionResult(criterion.name, _show(criterion, value, nearest), " and ".join(texts), met)
 
 
 def _show(criterion: Criterion, value: Any, bound: Any) -> str:
@@ -196,13 +147,13 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
         return value
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
-    entries = np.atleast_1d(value) * criterion.scale
+    entries = np.ravel(value) * criterion.scale
     limits = np.broadcast_to(np.inf if bound is None else np.asarray(bound) * criterion.scale, entries.shape)
     shown = [
         format_beside(float(entry), float(limit), criterion.digits)
-        for entry, limit in zip(entries.ravel(), limits.ravel(), strict=True)
+        for entry, limit in zip(entries[:_SHOWN], limits, strict=False)
     ]
-    return f"{', '.join(shown)} {criterion.unit}".strip()
+    return f"{_join(shown, len(entries))} {criterion.unit}".strip()
 
 
 def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
@@ -212,12 +163,10 @@ def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
     if isinstance(bound, bool | np.bool_):
         return "yes" if bound else "no"
     entries = np.unique(np.atleast_1d(bound) * criterion.scale)
-    shown = [f"{entry:.{criterion.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries]
-    return f"{', '.join(shown)} {criterion.unit}".strip()
+    shown = [f"{entry:.{criterion.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
+    return f"{_join(shown, len(entries))} {criterion.unit}".strip()
 
 
-def _to_array(value: Any) -> Any:
-    """Lists as arrays, so that expressions can calculate with them."""
-    if isinstance(value, list | tuple):
-        return np.array(value)
-    return value
+def _join(shown: Sequence[str], count: int) -> str:
+    """Entries of a list; of a long one the first, and how many there are."""
+    return ", ".join(shown) + (f", ... ({count} in all)" if count > len(shown) else "")

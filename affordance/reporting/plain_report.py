@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.reporting.claims import Claim, find_names, judge_claims
+from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.expressions import find_names
 from affordance.reporting.formatting import format_number
 from affordance.reporting.section import LAST, ReportFigure, Section, Table, render_section
 from affordance.reporting.section import find_names as find_names_of_section

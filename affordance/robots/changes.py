@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from affordance.files.atomic import write_text
+from affordance.files.yaml_reader import read_yaml
 
 # The key that stands for every length of the objects of a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"
@@ -54,7 +55,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
     for file in dict.fromkeys(change.file for change in changes):
         of_file = [change for change in changes if change.file == file]
         path = models / file
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
+        content = read_yaml(path)
         for change in of_file:
             if change.key == SIZE_OF_TOOLS:
                 factor = change.new / change.old

@@ -6,11 +6,10 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-import yaml
-
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_yaml
 from affordance.plant.arm import ARM, load_arm
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.changes import Change, apply_changes
@@ -99,7 +98,7 @@ def fit_tasks(models: Path) -> Fitted:
 def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change]:
     """Start postures of tasks, by joints that this arm does not have: its tasks start in its home posture."""
     for file, key in _STARTS:
-        value = yaml.safe_load((models / file).read_text(encoding="utf-8"))
+        value = read_yaml(models / file)
         for part in key.split("."):
             value = value.get(part, {})
         if not set(value) <= set(imported.arm.joint_names):

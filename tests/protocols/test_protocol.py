@@ -78,6 +78,22 @@ def test_objects_of_the_first_simulation_are_those_of_its_file():
         ("learners: [density,", "learners: [densty,", "observers.learners[0]: is 'densty', must be one of density"),
         ("name: linear_plus\n", "name: Linear +\n", "name: is 'Linear +', must be of small letters"),
         ("blocks:", "blocs:", "blocks: is missing; is 'blocs' misspelt?"),
+        (
+            "(end_N - family_N) /",
+            "diff(end_N, 10**11) /",
+            "numbers.f.expression: the expression 'diff(end_N, 10**11)",
+        ),
+        (
+            "(end_N - family_N) /",
+            "end_N.a /",
+            "numbers.f.expression: the expression 'end_N.a / (weight_N - family_N)'",
+        ),
+        (
+            "learners['density']['first_N'] / 8.826",
+            "f'{x}'",
+            "criteria[0].value: the expression \"f'{x}'\" cannot be",
+        ),
+        ("at_least: 0.85", "at_least: .nan", "criteria[0].at_least: is nan, must be finite"),
     ],
 )
 def test_spoilt_protocol_ends_in_one_line(tmp_path, old, new, message):

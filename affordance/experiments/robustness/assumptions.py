@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-import yaml
 from scipy.stats import qmc
 
 from affordance.arrays import Array
+from affordance.files.yaml_reader import read_yaml
 from affordance.random_streams import Stream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
@@ -61,7 +61,7 @@ def load_assumptions(path: Path = FILE) -> tuple[Assumption, ...]:
     Raises:
         ValueError: A default lies outside its range, or an entry has neither range nor choices.
     """
-    content = yaml.safe_load(path.read_text(encoding="utf-8"))
+    content = read_yaml(path)
     return tuple(_read(name, entry) for name, entry in content.items())
 
 

@@ -5,9 +5,8 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.section import read_claim
@@ -25,7 +24,7 @@ def list_claims() -> Mapping[str, Claim]:
         for name in EXPERIMENTS
         for claim in load_protocol(find_protocol(name, MODELS)).report.list_claims()
     }
-    headlines = yaml.safe_load(_HEADLINES.read_text(encoding="utf-8"))
+    headlines = read_yaml(_HEADLINES)
     claims.update({f"{name}.{entry['key']}": read_claim(entry) for name in headlines for entry in headlines[name]})
     return claims
 

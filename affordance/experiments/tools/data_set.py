@@ -13,7 +13,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.files.yaml_reader import read_record
+from affordance.files.record import read_record
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Material, Tool
 

@@ -57,8 +57,14 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
     assert odd[0]["kind"] in ("1", "2")
     assert {row["kind"] for row in rows if row["learner"] == "density"} == {""}
     metrics = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
-    ends = [[float(row["force"]) for row in rows if row["object"] == "odd" and row["learner"] == "kinds_map"
-             and row["observer"] == str(k)][-8:] for k in range(3)]
+    ends = [
+        [
+            float(row["force"])
+            for row in rows
+            if row["object"] == "odd" and row["learner"] == "kinds_map" and row["observer"] == str(k)
+        ][-8:]
+        for k in range(3)
+    ]
     assert metrics["learners"]["kinds_map"]["end_N"] == pytest.approx(np.mean(ends), rel=1e-6)
 
 
@@ -73,7 +79,11 @@ def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
     assert {row["force"] for row in rows} == {""}
     numbers = json.loads((tmp_path / "com" / "metrics.json").read_text())
     of_test = [row for row in rows if row["block"] == "test"]
-    errors = [abs(float(row["expected"]) / float(row["mass"]) - 1.0) for row in of_test if row["object"] != of_test[2]["object"]]
+    errors = [
+        abs(float(row["expected"]) / float(row["mass"]) - 1.0)
+        for row in of_test
+        if row["object"] != of_test[2]["object"]
+    ]
     assert numbers["mass_error"] == pytest.approx(np.median(errors), rel=1e-4)
     surprises = np.array([float(row["surprise"]) for row in of_test]).reshape(2, 3)
     assert (surprises.argmax(axis=1) == 2).all()  # the decoy

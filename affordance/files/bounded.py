@@ -1,0 +1,86 @@
+"""Reading files of others whole, but none that is larger than its kind ever needs to be.
+
+Sizes are looked at before anything is read, so that a file of any size costs nothing. Each bound is a generous
+multiple of what such files have, and small enough that reading one takes some minutes and some gigabytes of memory at most.
+"""
+
+import json
+import stat
+from pathlib import Path
+from typing import Any
+
+from affordance.exceptions import BadValueError
+
+_MB = 1_000_000
+# Protocols, tools, materials and other settings in YAML, and tables of people: of ours the largest has 8 kB.
+SETTINGS = 1 * _MB
+# Descriptions of robots in XML, whose meshes are files of their own: a link takes some kB.
+ROBOT = 20 * _MB
+# Meshes: a scanner's 2 million triangles in binary STL have 100 MB.
+MESH = 200 * _MB
+# Recordings: 15 minutes of seven joints at 1 kHz as text have 200 MB.
+RECORDING = 200 * _MB
+# What a program of ours wrote: memories, sections, metrics, summaries.
+RESULTS = 100 * _MB
+
+
+def read_bytes(path: Path, most: int) -> bytes:
+    """Reads a file of at most so many bytes.
+
+    Raises:
+        BadValueError: It cannot be read, is no file, or is larger.
+    """
+    try:
+        check_size(path, most)
+        with path.open("rb") as file:
+            content = file.read(most + 1)
+    except OSError as error:
+        raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
+    if len(content) > most:  # it grew, or its system does not know its size
+        raise _complain(path, len(content), most)
+    return content
+
+
+def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
+    """Reads a text of at most so many bytes; ends of lines are newlines, whichever it has.
+
+    Raises:
+        BadValueError: It cannot be read, is no file, is larger, or is no text in UTF-8.
+    """
+    try:
+        text = read_bytes(path, most).decode(encoding)
+    except UnicodeDecodeError as error:
+        raise BadValueError(path, "", "is not a text file in UTF-8") from error
+    return text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def read_json(path: Path, most: int = RESULTS) -> Any:
+    """Reads a JSON file of at most so many bytes.
+
+    Raises:
+        BadValueError: It cannot be read, is larger, or is not JSON.
+    """
+    try:
+        return json.loads(read_text(path, most))
+    except (ValueError, RecursionError) as error:
+        raise BadValueError(path, "", f"is not JSON: {error}") from error
+
+
+def check_size(path: Path, most: int) -> None:
+    """Refuses a path that is no regular file of at most so many bytes; what waits for a writer would never end.
+
+    Raises:
+        BadValueError: It cannot be looked at, is a device, a pipe or a socket, or is larger.
+    """
+    try:
+        found = path.stat()
+    except (OSError, ValueError) as error:  # a name with a NUL is a ValueError
+        raise BadValueError(path, "", f"cannot be read: {getattr(error, 'strerror', error)}") from error
+    if not stat.S_ISREG(found.st_mode) and not stat.S_ISDIR(found.st_mode):
+        raise BadValueError(path, "", "cannot be read: it is a device, a pipe or a socket, must be a file")
+    if stat.S_ISREG(found.st_mode) and found.st_size > most:
+        raise _complain(path, found.st_size, most)
+
+
+def _complain(path: Path, size: int, most: int) -> BadValueError:
+    return BadValueError(path, "", f"has {size / _MB:.3g} MB, must have at most {most / _MB:g} MB")
