@@ -27,7 +27,8 @@ from affordance.experiments.shared.presentation_rows import (
     PresentationRow,
     describe_experience,
     describe_presentation,
-    sees_exactly,
+    expect_mass,
+    see,
     stack_rows,
 )
 from affordance.experiments.shared.presented import PresentedExperiment
@@ -170,14 +171,15 @@ class HoldExperiment(PresentedExperiment):
                 if block.teaches and record is not None:
                     memory = observer.memory if observer is not None else record.memory
                 taught, tested = taught + block.teaches, tested + (not block.teaches)
+                seen = see(tool)
                 row = describe_presentation(
                     presentation,
-                    tool,
+                    seen,
                     (before, memory),
                     prior=self.settings.prior,
                     force=numbers.get("force", np.nan),
+                    expected=expect_mass(seen, before, self.settings),
                     p_value=np.nan if record is None else record.p_value,
-                    sees_exactly=sees_exactly(self.settings),
                 )
                 presented.rows.append(row)
                 if block.measured:

@@ -21,7 +21,7 @@ from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.hold_outputs import draw_figures
 from affordance.experiments.shared.lift_drawings import draw_lift_figures
-from affordance.experiments.shared.presentation_rows import describe_presentation, stack_rows
+from affordance.experiments.shared.presentation_rows import describe_presentation, see, stack_rows
 from affordance.experiments.shared.presented import LABELS, PresentedExperiment
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.protocols.presentations import Presentation, draw_presentations
@@ -62,7 +62,6 @@ class LiftExperiment(PresentedExperiment):
             ``density_quantiles`` (K + 1, Q) of the first material; and rows of all lifts.
         """
         drawn = self.draw_presentations(repeat)
-        tools = [self.weigh(each) for each in drawn]
         lifts = []
         places: dict[tuple[int, float | None], int] = {}  # lifts of one object that weighs the same are of one tool
         for each in drawn:
@@ -70,22 +69,21 @@ class LiftExperiment(PresentedExperiment):
             block = self.blocks[each.block]
             lifts.append(Lift(place, block.teaches and block.do.look is None))
         distinct = [self.weigh(Presentation(tool, 0, mass)) for tool, mass in places]
+        seen = [see(tool) for tool in distinct]
         lifter = StaticLifter(distinct, self.settings)
         record = lifter.run(lifts, self._start(self.learners[0], repeat), (self.seed, repeat, Stream.LIFT))
         p_values = record.compute_p_values()
         rows = [
             describe_presentation(
                 each,
-                tool,
-                (before, after),
+                seen[lift.tool],
+                (record.memories[number], record.memories[number + 1]),
                 prior=self.settings.prior,
-                force=force,
-                p_value=p_value,
-                sees_exactly=True,
+                force=record.force[number],
+                expected=record.expected[number],
+                p_value=p_values[number],
             )
-            for each, tool, before, after, force, p_value in zip(
-                drawn, tools, record.memories[:-1], record.memories[1:], record.force, p_values, strict=True
-            )
+            for number, (each, lift) in enumerate(zip(drawn, lifts, strict=True))
         ]
         measured = np.array([self.blocks[each.block].measured for each in drawn])
         kinds = np.array([count_kinds(memory) for memory in record.memories])

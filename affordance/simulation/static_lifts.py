@@ -45,6 +45,7 @@ class LiftRecord(NamedTuple):
     Attributes:
         force: Upward force exerted before release, (N,), [N].
         weight: True weight, (N,), [N].
+        expected: Mass at the most probable densities before each lift, (N,), [kg].
         memories: What was remembered before the first and after each lift, N + 1.
         densities: What was believed of the object before each lift, N of them.
         likelihoods: Of these densities, of what was felt; None where nothing was felt, or nothing learned from it.
@@ -52,6 +53,7 @@ class LiftRecord(NamedTuple):
 
     force: Array
     weight: Array
+    expected: Array
     memories: tuple[Memory, ...]
     densities: tuple[DensityBelief, ...]
     likelihoods: tuple[Likelihood | None, ...]
@@ -109,7 +111,7 @@ class StaticLifter:
             memory: What the observer remembers before the first.
             seed: Determines the errors of feeling.
         """
-        forces, memories = [], [memory]
+        forces, expected, memories = [], [], [memory]
         beliefs: list[DensityBelief] = []
         likelihoods: list[Likelihood | None] = []
         for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
@@ -121,6 +123,7 @@ class StaticLifter:
             Phi = tool.Phi @ columns  # (10, M)
             rng = np.random.default_rng([*seed, number, 1])
             forces.append(self._compute_force(densities, Phi, rng))
+            expected.append(float(Phi[0] @ densities.compute_mode()))
             beliefs.append(densities)
             if lift.teaches:
                 percept = self._feel(tool, Phi, (*seed, number))
@@ -133,7 +136,14 @@ class StaticLifter:
                 memories.append(memories[-1])
                 likelihoods.append(None)
         weights = [self._tools[lift.tool].weight for lift in lifts]
-        return LiftRecord(np.array(forces), np.array(weights), tuple(memories), tuple(beliefs), tuple(likelihoods))
+        return LiftRecord(
+            np.array(forces),
+            np.array(weights),
+            np.array(expected),
+            tuple(memories),
+            tuple(beliefs),
+            tuple(likelihoods),
+        )
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact

@@ -187,7 +187,7 @@ def format_predictions(
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Says whether the best measure tells two learners apart, in people or, if nothing is known of them, observers."""
+    """Says whether a measure tells two learners apart: in people or, if nothing is known of them, observers."""
     pair = " and ".join(learner.value for learner in contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not told apart by any of these"

@@ -13,18 +13,33 @@ from affordance.belief.kinds_summary import find_kind
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.atomic import write_text
+from affordance.objects.appearance import Appearance
 from affordance.objects.tool import Tool
 from affordance.protocols.measured import compute_volume
 from affordance.protocols.people_lifts import COLUMNS
 from affordance.protocols.presentations import Presentation
 from affordance.settings import Settings
-from affordance.vision.features import FeatureSource, VisionError, measure_features
+from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
 # Begins the names of the arrays that hold rows.
 ROW = "row "
 # What is less probable than this is so by rounding.
 _LEAST_P_VALUE = 1e-300
+
+
+class SeenObject(NamedTuple):
+    """An object, and what there is to be seen of it.
+
+    Attributes:
+        mass: What it weighs, [kg].
+        features: Of each part.
+        appearance: By which it is known again.
+    """
+
+    mass: float
+    features: tuple[ComponentFeatures, ...]
+    appearance: Appearance
 
 
 class PresentationRow(NamedTuple):
@@ -56,41 +71,52 @@ class PresentationRow(NamedTuple):
 
 def describe_presentation(
     presentation: Presentation,
-    tool: Tool,
+    seen: SeenObject,
     memories: tuple[Memory, Memory],
     *,
     prior: Prior,
     force: float,
+    expected: float,
     p_value: float,
-    sees_exactly: bool,
 ) -> PresentationRow:
     """Describes a presentation.
 
     Args:
         presentation: Which it is.
-        tool: The object, as heavy as it is then.
+        seen: The object, as heavy as it is then.
         memories: What is remembered before and after it.
         prior: What is believed of materials never met.
         force: Upward before release from a clamp, [N].
+        expected: Mass at the most probable densities, [kg].
         p_value: Probability of what is felt.
-        sees_exactly: Whether features are what they are; else what is expected would take another picture.
     """
     before, after = memories
-    features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    belief = predict_object(features, before, prior)
-    expected = float(belief.compute_parameters(belief.densities.compute_mode())[0]) if sees_exactly else np.nan
-    met, colour = before.recognise(features[0].colour, 0.0, prior)
+    met, colour = before.recognise(seen.appearance[0].colour, 0.0, prior)
     return PresentationRow(
         presentation.tool,
         presentation.block,
         presentation.cycle,
-        tool.mass,
+        seen.mass,
         force,
         expected,
         float(met.belief.compute_mode()[colour]),
-        find_kind(after, [part.appearance for part in features]),
+        find_kind(after, seen.appearance),
         p_value,
     )
+
+
+def see(tool: Tool) -> SeenObject:
+    """What there is to be seen of an object by who mistakes nothing."""
+    features = measure_features(tool, VisionError(), np.random.default_rng(0))
+    return SeenObject(tool.mass, features, tuple(part.appearance for part in features))
+
+
+def expect_mass(seen: SeenObject, memory: Memory, settings: Settings) -> float:
+    """Mass at the most probable densities, [kg]; NaN where features are not seen as they are."""
+    if settings.feature_source is not FeatureSource.FEATURES or settings.vision_error != VisionError():
+        return math.nan  # it would take another picture, or another measurement
+    belief = predict_object(seen.features, memory, settings.prior)
+    return float(belief.compute_parameters(belief.densities.compute_mode())[0])
 
 
 def describe_experience(
@@ -106,22 +132,18 @@ def describe_experience(
     """
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
+        seen, before = see(config.tools[index]), experience.recall(repeat, trial)
         row = describe_presentation(
             Presentation(places[index], 0, None, 1 + trial // len(config.tools)),
-            config.tools[index],
-            (experience.recall(repeat, trial), experience.recall(repeat, trial + 1)),
+            seen,
+            (before, experience.recall(repeat, trial + 1)),
             prior=config.settings.prior,
-            force=np.nan,
+            force=math.nan,
+            expected=expect_mass(seen, before, config.settings),
             p_value=experience.p_value[repeat, trial],
-            sees_exactly=sees_exactly(config.settings),
         )
         rows.append(row)
     return rows
-
-
-def sees_exactly(settings: Settings) -> bool:
-    """Whether features of objects are what they are."""
-    return settings.feature_source is FeatureSource.FEATURES and settings.vision_error == VisionError()
 
 
 def stack_rows(rows: Sequence[PresentationRow]) -> dict[str, NDArray[Any]]:
