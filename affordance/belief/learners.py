@@ -8,7 +8,7 @@ from affordance.belief.object_belief import Memory
 
 # Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick
 # (`affordance fit-kappa`; docs/decisions/0026-kinds.md).
-KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.26}
+KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.27}
 
 
 # The default for an arm that is to work: an odd object does not spoil what is known of its material, and where all

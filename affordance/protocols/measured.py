@@ -31,7 +31,7 @@ class MeasuredObservers(NamedTuple):
         objects: Those of the protocol.
         presented: Which object was presented, (R, K).
         get: A measure of all presentations, (R, K), or of the moments between them, (R, K + 1), with the quantile of
-            a belief; of DENSITIES of all M materials, (R, M).
+            a belief; of DENSITIES of all M colours, (R, M).
         find_measured: In which presentations a measure is taken, (K,); None if each is in all.
     """
 
@@ -46,6 +46,11 @@ def list_materials(tools: Sequence[Tool]) -> dict[str, Any]:
     return {part.material.name: part.looks_like.colour for tool in tools for part in tool.components}
 
 
+def list_colours(tools: Sequence[Tool]) -> list[Any]:
+    """Colours that tools show, in the order of their components."""
+    return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
+
+
 def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Any]:
     """Computes all numbers of a protocol.
 
@@ -58,9 +63,10 @@ def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObserv
         if entry.measure in OF_OBJECTS:
             numbers[name] = compute_of_objects(entry, measured.objects)
         elif entry.measure is Measure.DENSITIES:
-            names = list_materials(measured.objects.select(entry.of))
+            colours = list_colours(measured.objects.tools)
             medians = np.median(of_observers[name], axis=0)
-            numbers[name] = dict(zip(names, medians, strict=True))
+            materials = list_materials(measured.objects.select(entry.of))
+            numbers[name] = {material: medians[colours.index(colour)] for material, colour in materials.items()}
         else:
             numbers.update(_summarise(name, entry, of_observers[name]))
     return numbers

@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
 from affordance.protocols.expression_entries import Expression
 from affordance.protocols.object_entries import ALL
@@ -56,7 +57,11 @@ MOMENTS = (Measure.DENSITY, Measure.DENSITY_MODE)
 _COMMON = {"meaning", "people"}
 _WAYS = {"first", "last", "single", "growth", "predicted_for", "correlated_with"}
 # Ways that leave nothing for others to say.
-_ALONE = ({"single", "first", "last"}, {"single", "predicted_for", "correlated_with"}, {"growth", "predicted_for"})
+_ALONE = (
+    {"single", "first", "last"},
+    {"single", "predicted_for", "correlated_with"},
+    {"growth", "predicted_for", "correlated_with"},
+)
 
 
 class SpreadEntry(DataModel):
@@ -117,6 +122,10 @@ class NumberEntry(DataModel):
             raise complain(f"is {self.last}, must not be given beside 'first'", "last")
         if self.interval and self.over != "mean":
             raise complain(f"is true, must be false where observers are taken together by {self.over!r}", "interval")
+        if self.correlated_with in (*MOMENTS, *OF_OBJECTS, Measure.DENSITIES):
+            known = [each.value for each in Measure if each not in (*MOMENTS, *OF_OBJECTS, Measure.DENSITIES)]
+            problem = f"{describe_choice(self.correlated_with.value, known)}; that is of each presentation"
+            raise complain(problem, "correlated_with")
         self._check_keys()
         return self
 

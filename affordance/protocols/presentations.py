@@ -66,7 +66,7 @@ def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, ro
     """Orders objects for one repetition; row is that of a Latin square."""
     if order == "shuffled":
         return [tools[int(place)] for place in rng.permutation(len(tools))]
-    if order == "latin square":
+    if order == "latin square" and tools:  # all may come first
         return [tools[place] for place in build_latin_square(len(tools))[row % count_rows(len(tools))]]
     return list(tools)
 

@@ -41,7 +41,8 @@ class NoiseEntry(DataModel):
     """How well joints feel torque."""
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
-    threshold: Annotated[float, Within(0.0, 10.0), Field(description="[N m]")]
+    # Not zero: a joint that bears nothing would feel it without error, and know everything.
+    threshold: Annotated[float, Within(1e-6, 10.0), Field(description="[N m]")]
 
 
 class ObserversEntry(DataModel):

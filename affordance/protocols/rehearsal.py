@@ -19,7 +19,7 @@ from affordance.protocols.measured import (
     compute_numbers,
     compute_volume,
     find_taken,
-    list_materials,
+    list_colours,
     select_presentations,
 )
 from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
@@ -39,12 +39,12 @@ def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[P
     presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
     masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
     rng = np.random.default_rng(0)
-    num_materials = len(list_materials(objects.tools))
+    num_colours = len(list_colours(objects.tools))
 
     def get(measure: Measure, quantile: float) -> Array:
         if measure is Measure.WEIGHT:
             return masses
-        count = num_materials if measure is Measure.DENSITIES else presented.shape[1] + (measure in MOMENTS)
+        count = num_colours if measure is Measure.DENSITIES else presented.shape[1] + (measure in MOMENTS)
         return rng.uniform(0.5, 1.5, (len(drawn), count))
 
     return MeasuredObservers(objects, presented, get, layout.find_measured)

@@ -96,7 +96,7 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
 
 
 def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
-    """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression, to first order."""
+    """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression it follows."""
     assert call("predict", "linear_plus_plus", tmp_path, "--repeats", "2") == 0
     found = json.loads((tmp_path / "out" / "linear_plus_plus" / "predictions.json").read_text())
     spread = found["spread_between_people"]
@@ -105,10 +105,11 @@ def test_spread_between_people_is_the_given_one_or_follows_from_published_interv
     assert spread["f"]["sd"] == pytest.approx(0.416, rel=0.02)  # 0.32 / 2.306 * 3
     assert "weight_N" not in spread
     text = short.read_text(encoding="utf-8")
-    given = "end_N: {people: {sd: 1.7, unit: N, source: a paper}, "
-    short.write_text(text.replace("end_N: {", given, 1).replace("first_N: {", given.replace("end", "first"), 1))
+    given = "first_N: {people: {sd: 1.7, unit: N, source: a paper}, "
+    short.write_text(text.replace("first_N: {", given, 1))
     assert call("predict", short, tmp_path) == 0
     spread = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())["spread_between_people"]
-    assert spread["end_N"] == {"sd": 1.7, "source": "a paper"}
+    assert spread["first_N"] == {"sd": 1.7, "source": "a paper"}
+    assert spread["end_N"]["sd"] == 1.75
     assert spread["learned"]["source"] == "calculated from the others"
     assert "SD between people 1.7 (a paper)" in capsys.readouterr().out
