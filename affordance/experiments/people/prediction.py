@@ -19,6 +19,8 @@ from affordance.settings import Settings
 _SMALL = 0.2
 # A test of two groups is to find a difference there is with this probability, and one there is not with that.
 _POWER, _SIGNIFICANCE = 0.9, 0.05
+# Relative spread of what is the same but for rounding.
+_ROUNDING = 1e-12
 # The middle of the observers that is shown as their spread.
 _SPREAD = (0.05, 0.95)
 
@@ -98,7 +100,8 @@ def predict(
 def summarise(values: Array) -> Prediction:
     """Summarises a measure of R observers, (R,)."""
     low, high = (float(value) for value in np.quantile(values, _SPREAD))
-    return Prediction(estimate_mean(values), float(values.std(ddof=1)), low, high, values)
+    sd = float(values.std(ddof=1))
+    return Prediction(estimate_mean(values), sd if sd > _ROUNDING * np.abs(values).max() else 0.0, low, high, values)
 
 
 def contrast_learners(
