@@ -88,7 +88,7 @@ class Kinds:
         colours: Index of the colour of each of K kinds.
         belief: Belief about their mean densities, of size K.
         objects: The objects lifted so far.
-        priors: What each kind started with, K of them.
+        priors: Priors of the kinds, K of them.
     """
 
     colours: tuple[int, ...] = ()
@@ -124,8 +124,8 @@ class Kinds:
         """What is believed of a new kind of a colour.
 
         Args:
-            colour: Its index.
-            prior: Of the first kind of a colour, which has nothing to be compared with.
+            colour: Index of the colour.
+            prior: Prior of the first kind of a colour, which has nothing to be compared with.
             spread: Standard deviation of a further kind's density over the mean of the colour's most populous one.
         """
         reference = self.find_reference(colour)

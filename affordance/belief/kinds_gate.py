@@ -189,7 +189,7 @@ def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, set
     Args:
         hypotheses: The hypotheses.
         find_likelihood: Finds the likelihood of what was felt.
-        settings: What the gate goes by.
+        settings: Settings of the gate.
     """
     judged = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
     log_evidences = [
@@ -237,8 +237,8 @@ def settle_breadth(
 def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float) -> Verdict:
     """The verdict with further kinds as broad as things of their own: s times the larger of reference and lift.
 
-    What was taken for true needs no gate any more: beside a spread of twice the reference alone, a thing many times
-    as heavy would be believed lighter than it was felt, lift after lift.
+    What was taken for true needs no gate any more: with a spread of twice the reference alone, a thing many times as
+    heavy would be believed lighter than it was felt, lift after lift.
 
     Args:
         verdict: About the hypothesis that is taken for true.

@@ -57,7 +57,7 @@ class Presented(NamedTuple):
     Attributes:
         done: In measured presentations, K of them.
         memories: Before the first of these and after each, K + 1.
-        rows: All presentations.
+        rows: Rows of all presentations.
     """
 
     done: "list[Done]"
@@ -85,7 +85,7 @@ class HoldExperiment(PresentedExperiment):
 
     Attributes:
         expects: Whether what is expected of an object that is seen is kept.
-        paths: Those of reaches, by the number of their block.
+        paths: Paths of reaches, by the number of their block.
     """
 
     expects: bool = False

@@ -27,10 +27,10 @@ class Predicted(NamedTuple):
     """What learners predict of a protocol.
 
     Attributes:
-        predictions: By number and learner; a number that is a list is one number an entry.
-        meanings: What each number means, in words.
-        spreads: How much people differ in a number, where it is known.
-        contrasts: How well each number tells two learners apart, the best first.
+        predictions: Predictions by number and learner; a number that is a list is one number an entry.
+        meanings: Meanings of the numbers, in words.
+        spreads: Spreads between people by number, where they are known.
+        contrasts: Comparisons of two learners by each number, the best first.
         path: File that they were written to.
     """
 
@@ -49,9 +49,9 @@ def predict_protocol(
     Observers are kept where ``run_experiment`` keeps them, so that a run does not simulate them again.
 
     Args:
-        name: Of the protocol, or its path.
+        name: Name of the protocol, or its path.
         models: The folder of models.
-        settings: What all simulations share.
+        settings: Settings of all simulations.
         out: Folder for the results; the protocol has a subfolder of its name.
         repeats: Observers, at least 2.
         seed: Root of every random draw.

@@ -146,8 +146,8 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
     if len(courses) > 1:
         (first, _), (second, _) = list(courses)[:2]
         one, other = list(courses.values())[:2]
-        what = f"a {second} beside a {first}" if first != second else f"a {second} of another course than before"
-        problem = f"is {what} in blocks[{one}], must be like it or not measured ('measured: false')"
+        what = f"a {second}" if first != second else f"a {second} of another course"
+        problem = f"is {what} after a {first} in blocks[{one}], must be like it or not measured ('measured: false')"
         raise BadValueError(path, f"blocks[{other}].do", problem)
 
 

@@ -85,7 +85,7 @@ def list_names(experiment: ProtocolExperiment) -> frozenset[str]:
 
 
 def list_given(experiment: ProtocolExperiment) -> frozenset[str]:
-    """Names of the numbers and facts that every protocol of this kind has, besides the numbers that it names."""
+    """Names of the numbers and facts that every protocol of this kind has, whatever numbers it names itself."""
     if isinstance(experiment, ReachExperiment | HammerExperiment):
         second = (*OF_SECOND_TOOL, *experiment.names_of_second_tool) if len(experiment.novel) > 1 else ()
         return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.names_of_task, *second})

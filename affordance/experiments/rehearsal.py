@@ -14,7 +14,7 @@ from affordance.protocols.people import list_people
 from affordance.protocols.rehearsal import imagine, rehearse
 from affordance.reporting.claims import judge_claims
 
-# What every run says of itself in metrics.json, and what protocols of any kind may have besides their numbers.
+# Keys of metrics.json that every run has, and that protocols of any kind may have.
 RESERVED = (
     *("seed", "repeats", "run_shown", "config", "versions", "wall_s", "finished"),
     *("learners", "people", "kappa"),
@@ -29,7 +29,7 @@ def check_number_names(experiment: PresentedExperiment, given: Collection[str]) 
 
     Args:
         experiment: Runs the protocol.
-        given: Names of the numbers and facts that it has besides.
+        given: Names of numbers and facts that are not its own.
 
     Raises:
         BadValueError: One would be overwritten, or would overwrite.

@@ -97,7 +97,7 @@ def run_observers(
 ) -> tuple[Experience | None, Arrays]:
     """Runs the observers that a folder does not hold yet; arguments are those of ``run_experiment``.
 
-    Returns: What they held before, None if nothing or if they learn in different ways; and arrays of all of them.
+    Returns: Experience, None if there is none or if observers learn in different ways; and arrays of all observers.
     """
     parts = experiment.split()
     experience = None

@@ -29,9 +29,9 @@ class Layout(NamedTuple):
     """The presentations of a protocol that are measured, K of them.
 
     Attributes:
-        blocks: All blocks.
-        block: Which of them each presentation is of, (K,).
-        is_closed_form: Whether nothing is simulated.
+        blocks: Blocks of the protocol.
+        block: Indices of their blocks, (K,).
+        is_closed_form: Truth value, true if nothing is simulated.
     """
 
     blocks: Sequence[BlockEntry]
@@ -53,9 +53,9 @@ def lay_out(blocks: Sequence[BlockEntry], groups: Mapping[str, Sequence[int]], *
     """Lays out the presentations of a protocol that are measured.
 
     Args:
-        blocks: Its blocks; those of choices present nothing.
+        blocks: Blocks of the protocol; those of choices present nothing.
         groups: Indices of objects, by the name of the group.
-        is_closed_form: Whether nothing is simulated.
+        is_closed_form: Truth value, true if nothing is simulated.
     """
     counts = [count_presentations(block, groups) if block.measured else 0 for block in blocks]
     return Layout(tuple(blocks), np.repeat(np.arange(len(blocks)), counts), is_closed_form)

@@ -28,11 +28,11 @@ class MeasuredObservers(NamedTuple):
     """What was measured of R observers in K presentations.
 
     Attributes:
-        objects: Those of the protocol.
-        presented: Which object was presented, (R, K).
-        get: A measure of all presentations, (R, K), or of the moments between them, (R, K + 1), with the quantile of
-            a belief; of DENSITIES of all M colours, (R, M).
-        find_measured: In which presentations a measure is taken, (K,); None if each is in all.
+        objects: Objects of the protocol.
+        presented: Indices of the objects that were presented, (R, K).
+        get: Function that returns a measure of all presentations, (R, K), or of the moments between them, (R, K + 1),
+            with the quantile of a belief; of DENSITIES of all M colours, (R, M).
+        find_measured: Function that says in which presentations a measure is taken, (K,); None if each is in all.
     """
 
     objects: ProtocolObjects

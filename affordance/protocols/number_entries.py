@@ -138,7 +138,7 @@ class NumberEntry(DataModel):
         for ways in _ALONE:
             first, *others = sorted(ways & given, key=list(NumberEntry.model_fields).index)[:2] or [""]
             if others:
-                raise complain(f"is given, must not be beside {first!r}", others[0])
+                raise complain(f"is given, must not be together with {first!r}", others[0])
 
     def _list_keys(self) -> set[str]:
         """Keys that say something of such a number."""

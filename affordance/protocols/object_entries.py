@@ -164,7 +164,7 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
         entry: What the protocol says.
         path: The protocol's file.
         models: The folder of models.
-        key: Where it stands in the protocol.
+        key: Place of the entry in the protocol.
 
     Raises:
         BadValueError: A file is wrong, a name is twice or none there is, or the objects are not as is required.
@@ -194,13 +194,13 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
 
 
 def find_file(name: str, key: str, path: Path, models: Path) -> Path:
-    """A file that a protocol names: the one beside the protocol if there is one, else that of the models.
+    """Finds a file that a protocol names: in the protocol's own folder or, if it is not there, in that of the models.
 
     Args:
-        name: Its path, relative to one of these folders.
-        key: Where the protocol names it.
-        path: The protocol's file.
-        models: The folder of models.
+        name: Path of the file, relative to one of these folders.
+        key: Place where the protocol names it.
+        path: Path of the protocol's file.
+        models: Folder of models.
 
     Raises:
         BadValueError: There is neither.
@@ -208,7 +208,7 @@ def find_file(name: str, key: str, path: Path, models: Path) -> Path:
     for folder in (path.parent, models):
         if (folder / name).is_file():
             return folder / name
-    problem = f"is {name!r}, which is neither beside the protocol nor in {models}"
+    problem = f"is {name!r}, which is neither in the protocol's folder nor in {models}"
     near = difflib.get_close_matches(Path(name).name, [each.name for each in path.parent.iterdir()], n=1)
     hint = f"; did you mean {near[0]!r}?" if near and near[0] != path.name else ""
     raise BadValueError(path, key, problem + hint)

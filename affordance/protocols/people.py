@@ -1,4 +1,4 @@
-"""What people did, beside the numbers of a protocol: published values, their lifts, and what follows from them."""
+"""Results of people for the numbers of a protocol: published values, their own lifts, and what follows from them."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,11 +28,11 @@ _GRAVITY = 9.81
 
 
 class People(NamedTuple):
-    """What people did.
+    """Results of people.
 
     Attributes:
         table: Published values; None if there are none.
-        lifts: Every lift of theirs; None if it is not given.
+        lifts: Single lifts; None if they are not given.
     """
 
     table: PublishedTable | None = None
@@ -43,8 +43,8 @@ class Spread(NamedTuple):
     """How much people differ in a number.
 
     Attributes:
-        sd: Standard deviation between them.
-        source: Where it is from.
+        sd: Standard deviation between people.
+        source: Source of the value.
     """
 
     sd: float
@@ -83,9 +83,9 @@ def list_people(
 
     Args:
         entries: The numbers of the protocol.
-        people: What people did.
-        objects: Those of the protocol, which people's own lifts need.
-        blocks: Those of the protocol.
+        people: Results of people.
+        objects: Objects of the protocol, which people's own lifts need.
+        blocks: Blocks of the protocol.
 
     Raises:
         BadValueError: The table does not say how many people there were where an error propagates, or somebody has
@@ -162,10 +162,10 @@ def list_spreads(
 
     Args:
         entries: The numbers of the protocol.
-        people: What people did.
+        people: Results of people.
         means: Predicted means of the numbers, at which expressions are taken.
-        objects: Those of the protocol.
-        blocks: Those of the protocol.
+        objects: Objects of the protocol.
+        blocks: Blocks of the protocol.
     """
     measured: dict[str, Array] = {}
     if people.lifts is not None and objects is not None and len(people.lifts.people) > 1:

@@ -27,10 +27,10 @@ class PersonLifts(NamedTuple):
     """What one person did in N presentations, in their order.
 
     Attributes:
-        tool: Which object, (N,).
-        force: Upward before release, (N,), [N]; NaN where it was not measured.
-        mass: What the object weighed, (N,), [kg]; NaN where the table does not say.
-        block: Which block of the protocol, (N,); -1 if the table does not say.
+        tool: Indices of the objects, (N,).
+        force: Upward force before release, (N,), [N]; NaN where it was not measured.
+        mass: Masses of the objects, (N,), [kg]; NaN where the table does not say.
+        block: Indices of the blocks, (N,); -1 if the table does not say.
     """
 
     tool: NDArray[np.intp]
@@ -40,11 +40,11 @@ class PersonLifts(NamedTuple):
 
 
 class PeopleLifts(NamedTuple):
-    """What people did.
+    """Single lifts of people.
 
     Attributes:
-        path: The file.
-        people: By what they are called.
+        path: Path of the table.
+        people: Lifts of each person, by name.
     """
 
     path: Path
@@ -63,9 +63,9 @@ def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[Blo
     """Reads a table with at least the columns observer, lift, object and force.
 
     Args:
-        path: The file.
-        objects: Those of the protocol.
-        blocks: Those of the protocol.
+        path: Path of the table.
+        objects: Objects of the protocol.
+        blocks: Blocks of the protocol.
 
     Raises:
         BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.

@@ -20,7 +20,7 @@ from affordance.reporting.plain_report import PlainReport
 
 # Where the protocols are that come with the program, in the folder of models.
 FOLDER = "protocols"
-# Folders of results that are no protocol's, beside those of the protocols that come with the program.
+# Folders of results that are no protocol's.
 TAKEN = (
     *("vision", "robustness", "learners", "tools", "arms", "recorded", "kappa", "trust", "benchmarks"),
     *("experience", "frames", "agreement", "vision_comparison", "ours"),
@@ -207,9 +207,9 @@ def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
     """Refuses a protocol of one's own whose results would take the place of others.
 
     Args:
-        name: Of the protocol, and so of its folder of results.
-        path: Its file.
-        models: The folder of models.
+        name: Name of the protocol, and so of its folder of results.
+        path: Path of its file.
+        models: Folder of models.
 
     Raises:
         BadValueError: It is called as one that comes with the program, or as a study, and is another file.

@@ -32,9 +32,9 @@ def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[P
     """Makes up what is measured of a few observers.
 
     Args:
-        objects: Those of the protocol.
-        layout: Its presentations.
-        drawn: Those of each observer that are measured, K each.
+        objects: Objects of the protocol.
+        layout: Presentations of the protocol.
+        drawn: Presentations of each observer that are measured, K each.
     """
     presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
     masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
@@ -61,10 +61,10 @@ def rehearse(
     """Computes numbers of what was made up.
 
     Args:
-        path: The protocol's file, for errors.
-        entries: Its numbers.
-        layout: Its presentations.
-        imagined: What was made up, from ``imagine``.
+        path: Path of the protocol's file, for errors.
+        entries: Numbers of the protocol.
+        layout: Presentations of the protocol.
+        imagined: Made-up measurements, from ``imagine``.
 
     Returns: The numbers, of the right shapes and of no meaning.
 

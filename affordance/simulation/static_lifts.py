@@ -46,9 +46,9 @@ class LiftRecord(NamedTuple):
         force: Upward force exerted before release, (N,), [N].
         weight: True weight, (N,), [N].
         expected: Mass at the most probable densities before each lift, (N,), [kg].
-        memories: What was remembered before the first and after each lift, N + 1.
-        densities: What was believed of the object before each lift, N of them.
-        likelihoods: Of these densities, of what was felt; None where nothing was felt, or nothing learned from it.
+        memories: Memories before the first and after each lift, N + 1.
+        densities: Beliefs about the object before each lift, N of them.
+        likelihoods: Likelihoods of these densities; None where nothing was felt, or nothing learned from it.
     """
 
     force: Array

@@ -113,11 +113,11 @@ def claim(value, bound="at_least: 0.5"):
         ),
         (
             {"blocks": HOLD + REACH},
-            "blocks[1].do: is a reach beside a hold in blocks[0], must be like it or not measured",
+            "blocks[1].do: is a reach after a hold in blocks[0], must be like it or not measured",
         ),
         (
             {"blocks": HOLD + "  - {name: b, do: {hold: {duration: 0.2}}}\n"},
-            "blocks[1].do: is a hold of another course than before in blocks[0], must be like it",
+            "blocks[1].do: is a hold of another course after a hold in blocks[0], must be like it",
         ),
         (
             {"numbers": "  x: {measure: weight, of: odd, correlated_with: force}\n"},
@@ -146,11 +146,11 @@ def claim(value, bound="at_least: 0.5"):
         ),
         (
             {"numbers": "  x: {measure: force, single: true, last: 2}\n"},
-            "numbers.x.single: is given, must not be beside 'last'",
+            "numbers.x.single: is given, must not be together with 'last'",
         ),
         (
             {"numbers": "  x: {measure: force, growth: true, correlated_with: weight}\n"},
-            "numbers.x.growth: is given, must not be beside 'correlated_with'",
+            "numbers.x.growth: is given, must not be together with 'correlated_with'",
         ),
         (
             {"numbers": "  x: {measure: force, correlated_with: believed density}\n"},
@@ -229,9 +229,12 @@ def claim(value, bound="at_least: 0.5"):
         ),
         (
             {"more": "published: people.csv\n"},
-            "published: is 'people.csv', which is neither beside the protocol nor in",
+            "published: is 'people.csv', which is neither in the protocol's folder nor in",
         ),
-        ({"more": "people: people.csv\n"}, "people: is 'people.csv', which is neither beside the protocol nor in"),
+        (
+            {"more": "people: people.csv\n"},
+            "people: is 'people.csv', which is neither in the protocol's folder nor in",
+        ),
         (
             {"blocks": "  - {name: a, do: {reach: {path: paths/raech.yaml}}}\n"},
             "blocks[0].do.reach.path: is 'paths/raech.yaml'",
@@ -306,7 +309,7 @@ def test_what_is_refused_elsewhere_is_honoured_where_it_can_be(load):
     assert experiment.show(None, None, arrays, found).figures["them"]().get_axes()
 
 
-def test_looks_beside_holds_leave_their_numbers_and_files_alone(load, tmp_path):
+def test_looks_between_holds_leave_their_numbers_and_files_alone(load, tmp_path):
     numbers = "  x: {measure: drop, of: odd, single: true}\n  y: {measure: expected mass, of: odd}\n"
     figures = "  heights: {draw: heights}\n"
     experiment = load(blocks=LOOK + HOLD, numbers=numbers, figures=figures)

@@ -54,7 +54,7 @@ class Contrast(NamedTuple):
         superiority: Probability that of two people, one of each learner, the second's value is the larger; equal
             values count half.
         num_people: In each of two groups, that a test of significance 0.05 and power 0.9 needs; at least 2.
-        is_of_people: Whether it is known how much people differ in the measure.
+        is_of_people: Truth value, true if the spread between people is known.
     """
 
     measure: str
@@ -167,7 +167,7 @@ def format_predictions(
         meanings: What each measure is, in words; those that are not there are called by their names alone.
         predictions: By measure and learner.
         contrasts: From ``contrast_learners``.
-        spreads: How much people differ in a measure, where it is known.
+        spreads: Spreads between people by measure, where they are known.
     """
     lines = []
     for name, by_learner in predictions.items():

@@ -24,7 +24,7 @@ def draw_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[str, C
 
     Args:
         experiment: Runs the protocol.
-        arrays: Of all observers of all learners; those of the first are drawn.
+        arrays: Arrays of all observers of all learners; those of the first are drawn.
     """
     draw = {"objects": _draw_objects, "heights": _draw_heights, "heights of points": _draw_points}
     draw |= {"density and drop": _draw_density}

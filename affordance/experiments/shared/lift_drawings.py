@@ -25,7 +25,7 @@ def draw_lift_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[s
 
     Args:
         experiment: Runs the protocol.
-        arrays: Of all observers of all learners.
+        arrays: Arrays of all observers of all learners.
     """
     return {
         name: partial(_draw, experiment, entry, arrays)
@@ -98,11 +98,11 @@ def predict_between(
     """What a line through forces and volumes of other objects says for those drawn, after each lift of theirs.
 
     Args:
-        presented: Which object was lifted, (K,).
-        forces: (K,), [N].
+        presented: Objects that were lifted, (K,).
+        forces: Forces of these lifts, (K,), [N].
         drawn: Objects that are predicted for.
         others: Objects that predict, in the lifts from one of the drawn to the next.
-        tools_there_are: All objects.
+        tools_there_are: Objects of the protocol.
     """
     volumes = np.array([compute_volume(tool) for tool in tools_there_are])
     places = np.flatnonzero(np.isin(presented, drawn))

@@ -32,9 +32,9 @@ class SeenObject(NamedTuple):
     """An object, and what there is to be seen of it.
 
     Attributes:
-        mass: What it weighs, [kg].
-        features: Of each part.
-        appearance: By which it is known again.
+        mass: Mass of the object, [kg].
+        features: Features of each part.
+        appearance: Appearance by which it is known again.
     """
 
     mass: float
@@ -46,15 +46,15 @@ class PresentationRow(NamedTuple):
     """One presentation to one observer.
 
     Attributes:
-        tool: Which object.
-        block: Which block.
+        tool: Index of the object.
+        block: Index of the block.
         cycle: Number of the repetition within it, from 1.
-        mass: What it weighs, [kg].
-        force: Upward before release from a clamp, [N]; NaN where there is no clamp.
+        mass: Mass of the object then, [kg].
+        force: Upward force before release from a clamp, [N]; NaN where there is no clamp.
         expected: Mass at the most probable densities, before the object is felt, [kg]; NaN if it is not known.
         believed_density: Most probable density of things never lifted of the colour of its first part, before it is
             felt, [kg/m^3].
-        kind: Which kind of that colour it is taken for after it was felt, 1 the oldest there is; 0 without kinds.
+        kind: Number of the kind of that colour that it is taken for after it was felt, 1 the oldest; 0 without kinds.
         p_value: Probability of what is felt, or of what is more surprising, by what was believed; NaN if nothing is.
     """
 
@@ -82,11 +82,11 @@ def describe_presentation(
     """Describes a presentation.
 
     Args:
-        presentation: Which it is.
-        seen: The object, as heavy as it is then.
-        memories: What is remembered before and after it.
-        prior: What is believed of materials never met.
-        force: Upward before release from a clamp, [N].
+        presentation: Presentation that is described.
+        seen: Object, as heavy as it is then.
+        memories: Memories before and after it.
+        prior: Prior of materials never met.
+        force: Upward force before release from a clamp, [N].
         expected: Mass at the most probable densities, [kg].
         p_value: Probability of what is felt.
     """
@@ -125,10 +125,10 @@ def describe_experience(
     """Describes the holds in which an observer learned before it was tested, of the first block.
 
     Args:
-        config: How they were held.
-        experience: What was learned.
-        places: Index of each of its objects among those of the protocol.
-        repeat: The observer.
+        config: Configuration of these holds.
+        experience: Experience of all observers.
+        places: Indices of each of its objects among those of the protocol.
+        repeat: Number of the observer.
     """
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
@@ -161,9 +161,9 @@ def write_rows(
     """Writes every presentation to every observer as a row of a table of comma-separated values.
 
     Args:
-        path: The file.
-        learners: By the name of the learner what ``stack_rows`` returned, stacked over observers, (R, N).
-        tools: All objects.
+        path: Path of the file.
+        learners: Arrays of ``stack_rows``, stacked over observers, (R, N), by the name of the learner.
+        tools: Objects of the protocol.
         blocks: Names of all blocks.
     """
     volumes = [compute_volume(tool) for tool in tools]

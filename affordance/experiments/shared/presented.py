@@ -40,20 +40,20 @@ class PresentedExperiment:
     """A protocol in which objects are presented.
 
     Attributes:
-        name: Of the protocol.
-        section: The protocol's file.
-        objects: Those that are presented.
+        name: Name of the protocol.
+        section: Path of the protocol's file.
+        objects: Objects that are presented.
         blocks: Presentations, in order.
-        learners: What observers learn by; figures of simulated presentations are of the first.
+        learners: Learners that are simulated; figures of simulated presentations are of the first.
         told: Materials whose densities observers know, by colour, [kg/m^3].
-        models: The folder of models.
+        models: Folder of models.
         seed: Root of every random draw.
-        settings: What all simulations share.
-        quantiles: Those of beliefs that are kept.
-        report: What the protocol says of its report.
-        numbers: What is reported.
-        figures: What is drawn.
-        people: What people did.
+        settings: Settings of all simulations.
+        quantiles: Quantiles of beliefs that are kept.
+        report: Report that the protocol describes.
+        numbers: Numbers that are reported.
+        figures: Figures that are drawn.
+        people: Results of people.
     """
 
     name: str
@@ -134,7 +134,7 @@ class PresentedExperiment:
         raise NotImplementedError
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """What the section file names beside the numbers."""
+        """Facts that the section file names, with the numbers."""
         raise NotImplementedError
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
@@ -149,7 +149,7 @@ class PresentedExperiment:
         return found
 
     def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json; with several learners those of each besides, and people's."""
+        """Computes the numbers of metrics.json; with several learners those of each too, and people's."""
         learners = {
             learner.value: compute_numbers(self.numbers, self.measure(self.select(arrays, learner)))
             for learner in self.learners

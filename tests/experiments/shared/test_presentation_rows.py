@@ -69,7 +69,7 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
 
 
 def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
-    """Simulation II: holds in which observers learn, which three simulations share, then three in which they do not."""
+    """Simulation II: holds in which observers learn, shared by three simulations; then three in which they do not."""
     experiment = load_hold_experiment("com").with_duration(0.3, repetitions=1)
     run_experiment(experiment, None, tmp_path / "com", repeats=2, jobs=1)
     rows = read(tmp_path / "com" / "lifts.csv")
