@@ -109,12 +109,14 @@ class DensityBelief:
 
     def extend(self, prior: Prior, count: int) -> "DensityBelief":
         """Adds ``count`` materials never felt."""
-        size = self.size + count
-        precision = np.eye(size) / prior.sd**2
+        return self.extend_by([prior.mode] * count, [prior.sd] * count)
+
+    def extend_by(self, means: Sequence[float], sds: Sequence[float]) -> "DensityBelief":
+        """Adds materials never felt, independent of the others, with a mean and a standard deviation each."""
+        precision = np.diag([*np.zeros(self.size), *(sd**-2 for sd in sds)])
         precision[: self.size, : self.size] = self.precision
-        information_vector = np.full(size, prior.mode / prior.sd**2)
-        information_vector[: self.size] = self.information_vector
-        return DensityBelief(precision, information_vector)
+        added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
+        return DensityBelief(precision, np.append(self.information_vector, added))
 
     def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
         """Adds a material that is one of those known, or one never felt.

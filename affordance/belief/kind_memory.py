@@ -15,13 +15,14 @@ import numpy as np
 
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.kinds import NO_KINDS, Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds import NO_KINDS, KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
     Verdict,
     find_stable,
     list_hypotheses,
     predict_densities,
+    start_kinds,
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
@@ -117,11 +118,9 @@ class KindMemory:
         memory = self
         for colour in colours:
             if memory._find_colour(colour) is None:
-                memory = replace(
-                    memory,
-                    colours=(*memory.colours, colour),
-                    kinds=memory.kinds.add((len(memory.colours),), prior),
-                )
+                first = KindPrior(prior.mode, prior.sd)
+                kinds = memory.kinds.add((len(memory.colours),), [first])
+                memory = replace(memory, colours=(*memory.colours, colour), kinds=kinds)
         return memory
 
     def recognise(
@@ -171,8 +170,10 @@ class KindMemory:
             ValueError: No object was recalled.
         """
         known, place, prior = self._get_at_hand()
-        kinds = self.kinds.add(known.colours, prior)
-        return weigh(list_hypotheses(kinds, known, place, self.settings.gate), find_likelihood)
+        gate = self.settings.gate
+        new = [self.kinds.predict_new(colour, prior, gate.spread) for colour in known.colours]
+        kinds = self.kinds.add(known.colours, new)
+        return weigh(list_hypotheses(kinds, known, place, gate), find_likelihood, gate)
 
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
@@ -185,24 +186,30 @@ class KindMemory:
             ValueError: No object was recalled.
         """
         verdicts = self.weigh(find_likelihood)
-        return self.take(verdicts, self.settings.pick_verdict(verdicts, self.num_lifts + 1), deviation_sd)
+        chosen = self.settings.pick_verdict(verdicts, self.num_lifts + 1)
+        return self.take(verdicts, chosen, find_likelihood, deviation_sd)
 
-    def take(self, verdicts: list[Verdict], chosen: Verdict, deviation_sd: float) -> "Lesson[KindMemory]":
+    def take(
+        self, verdicts: list[Verdict], chosen: Verdict, find_likelihood: FindLikelihood, deviation_sd: float
+    ) -> "Lesson[KindMemory]":
         """Takes one of the verdicts about the object recalled last for true, and learns from the lift.
 
         Args:
             verdicts: About all hypotheses, from ``weigh``.
             chosen: One of them.
+            find_likelihood: Finds the likelihood of what was felt.
             deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
 
         Raises:
             ValueError: No object was recalled.
         """
         known, place, prior = self._get_at_hand()
+        chosen = start_kinds(chosen, find_likelihood, self.settings.gate.spread)
         taken = chosen.hypothesis.kinds
         first_new = len(self.kinds.colours)
         new_columns = [column for column, kind in enumerate(taken) if kind >= first_new]
-        kinds = self.kinds.add(tuple(known.colours[column] for column in new_columns), prior)
+        starts = [self._start_kind(chosen, column) for column in new_columns]
+        kinds = self.kinds.add(tuple(known.colours[column] for column in new_columns), starts)
         numbers = {taken[column]: first_new + i for i, column in enumerate(new_columns)}
         named = [numbers.get(kind, kind) for kind in taken]
         kinds = replace(kinds, belief=teach(kinds.belief, named, chosen.likelihood, deviation_sd))
@@ -221,6 +228,15 @@ class KindMemory:
             return self
         numbers = {self.colours.index(colour): new for new, colour in enumerate(colours)}
         return replace(self, colours=tuple(colours), kinds=restrict_colours(self.kinds, numbers), at_hand=None)
+
+    def _start_kind(self, chosen: Verdict, column: int) -> KindPrior:
+        """What a kind that is founded starts with: what its hypothesis said of its first object."""
+        known, _, prior = self._get_at_hand()
+        hypothesis = chosen.hypothesis
+        if column not in hypothesis.founded:
+            return self.kinds.predict_new(known.colours[column], prior, self.settings.gate.spread)
+        variance = hypothesis.densities.covariance[column, column]
+        return KindPrior(float(hypothesis.densities.untruncated_mean[column]), float(np.sqrt(variance)))
 
     def _find_colour(self, colour: Colour) -> int | None:
         return next((i for i, known in enumerate(self.colours) if is_same_colour(known, colour)), None)

@@ -4,6 +4,7 @@ A colour has one or more kinds, each a mean density; all kinds of all colours sh
 information form. An object is known by its appearance, and is of one kind for each colour it shows.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -13,6 +14,18 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, Prior
 from affordance.objects.appearance import Appearance
+
+
+class KindPrior(NamedTuple):
+    """Normal distribution of the mean density of a kind before its first lift.
+
+    Attributes:
+        mean: Mean density, [kg/m^3].
+        sd: Standard deviation, [kg/m^3].
+    """
+
+    mean: float
+    sd: float
 
 
 class Membership(NamedTuple):
@@ -75,11 +88,13 @@ class Kinds:
         colours: Index of the colour of each of K kinds.
         belief: Belief about their mean densities, of size K.
         objects: The objects lifted so far.
+        priors: Priors of the kinds, K of them.
     """
 
     colours: tuple[int, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
     objects: tuple[KnownObject, ...] = ()
+    priors: tuple[KindPrior, ...] = ()
 
     def list_of(self, colour: int) -> list[int]:
         """Indices of the kinds of a colour, the oldest first."""
@@ -99,9 +114,31 @@ class Kinds:
         counts = self.count_objects()
         return max(candidates, key=lambda kind: (counts[kind], -kind))
 
-    def add(self, colours: tuple[int, ...], prior: Prior) -> "Kinds":
-        """Returns the kinds with new ones, each of a colour and with the prior; no object is of them yet."""
-        return replace(self, colours=(*self.colours, *colours), belief=self.belief.extend(prior, len(colours)))
+    def find_reference(self, colour: int) -> float | None:
+        """Mean density of a colour's most populous kind, [kg/m^3]; None of a colour of which nothing was lifted."""
+        if not self.count_objects()[self.list_of(colour)].any():
+            return None
+        return max(float(self.belief.untruncated_mean[self.find_most_populous(colour)]), DENSITY_FLOOR)
+
+    def predict_new(self, colour: int, prior: Prior, spread: float) -> KindPrior:
+        """What is believed of a new kind of a colour.
+
+        Args:
+            colour: Index of the colour.
+            prior: Prior of the first kind of a colour, which has nothing to be compared with.
+            spread: Standard deviation of a further kind's density over the mean of the colour's most populous one.
+        """
+        reference = self.find_reference(colour)
+        return KindPrior(prior.mode, prior.sd) if reference is None else KindPrior(reference, spread * reference)
+
+    def add(self, colours: tuple[int, ...], priors: Sequence[KindPrior]) -> "Kinds":
+        """Returns the kinds with new ones, each of a colour and with a prior; no object is of them yet."""
+        return replace(
+            self,
+            colours=(*self.colours, *colours),
+            belief=self.belief.extend_by([each.mean for each in priors], [each.sd for each in priors]),
+            priors=(*self.priors, *priors),
+        )
 
     def compute_category_sd(self, kappa: float) -> Array:
         """Breadth of each kind as a category: kappa times its mean density, shape (K,), [kg/m^3]."""

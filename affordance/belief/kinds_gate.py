@@ -11,6 +11,11 @@ what selects these kinds among all and delta ~ N(0, diag(kappa rho_hat)^2), rho_
 what is felt has an evidence in closed form, and p(h) is proportional to prior times evidence. Only this lift counts:
 evidence that a member is odd is not added up over lifts, or in the end everything would be a thing of its own.
 
+A new kind of a colour of which something was lifted has a density N(ref, (s ref)^2), ref the mean of the colour's
+most populous kind: no density is a scale of its own, and the same experiment with all densities multiplied has the
+same odds. Its breadth is kappa times the density that the hypothesis, after the lift, leads to believe, as the size
+of errors is; before the lift nothing is known of it. The first kind of a colour has the prior of all materials.
+
 kappa is the breadth of a category, and decides here alone; how much a lift teaches of a kind's mean is decided by the
 scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
 """
@@ -28,6 +33,9 @@ from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import FindLikelihood
 
+# Change of a density, over that of the reference, at which the breadth of a new kind is settled, and most passes.
+_SETTLED, _MAX_PASSES = 1e-5, 50
+
 
 class GateSettings(NamedTuple):
     """What the gate goes by.
@@ -36,12 +44,15 @@ class GateSettings(NamedTuple):
         kappa: Breadth of a category over its mean density.
         concentration: alpha, how readily a new kind is founded, in objects.
         switching: c, how readily an object changes its kind, in lifts.
+        spread: s, standard deviation of the density of a further kind of a colour over the mean of the most populous.
     """
 
     kappa: float
     # One of each is Laplace's rule of succession: as if one more object, or lift, had been seen that is of any kind.
     concentration: float = 1.0
     switching: float = 1.0
+    # s; from 1 to 3 it hardly decides what is learned (docs/decisions/0026-kinds.md).
+    spread: float = 2.0
 
 
 class Hypothesis(NamedTuple):
@@ -51,18 +62,20 @@ class Hypothesis(NamedTuple):
         kinds: Of each colour.
         probability: Before the lift.
         densities: What it says of the object's densities, of size m.
+        founded: Columns of which the kind is new and not the first of its colour.
     """
 
     kinds: tuple[int, ...]
     probability: float
     densities: DensityBelief
+    founded: tuple[int, ...] = ()
 
 
 class Verdict(NamedTuple):
     """What a lift says about a hypothesis.
 
     Attributes:
-        hypothesis: The hypothesis.
+        hypothesis: The hypothesis; new kinds have the breadth that it leads to believe after the lift.
         probability: After the lift.
         log_evidence: Log probability density of what was felt under it.
         likelihood: Of the object's densities; errors have the size that this hypothesis leads to believe.
@@ -125,12 +138,16 @@ def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, setting
         pairs = zip([*there, new], probabilities.tolist(), strict=True)
         columns.append([(kind, probability) for kind, probability in pairs if probability > 0.0])
     breadth = kinds.compute_category_sd(settings.kappa)
+    has_reference = [kinds.find_reference(colour) is not None for colour in known.colours]
     hypotheses = []
     for chosen in itertools.product(*columns):
         chosen_kinds = tuple(kind for kind, _ in chosen)
         probability = float(np.prod([probability for _, probability in chosen]))
         densities = predict_densities(kinds, chosen_kinds, breadth, find_stable(known, chosen_kinds))
-        hypotheses.append(Hypothesis(chosen_kinds, probability, densities))
+        founded = tuple(
+            column for column, kind in enumerate(chosen_kinds) if kind >= first_new and has_reference[column]
+        )
+        hypotheses.append(Hypothesis(chosen_kinds, probability, densities, founded))
     return hypotheses
 
 
@@ -162,21 +179,85 @@ def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, ow
     return DensityBelief.from_moments(mean, covariance)
 
 
-def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood) -> list[Verdict]:
+def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, settings: GateSettings) -> list[Verdict]:
     """Weighs hypotheses by what was felt.
 
     Evidence is that of normal distributions; that densities are positive is left out here, as it is where a trial's
-    surprise is judged. Costs a search for the likelihood and O(m^3) for each hypothesis about m colours.
+    surprise is judged. Costs a search for the likelihood and O(m^3) for each hypothesis about m colours, and some
+    more searches for each that founds a kind.
+
+    Args:
+        hypotheses: The hypotheses.
+        find_likelihood: Finds the likelihood of what was felt.
+        settings: Settings of the gate.
     """
-    beliefs = [hypothesis.densities for hypothesis in hypotheses]
-    likelihoods = [find_likelihood(belief) for belief in beliefs]
-    posteriors = [belief.condition(likelihood) for belief, likelihood in zip(beliefs, likelihoods, strict=True)]
+    judged = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
     log_evidences = [
-        belief.compute_untruncated_log_evidence(likelihood, posterior)
-        for belief, likelihood, posterior in zip(beliefs, likelihoods, posteriors, strict=True)
+        belief.compute_untruncated_log_evidence(likelihood, posterior) for belief, likelihood, posterior in judged
     ]
     log_weights = np.log([hypothesis.probability for hypothesis in hypotheses]) + log_evidences
     weights = np.exp(log_weights - log_weights.max())
-    probabilities = (weights / weights.sum()).tolist()
-    columns = (hypotheses, probabilities, log_evidences, likelihoods, posteriors)
-    return [Verdict(*parts) for parts in zip(*columns, strict=True)]
+    return [
+        Verdict(hypothesis._replace(densities=belief), probability, log_evidence, likelihood, posterior)
+        for hypothesis, probability, log_evidence, (belief, likelihood, posterior) in zip(
+            hypotheses, (weights / weights.sum()).tolist(), log_evidences, judged, strict=True
+        )
+    ]
+
+
+def settle_breadth(
+    hypothesis: Hypothesis, find_likelihood: FindLikelihood, kappa: float
+) -> tuple[DensityBelief, Likelihood, DensityBelief]:
+    """Gives new kinds the breadth that a hypothesis leads to believe after the lift.
+
+    Each pass takes the density from the one before, the first that before the lift. Where it is heavier than the
+    reference the passes rise towards what is felt, which they do not exceed; where it is lighter they end within a
+    few, as the breadth is a small part of the spread.
+
+    Args:
+        hypothesis: The hypothesis; one that founds no further kind takes one pass.
+        find_likelihood: Finds the likelihood of what was felt.
+        kappa: Breadth of a category over its mean density.
+
+    Returns: Belief about the object's densities before the lift; likelihood; belief after it.
+    """
+    columns = list(hypothesis.founded)
+    belief = hypothesis.densities
+    rho = belief.untruncated_mean[columns]
+    for _ in range(_MAX_PASSES):
+        likelihood = find_likelihood(belief)
+        posterior = belief.condition(likelihood)
+        previous, rho = rho, np.maximum(posterior.untruncated_mean[columns], 0.0)
+        if np.all(np.abs(rho - previous) <= _SETTLED * belief.untruncated_mean[columns]):
+            break
+        belief = _change_variances(belief, columns, kappa**2 * (rho**2 - previous**2))
+    return belief, likelihood, posterior
+
+
+def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float) -> Verdict:
+    """The verdict with further kinds as broad as things of their own: s times the larger of reference and lift.
+
+    What was taken for true needs no gate any more: with a spread of twice the reference alone, a thing many times as
+    heavy would be believed lighter than it was felt, lift after lift.
+
+    Args:
+        verdict: About the hypothesis that is taken for true.
+        find_likelihood: Finds the likelihood of what was felt.
+        spread: s.
+    """
+    columns = list(verdict.hypothesis.founded)
+    if not columns:
+        return verdict
+    belief = verdict.hypothesis.densities
+    largest = np.maximum(belief.untruncated_mean, verdict.posterior.untruncated_mean)[columns]
+    belief = _change_variances(belief, columns, (spread * largest) ** 2 - np.diag(belief.covariance)[columns])
+    likelihood = find_likelihood(belief)
+    hypothesis = verdict.hypothesis._replace(densities=belief)
+    return verdict._replace(hypothesis=hypothesis, likelihood=likelihood, posterior=belief.condition(likelihood))
+
+
+def _change_variances(belief: DensityBelief, columns: Sequence[int], changes: Array) -> DensityBelief:
+    """The belief with some variances changed; these densities are independent of the others."""
+    covariance = np.array(belief.covariance)
+    covariance[columns, columns] += changes
+    return DensityBelief.from_moments(belief.untruncated_mean, covariance)

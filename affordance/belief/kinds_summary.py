@@ -1,5 +1,6 @@
 """What a learner with kinds remembers, to be read and drawn: which kinds, which objects, with what probability."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -7,8 +8,8 @@ import numpy as np
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.kinds import KnownObject
 from affordance.belief.object_belief import Memory
-from affordance.objects.appearance import Appearance
-from affordance.objects.colour import Colour
+from affordance.objects.appearance import Appearance, PartAppearance
+from affordance.objects.colour import Colour, is_same_colour
 
 
 class ObjectSummary(NamedTuple):
@@ -52,6 +53,20 @@ class KindSummary(NamedTuple):
 def count_kinds(memory: Memory) -> int:
     """How many kinds objects are of; zero for a learner without kinds."""
     return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
+
+
+def find_kind(memory: Memory, appearance: Sequence[PartAppearance]) -> int:
+    """Which kind of the colour of its first part an object is of, 1 the oldest there is; 0 if it is of none."""
+    if not isinstance(memory, KindMemory):
+        return 0
+    place = memory.find(appearance)
+    if place is None:
+        return 0
+    known = memory.kinds.objects[place]
+    for colour, membership in zip(known.colours, known.memberships, strict=True):
+        if is_same_colour(memory.colours[colour], appearance[0].colour):
+            return 1 + memory.kinds.list_of(colour).index(membership.kind)
+    return 0
 
 
 def summarise_kinds(memory: KindMemory) -> tuple[KindSummary, ...]:

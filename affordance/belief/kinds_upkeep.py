@@ -65,7 +65,7 @@ def tidy(kinds: Kinds, prior: Prior) -> Kinds:
     remains = [bool(count) or colour not in lifted for colour, count in zip(kinds.colours, counts, strict=True)]
     kinds = _renumber(kinds, np.flatnonzero(remains))
     while (twins := find_twins(kinds, prior.deviation_sd)) is not None:
-        kinds = merge(kinds, *twins, prior)
+        kinds = merge(kinds, *twins)
     return replace(kinds, objects=tuple(_forget_members(kinds, known) for known in kinds.objects))
 
 
@@ -82,26 +82,25 @@ def find_twins(kinds: Kinds, deviation_sd: float) -> tuple[int, int] | None:
     return None
 
 
-def merge(kinds: Kinds, kept: int, merged: int, prior: Prior) -> Kinds:
+def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
     """Makes one kind of two: what is believed is what it would be, had all their objects been of it from the start.
 
     Args:
         kinds: The kinds.
-        kept: The older of the two; it takes the other's objects.
+        kept: The older of the two; it takes the other's objects, and has started with its own prior.
         merged: The other.
-        prior: What both started with, and the one does.
     """
-    # Both densities are one: rho = T rho'. Their priors come in twice, so one is taken out again.
+    # Both densities are one: rho = T rho'. Both priors come in, so that of the merged kind is taken out again.
     T = np.delete(np.eye(len(kinds.colours)), merged, axis=1)
     T[merged, kept] = 1.0
     precision = T.T @ kinds.belief.precision @ T
     information_vector = T.T @ kinds.belief.information_vector
+    prior = kinds.priors[merged]
     precision[kept, kept] -= prior.sd**-2
-    information_vector[kept] -= prior.mode / prior.sd**2
+    information_vector[kept] -= prior.mean / prior.sd**2
     objects = tuple(_rename(known, {merged: kept}) for known in kinds.objects)
     remaining = np.delete(np.arange(len(kinds.colours)), merged)
-    belief = DensityBelief(precision, information_vector)
-    return _rename_all(Kinds(tuple(kinds.colours[kind] for kind in remaining), belief, objects), remaining)
+    return _select(replace(kinds, belief=DensityBelief(precision, information_vector), objects=objects), remaining)
 
 
 def restrict_colours(kinds: Kinds, numbers: Mapping[int, int]) -> Kinds:
@@ -129,13 +128,18 @@ def _renumber(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
         return kinds
     covariance = kinds.belief.covariance[np.ix_(remaining, remaining)]
     belief = DensityBelief.from_moments(kinds.belief.untruncated_mean[remaining], covariance)
-    return _rename_all(Kinds(tuple(kinds.colours[kind] for kind in remaining), belief, kinds.objects), remaining)
+    return _select(replace(kinds, belief=belief), remaining)
 
 
-def _rename_all(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
-    """Gives kinds their new numbers in all objects, by their old ones."""
+def _select(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
+    """Leaves some of the kinds, which the belief is of already, and gives them new numbers in all objects."""
     numbers = {int(old): new for new, old in enumerate(remaining)}
-    return replace(kinds, objects=tuple(_rename(known, numbers) for known in kinds.objects))
+    return replace(
+        kinds,
+        colours=tuple(kinds.colours[kind] for kind in remaining),
+        objects=tuple(_rename(known, numbers) for known in kinds.objects),
+        priors=tuple(kinds.priors[kind] for kind in remaining),
+    )
 
 
 def _rename(known: KnownObject, numbers: dict[int, int]) -> KnownObject:

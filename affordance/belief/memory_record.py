@@ -8,7 +8,7 @@ import numpy as np
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.kind_memory import KindMemory, KindSettings
-from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
 from affordance.objects.appearance import PartAppearance
@@ -28,6 +28,7 @@ def write_memory(memory: KindMemory) -> str:
             "num_lifts": memory.num_lifts,
             "colour_of_kind": kinds.colours,
             "kinds": _write_belief(kinds.belief),
+            "prior_of_kind": [prior._asdict() for prior in kinds.priors],
             "objects": [
                 {
                     "appearance": [part._asdict() for part in known.appearance],
@@ -47,7 +48,8 @@ def read_memory(text: str | bytes) -> KindMemory:
     content = json.loads(text)
     settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
     objects = tuple(_read_object(known) for known in content["objects"])
-    kinds = Kinds(tuple(content["colour_of_kind"]), _read_belief(content["kinds"]), objects)
+    priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])
+    kinds = Kinds(tuple(content["colour_of_kind"]), _read_belief(content["kinds"]), objects, priors)
     colours = tuple((red, green, blue) for red, green, blue in content["colours"])
     return KindMemory(settings, colours, kinds, content["num_lifts"])
 

@@ -10,11 +10,13 @@ from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite
 from affordance.files.model_folder import MODELS
-from affordance.protocols.protocol import SUFFIXES, list_shipped
+from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
 from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
+# Of these the number of repeats stands in no file.
+NOT_PROTOCOLS = ("vision",)
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
 _REPEATS, _STUDY_REPEATS = 200, 300
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
@@ -31,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--repeats",
         type=int,
-        help=f"simulated observers, for vision objects (default {_REPEATS}); for robustness settings (default "
-        f"{_STUDY_REPEATS})",
+        help=f"simulated observers, for vision objects (default: as many as a protocol says, or {_REPEATS}); for "
+        f"robustness settings (default {_STUDY_REPEATS})",
     )
     parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
     parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
@@ -66,8 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
-    if arguments.repeats is None:
-        arguments.repeats = _STUDY_REPEATS if arguments.experiment in STUDIES else _REPEATS
+    arguments.repeats = find_repeats(arguments)
     experiments = check_arguments(arguments)
     report = run_suite(
         experiments,
@@ -83,6 +84,18 @@ def run(arguments: argparse.Namespace) -> int:
     )
     print(f"The report: {report}")
     return 0
+
+
+def find_repeats(arguments: argparse.Namespace) -> int:
+    """How many repeats are run: as many as the command line says, else as the protocol does, else as is usual."""
+    if arguments.repeats is not None:
+        return int(arguments.repeats)
+    if arguments.experiment in STUDIES:
+        return _STUDY_REPEATS
+    if arguments.experiment in ("all", *NOT_PROTOCOLS):
+        return _REPEATS
+    check_experiment(arguments)
+    return find_number_of_observers(arguments.experiment, arguments.models) or _REPEATS
 
 
 def find_models(arguments: argparse.Namespace) -> Path:
@@ -113,10 +126,18 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
         BadValueError: An argument is out of bounds.
     """
     check_bounds(arguments)
-    if arguments.experiment == "all":
-        return list(EXPERIMENTS)
-    if arguments.experiment in STUDIES:
-        return [arguments.experiment]
+    check_experiment(arguments)
+    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
+
+
+def check_experiment(arguments: argparse.Namespace) -> None:
+    """Checks that there is such an experiment, or that it is the path of a protocol.
+
+    Raises:
+        BadValueError: It is neither.
+    """
+    if arguments.experiment in ("all", *STUDIES):
+        return
     if arguments.experiment not in EXPERIMENTS and Path(arguments.experiment).suffix not in SUFFIXES:
         known = (
             *EXPERIMENTS,
@@ -126,7 +147,6 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
         )
         if arguments.experiment not in known:
             raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
-    return [arguments.experiment]
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:

@@ -1,6 +1,6 @@
 """What an experiment is: one runner serves all, and an experiment says what differs."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Protocol
@@ -76,6 +76,12 @@ class Experiment(Protocol):
 
     def with_settings(self, settings: Settings) -> "Experiment":
         """Returns the experiment with other settings."""
+
+    def split(self) -> "Sequence[tuple[str, Experiment]]":
+        """Experiments of which repeats are run and kept each by itself, by what the names of their arrays begin with.
+
+        Each of observers of one learner, so that what one command simulated serves others; most are one themselves.
+        """
 
     def count_repeats(self, observers: int) -> int:
         """How many repeats a number of observers takes."""

@@ -11,41 +11,58 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.reach import Reach
-from affordance.control.timed_path import load_path
+from affordance.control.timed_path import TimedPath
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
 from affordance.experiments.shared.gain_experience import collect_experience
-from affordance.experiments.shared.hold_measures import get_measure, select_learner
 from affordance.experiments.shared.hold_outputs import draw_figures, label_results
+from affordance.experiments.shared.lift_drawings import draw_lift_figures
+from affordance.experiments.shared.presentation_rows import (
+    PresentationRow,
+    describe_experience,
+    describe_presentation,
+    expect_mass,
+    see,
+    stack_rows,
+)
+from affordance.experiments.shared.presented import PresentedExperiment
 from affordance.experiments.shared.reaching import present_reach
 from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.experiments.within_trial import WHITE, WithinTrialStudy, draw_within_trial
 from affordance.files.netcdf import Trajectories
-from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry, change_holds
-from affordance.protocols.measured import MeasuredObservers, compute_numbers
-from affordance.protocols.number_entries import FigureEntry, NumberEntry
-from affordance.protocols.object_entries import ProtocolObjects, find_file
-from affordance.protocols.presentations import Presentation, draw_presentations, weigh
+from affordance.protocols.object_entries import ProtocolObjects
+from affordance.protocols.presentations import Presentation, draw_presentations
 from affordance.random_streams import Stream
-from affordance.reporting.plain_report import PlainReport
 from affordance.reporting.replay import Scene, write_replay
-from affordance.settings import Settings
 from affordance.simulation.clamp_trial import run_clamp_and_release
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 
-# Quantiles of the belief that are always kept.
-QUARTILES = (0.25, 0.5, 0.75)
 # Stands for observing an object without holding it, beside the draws of a trial, which count from 0.
 _PREDICTED = 9
+
+
+class Presented(NamedTuple):
+    """What one observer of one learner did.
+
+    Attributes:
+        done: In measured presentations, K of them.
+        memories: Before the first of these and after each, K + 1.
+        rows: Rows of all presentations.
+    """
+
+    done: "list[Done]"
+    memories: list[Memory]
+    rows: list[PresentationRow]
 
 
 class Done(NamedTuple):
@@ -63,54 +80,31 @@ class Done(NamedTuple):
 
 
 @dataclass(frozen=True)
-class HoldExperiment:
+class HoldExperiment(PresentedExperiment):
     """A protocol of simulated presentations.
 
     Attributes:
-        name: Of the protocol.
-        section: The protocol's file.
-        objects: Those that are presented.
-        blocks: Presentations, in order.
-        report: What the protocol says of its report.
-        numbers: What is reported.
-        figures: What is drawn.
-        quantiles: Those of beliefs that are kept.
         expects: Whether what is expected of an object that is seen is kept.
-        learners: What observers learn by; figures are of the first.
-        told: Materials whose densities observers know, by colour, [kg/m^3].
-        models: The folder of models.
-        seed: Root of every random draw.
-        settings: What all simulations share.
+        paths: Paths of reaches, by the number of their block.
     """
 
-    name: str
-    section: Path
-    objects: ProtocolObjects
-    blocks: tuple[BlockEntry, ...]
-    learners: tuple[Learner, ...]
-    told: tuple[tuple[Colour, float], ...]
-    models: Path
-    seed: int
-    settings: Settings
-    quantiles: tuple[float, ...]
-    expects: bool
-    report: PlainReport = field(metadata={"reports": True})
-    numbers: Mapping[str, NumberEntry] = field(metadata={"reports": True})
-    figures: Mapping[str, FigureEntry] = field(metadata={"reports": True})
+    expects: bool = False
+    paths: Mapping[int, TimedPath] = field(default_factory=dict)
 
-    unit = "observer"
+    drawn = (
+        "objects",
+        "heights",
+        "heights of points",
+        "density and drop",
+        "lifts",
+        "belief within a trial",
+        "sinking",
+    )
 
     @property
-    def tools(self) -> tuple[Tool, ...]:
+    def tools_observed(self) -> tuple[Tool, ...]:
         """All objects."""
-        return self.objects.tools
-
-    tools_observed = tools
-
-    @property
-    def colours(self) -> tuple[Colour, ...]:
-        """Their colours, in the order of their components."""
-        return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
+        return self.tools
 
     @property
     def duration(self) -> float:
@@ -122,10 +116,6 @@ class HoldExperiment:
         """What is learned in a first block that is not measured, which protocols share; None if there is none."""
         return build_experience(self.blocks[0], self.objects, self.learners, self.told, self.seed, self.settings)
 
-    def with_settings(self, settings: Settings) -> "HoldExperiment":
-        """Returns the experiment with other settings."""
-        return replace(self, settings=settings)
-
     def with_tools(self, tools: Sequence[Tool], groups: Mapping[str, Sequence[int]]) -> "HoldExperiment":
         """Returns the experiment with other objects."""
         return replace(self, objects=ProtocolObjects(tuple(tools), groups, self.objects.path))
@@ -134,45 +124,41 @@ class HoldExperiment:
         """Returns the experiment with holds of another duration, [s], and other repetitions of the first block."""
         return replace(self, blocks=change_holds(self.blocks, duration, repetitions))
 
-    def count_repeats(self, observers: int) -> int:
-        """One repeat an observer."""
-        return observers
-
-    def plan(self, jobs: int) -> None:
-        """Nothing is shared."""
-
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
         """Lets observers learn in a first block that is not measured; None if there is none."""
         config = self.experience
         return None if config is None else collect_experience(config, folder, repeats=repeats, jobs=jobs)
 
-    def select_shared(self, plan: None) -> None:
-        """Nothing is shared."""
-
     def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
         """Presents the objects of the blocks after the first with what is believed; returns the motions."""
-        done, _ = self._run_blocks(memory, list(enumerate(self.blocks))[1:], repeat)
-        return [each.record for each in done if each.record is not None]
+        presented = self._run_blocks(memory, list(enumerate(self.blocks))[1:], repeat)
+        return [each.record for each in presented.done if each.record is not None]
 
-    def run_presentations(
-        self, experience: Experience | None, repeat: int, learner: Learner
-    ) -> tuple[list[Done], list[Memory]]:
-        """Runs one observer; returns what was done in measured presentations, and memories before and after each."""
+    def draw_presentations(self, repeat: int) -> list[Presentation]:
+        """Draws the presentations of an observer, block by block."""
+        return [
+            presentation
+            for index, block in enumerate(self.blocks)
+            for presentation in self._draw_block(index, block, repeat)
+        ]
+
+    def _draw_block(self, index: int, block: BlockEntry, repeat: int) -> list[Presentation]:
+        rng = np.random.default_rng([self.seed, repeat, Stream.ORDER, *([index] if index else [])])
+        return draw_presentations(block, index, self.objects, rng, repeat)
+
+    def run_presentations(self, experience: Experience | None, repeat: int, learner: Learner) -> Presented:
+        """Runs one observer of a learner."""
         memory, blocks = self._begin(experience, repeat, learner)
         return self._run_blocks(memory, blocks, repeat)
 
-    def _run_blocks(
-        self, memory: Memory, blocks: Sequence[tuple[int, BlockEntry]], repeat: int
-    ) -> tuple[list[Done], list[Memory]]:
-        """Runs some of the blocks; see ``run_presentations``."""
-        done: list[Done] = []
-        memories: list[Memory] = [memory]
+    def _run_blocks(self, memory: Memory, blocks: Sequence[tuple[int, BlockEntry]], repeat: int) -> Presented:
+        """Runs some of the blocks."""
+        presented = Presented([], [memory], [])
         taught, tested = 0, 0
         for index, block in blocks:
-            rng = np.random.default_rng([self.seed, repeat, Stream.ORDER, *([index] if index else [])])
             observer: Observer | None = None
-            for presentation in draw_presentations(block, index, self.objects, rng, repeat):
-                tool = self._weigh(presentation)
+            for presentation in self._draw_block(index, block, repeat):
+                tool, before = self.weigh(presentation), memory
                 seed = (self.seed, repeat, taught) if block.teaches else (self.seed, repeat, Stream.TEST, tested)
                 numbers = self._expect(tool, memory, seed) if block.measured else {}
                 record: TrialRecord | None = None
@@ -180,52 +166,52 @@ class HoldExperiment:
                     observer = observer or self._give_observer(memory, block.do.duration)
                     record = observer.hold(tool, seed)
                 elif block.do.look is None:
-                    record, more = self._present(block, tool, memory, seed)
+                    record, more = self._present(index, tool, memory, seed)
                     numbers |= more
                 if block.teaches and record is not None:
                     memory = observer.memory if observer is not None else record.memory
                 taught, tested = taught + block.teaches, tested + (not block.teaches)
+                seen = see(tool)
+                row = describe_presentation(
+                    presentation,
+                    seen,
+                    (before, memory),
+                    prior=self.settings.prior,
+                    force=numbers.get("force", np.nan),
+                    expected=expect_mass(seen, before, self.settings),
+                    p_value=np.nan if record is None else record.p_value,
+                )
+                presented.rows.append(row)
                 if block.measured:
-                    done.append(Done(presentation, record, numbers))
-                    memories.append(memory)
-        return done, memories
+                    numbers |= {"founds_a_kind": count_kinds(memory) > count_kinds(before)}
+                    presented.done.append(Done(presentation, record, numbers))
+                    presented.memories.append(memory)
+        return presented
 
-    def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
-        """Runs one observer with each learner.
+    def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
+        """Runs one observer with the first learner.
 
         Returns: Arrays over the K measured presentations: ``times`` (N,), heights (K, N), what was counted and
-            measured (K,), ``presented`` (K,); and over the K + 1 moments between them ``density_quantiles``
-            (K + 1, Q), ``density_mode`` (K + 1,) and at the first of them ``densities`` (Q, M). Those of
-            every learner but the first have its name before theirs.
+            measured (K,), ``presented`` (K,); over the K + 1 moments between them ``density_quantiles``
+            (K + 1, Q), ``density_mode`` (K + 1,) and at the first of them ``densities`` (Q, M); and rows of all
+            presentations, of which the names begin with ROW.
         """
-        arrays: dict[str, Any] = {}
-        for place, learner in enumerate(self.learners):
-            done, memories = self.run_presentations(experience, repeat, learner)
-            found = {
-                **stack_presentations([each.record for each in done], [each.numbers for each in done]),
-                "presented": np.array([each.presentation.tool for each in done], dtype=np.intp),
-                "density_quantiles": np.stack(
-                    [memory.belief.compute_percentiles(self.quantiles)[:, 0] for memory in memories]
-                ),
-                "density_mode": np.array([memory.belief.compute_mode()[0] for memory in memories]),
-                "densities": memories[0].belief.compute_percentiles(self.quantiles),
-            }
-            arrays |= found if place == 0 else {f"{learner.value}: {name}": each for name, each in found.items()}
-        return arrays
-
-    def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json; with several learners those of each besides."""
-        numbers = compute_numbers(self.numbers, self.measure(arrays))
-        if len(self.learners) > 1:
-            numbers["learners"] = {
-                learner.value: compute_numbers(self.numbers, self.measure(select_learner(arrays, learner, place)))
-                for place, learner in enumerate(self.learners)
-            }
-        return numbers
-
-    def measure(self, arrays: Arrays) -> MeasuredObservers:
-        """What was measured, of the arrays of all observers."""
-        return MeasuredObservers(self.objects, arrays["presented"], partial(get_measure, arrays, self.quantiles))
+        done, memories, rows = self.run_presentations(experience, repeat, self.learners[0])
+        if experience is not None:
+            config = self.experience
+            assert config is not None  # or there would be none
+            places = self.objects.groups[self.blocks[0].objects]
+            rows = [*describe_experience(config, experience, places, repeat), *rows]
+        return {
+            **stack_presentations([each.record for each in done], [each.numbers for each in done]),
+            "presented": np.array([each.presentation.tool for each in done], dtype=np.intp),
+            "density_quantiles": np.stack(
+                [memory.belief.compute_percentiles(self.quantiles)[:, 0] for memory in memories]
+            ),
+            "density_mode": np.array([memory.belief.compute_mode()[0] for memory in memories]),
+            "densities": memories[0].belief.compute_percentiles(self.quantiles),
+            **stack_rows(rows),
+        }
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Names of the objects, and how they are presented."""
@@ -246,24 +232,25 @@ class HoldExperiment:
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """Figures, trajectories, Diagram and replay."""
-        done, _ = self.run_presentations(experience, OBSERVER_SHOWN, self.learners[0])
+        """Figures, trajectories, Diagram, replay and lifts.csv."""
+        done = self.run_presentations(experience, OBSERVER_SHOWN, self.learners[0]).done
         held = [(self.tools[each.presentation.tool], each.record) for each in done if each.record is not None]
-        figures = draw_figures(self.figures, self.objects, arrays, self.quantiles, self.seed)
+        figures = {**draw_figures(self, arrays), **draw_lift_figures(self, arrays)}
+        lifts = {"lifts": partial(self.write_presentations, arrays)}
         if not held:
-            return Outputs(figures=figures)
+            return Outputs(figures=figures, writers=lifts)
         more, writers = draw_within_trial(self.figures, self.study_within_trial())
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         return Outputs(
             figures={**figures, **more},
             trajectories=Trajectories(
-                label_results(arrays, self.quantiles, [record for _, record in held]),
+                label_results(arrays, self.quantiles, [each.record for each in done]),
                 {"trial": [self.tools[each.presentation.tool].name for each in done], "joint": trial.arm.joint_names},
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_replay(path, self.settings.arm, scenes, title=f"{self.name}, seed {self.seed}"),
-            writers=writers,
+            writers={**lifts, **writers},
         )
 
     def study_within_trial(self) -> WithinTrialStudy:
@@ -290,23 +277,17 @@ class HoldExperiment:
         remembered = self.colours if len(self.colours) > 1 else ()
         return Observer(get_runner(self.settings), memory, duration=duration, remembered=remembered)
 
-    def _weigh(self, presentation: Presentation) -> Tool:
-        """The object of a presentation, as heavy as it is then."""
-        tool = self.tools[presentation.tool]
-        return tool if presentation.mass is None else weigh(tool, presentation.mass)
-
     def _present(
-        self, block: BlockEntry, tool: Tool, memory: Memory, seed: tuple[int, ...]
+        self, index: int, tool: Tool, memory: Memory, seed: tuple[int, ...]
     ) -> tuple[TrialRecord, dict[str, Any]]:
-        """Presents an object in any way but a hold that teaches."""
-        runner = get_runner(self.settings)
-        if block.do.clamp is not None:
-            record, clamp = run_clamp_and_release(runner, tool, memory, duration=block.do.clamp.duration, seed=seed)
+        """Presents an object of a block in any way but a hold that teaches."""
+        runner, action = get_runner(self.settings), self.blocks[index].do
+        if action.clamp is not None:
+            record, clamp = run_clamp_and_release(runner, tool, memory, duration=action.duration, seed=seed)
             return record, {"force": clamp.force}
-        if block.do.reach is not None:
-            path = load_path(find_file(block.do.reach.path, self.section, self.models))
-            return present_reach(runner, tool, Reach(path), memory, seed)
-        return runner.run_hold(tool, memory, duration=block.do.duration, seed=seed), {}
+        if action.reach is not None:
+            return present_reach(runner, tool, Reach(self.paths[index]), memory, seed)
+        return runner.run_hold(tool, memory, duration=action.duration, seed=seed), {}
 
     def _expect(self, tool: Tool, memory: Memory, seed: tuple[int, ...]) -> dict[str, Any]:
         """What is expected of an object that is seen, if that is asked for: inertial parameters (10,)."""

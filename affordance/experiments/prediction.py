@@ -1,70 +1,101 @@
 """What learners predict of people who have not done a protocol yet: the numbers of every simulated observer."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
 
-import joblib
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
-from affordance.experiments.holding import HoldExperiment
-from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.definition import Experiment
+from affordance.experiments.people.prediction import Contrast, Prediction, contrast_learners, summarise
 from affordance.experiments.protocol_runs import load_protocol_experiment
-from affordance.experiments.shared.hold_measures import select_learner
-from affordance.protocols.measured import compute_of_observers
+from affordance.experiments.runner import run_observers
+from affordance.experiments.shared.presented import PresentedExperiment
+from affordance.files.atomic import write_json
+from affordance.protocols.people import Spread, list_spreads
+from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.settings import Settings
+
+# File of what was predicted, in the folder of the protocol's results.
+FILE = "predictions.json"
+
+
+class Predicted(NamedTuple):
+    """What learners predict of a protocol.
+
+    Attributes:
+        predictions: Predictions by number and learner; a number that is a list is one number an entry.
+        meanings: Meanings of the numbers, in words.
+        spreads: Spreads between people by number, where they are known.
+        contrasts: Comparisons of two learners by each number, the best first.
+        path: File that they were written to.
+    """
+
+    predictions: Mapping[str, Mapping[Learner, Prediction]]
+    meanings: Mapping[str, str]
+    spreads: Mapping[str, Spread]
+    contrasts: Sequence[Contrast]
+    path: Path
 
 
 def predict_protocol(
-    name: str, models: Path, settings: Settings, *, repeats: int, seed: int, jobs: int
-) -> tuple[dict[str, dict[Learner, Array]], dict[str, str]]:
+    name: str, models: Path, settings: Settings, out: Path, *, repeats: int, seed: int, jobs: int
+) -> Predicted:
     """Simulates the observers of a protocol with each of its learners, or with all there are if it names but one.
 
+    Observers are kept where ``run_experiment`` keeps them, so that a run does not simulate them again.
+
     Args:
-        name: Of the protocol, or its path.
+        name: Name of the protocol, or its path.
         models: The folder of models.
-        settings: What all simulations share.
+        settings: Settings of all simulations.
+        out: Folder for the results; the protocol has a subfolder of its name.
         repeats: Observers, at least 2.
         seed: Root of every random draw.
         jobs: Processes.
 
-    Returns: By number and learner what each observer did, (R,); a number that is a list is one number an entry. And
-        what each number means, in words.
-
     Raises:
         BadValueError: The file is wrong, or the protocol is about choices, which every learner makes on a run of its
-            own.
+            own, or tells observers what learners would have to learn.
     """
     experiment = load_protocol_experiment(name, models, seed, settings)
-    if not isinstance(experiment, HoldExperiment | LiftExperiment):
+    if not isinstance(experiment, PresentedExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)
+    if experiment.told:
+        problem = "is given, must not be where learners are compared: who is told learns nothing by kinds"
+        raise BadValueError(experiment.section, "observers.told", problem)
     if len(experiment.learners) < 2:
-        experiment = replace(experiment, learners=tuple(Learner))
-    run = partial(experiment.run_observer, None, None)
-    rows = joblib.Parallel(n_jobs=min(jobs, repeats))(joblib.delayed(run)(repeat) for repeat in range(repeats))
-    arrays = {key: np.stack([row[key] for row in rows]) for key in rows[0]}
-    if isinstance(experiment, LiftExperiment):
-        found = experiment.compute_of_observers(arrays)
-    else:
-        found = {
-            learner: compute_of_observers(
-                experiment.numbers, experiment.measure(select_learner(arrays, learner, place))
-            )
-            for place, learner in enumerate(experiment.learners)
-        }
-    meanings = {key: entry.meaning for key, entry in experiment.numbers.items()}
-    return sort_by_number(found, experiment.learners), meanings
+        experiment = experiment.with_learners(tuple(Learner))
+    folder = prepare_folder(out / experiment.name)
+    as_experiment: Experiment = experiment
+    _, arrays = run_observers(as_experiment, None, folder, repeats=repeats, jobs=jobs)
+    values = sort_by_number(experiment.compute_of_observers(arrays), experiment.learners)
+    predictions = {
+        number: {learner: summarise(of_observers) for learner, of_observers in by_learner.items()}
+        for number, by_learner in values.items()
+    }
+    means = {
+        number: float(np.mean([found.mean.mean for found in by_learner.values()]))
+        for number, by_learner in predictions.items()
+    }
+    people = list_spreads(experiment.numbers, experiment.people, means, experiment.objects, experiment.blocks)
+    spreads = {number: people[base] for number in predictions if (base := number.split("[")[0]) in people}
+    contrasts = contrast_learners(predictions, {number: spread.sd for number, spread in spreads.items()})
+    content = _describe(predictions, spreads, contrasts)
+    run = {"seed": seed, "repeats": repeats, "config": experiment, "versions": list_versions()}
+    write_json(folder / FILE, {**content, **run})
+    meanings = {number: entry.meaning for number, entry in experiment.numbers.items()}
+    return Predicted(predictions, meanings, spreads, contrasts, folder / FILE)
 
 
 def sort_by_number(
     found: Mapping[Learner, Mapping[str, Array]], learners: Sequence[Learner]
 ) -> dict[str, dict[Learner, Array]]:
-    """Numbers of observers by number and learner; those with several entries as one number an entry."""
+    """Numbers of observers by number and learner, (R,); those with several entries as one number an entry."""
     values: dict[str, dict[Learner, Array]] = {}
     for learner in learners:
         for key, array in found[learner].items():
@@ -73,3 +104,52 @@ def sort_by_number(
                 name = key if rows.shape[1] == 1 else f"{key}[{column}]"
                 values.setdefault(name, {})[learner] = rows[:, column]
     return values
+
+
+def _describe(
+    predictions: Mapping[str, Mapping[Learner, Prediction]],
+    spreads: Mapping[str, Spread],
+    contrasts: Sequence[Contrast],
+) -> dict[str, Any]:
+    """The predictions as the file has them; what is not finite is left out."""
+    numbers = {
+        number: {
+            learner.value: {
+                "mean": float(found.mean.mean),
+                "mean_ci95": found.mean.ci95,
+                "sd": found.sd,
+                "p5": found.low,
+                "p95": found.high,
+            }
+            for learner, found in by_learner.items()
+        }
+        for number, by_learner in predictions.items()
+    }
+    compared = [
+        {
+            "number": contrast.measure,
+            "learners": [learner.value for learner in contrast.learners],
+            "difference": contrast.difference,
+            "effect": contrast.effect,
+            "superiority": contrast.superiority,
+            "num_people": contrast.num_people,
+            "is_of_people": contrast.is_of_people,
+        }
+        for contrast in contrasts
+    ]
+    people = {number: spread._asdict() for number, spread in spreads.items()}
+    content: dict[str, Any] = _keep_finite(
+        {"numbers": numbers, "contrasts": compared, "spread_between_people": people}
+    )
+    return content
+
+
+def _keep_finite(value: Any) -> Any:
+    """The same with null for every number that is not finite, as JSON has none."""
+    if isinstance(value, Mapping):
+        return {name: _keep_finite(entry) for name, entry in value.items()}
+    if isinstance(value, list):
+        return [_keep_finite(entry) for entry in value]
+    if isinstance(value, np.ndarray):
+        return _keep_finite(value.tolist())
+    return None if isinstance(value, float) and not np.isfinite(value) else value

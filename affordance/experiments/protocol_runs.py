@@ -1,22 +1,19 @@
-"""From a protocol's file to the experiment that runs it."""
+"""Protocols as experiments, by name or path: loaded, and tried out on made-up measurements before anything runs."""
 
-from collections.abc import Callable
 from pathlib import Path
 
-from affordance.choice.hammer import Hammer, load_hammer
-from affordance.choice.reach import Reach
-from affordance.control.start_posture import check_start
-from affordance.control.timed_path import load_path
-from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.holding import QUARTILES, HoldExperiment
-from affordance.experiments.lifting import LiftExperiment, build_lift_experiment
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.protocol_building import (
+    build_choice_experiment,
+    build_hold_experiment,
+    build_lift_experiment,
+)
 from affordance.experiments.reach import ReachExperiment
-from affordance.experiments.shared.checks import check_tools_can_be_held
-from affordance.experiments.shared.experience import build_experience
-from affordance.experiments.shared.hold_measures import EXPECTED
-from affordance.experiments.shared.observers import apply_observers, list_told
+from affordance.experiments.rehearsal import check_number_names, rehearse_claims, rehearse_experiment
+from affordance.experiments.shared.presented import PresentedExperiment
 from affordance.experiments.shared.report_names import (
     EVENTS,
     FACTS,
@@ -26,11 +23,11 @@ from affordance.experiments.shared.report_names import (
     list_number_names,
 )
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import load_arm
-from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
-from affordance.protocols.protocol import Protocol, find_protocol, load_protocol
+from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
 from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
+
+type ProtocolExperiment = HoldExperiment | LiftExperiment | ReachExperiment | HammerExperiment
 
 
 def load_protocol_experiment(
@@ -44,14 +41,25 @@ def load_protocol_experiment(
     """
     path = find_protocol(name, models)
     protocol = load_protocol(path)
-    build: Callable[..., HoldExperiment | LiftExperiment | ReachExperiment | HammerExperiment] = build_hold_experiment
-    if protocol.is_closed_form:
-        build = build_lift_experiment
-    elif any(block.do.choose is not None for block in protocol.blocks):
-        build = build_choice_experiment
-    experiment = build(protocol, path, models, seed, settings)
+    check_folder_is_free(protocol.name, path, models)
+    experiment = build_experiment(protocol, path, models, seed, settings)
+    if isinstance(experiment, PresentedExperiment):
+        check_number_names(experiment, list_given(experiment))
     check_names(experiment.report, list_names(experiment))
+    if isinstance(experiment, PresentedExperiment):
+        rehearse_claims(experiment, rehearse_experiment(experiment))
     return experiment
+
+
+def build_experiment(
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+) -> ProtocolExperiment:
+    """Builds the experiment of a protocol; see ``load_protocol_experiment``."""
+    if protocol.is_closed_form:
+        return build_lift_experiment(protocol, path, models, seed, settings)
+    if protocol.has_choices:
+        return build_choice_experiment(protocol, path, models, seed, settings)
+    return build_hold_experiment(protocol, path, models, seed, settings)
 
 
 def load_hold_experiment(
@@ -70,97 +78,20 @@ def load_choice_experiment(
     return build_choice_experiment(load_protocol(path), path, models, seed, settings)
 
 
-def list_names(experiment: HoldExperiment | LiftExperiment | ReachExperiment | HammerExperiment) -> frozenset[str]:
+def list_names(experiment: ProtocolExperiment) -> frozenset[str]:
     """Names of the numbers and facts that the report of a protocol may name."""
+    numbers = list_number_names(experiment.numbers) if isinstance(experiment, PresentedExperiment) else ()
+    return list_given(experiment) | {*numbers}
+
+
+def list_given(experiment: ProtocolExperiment) -> frozenset[str]:
+    """Names of the numbers and facts that every protocol of this kind has, whatever numbers it names itself."""
     if isinstance(experiment, ReachExperiment | HammerExperiment):
         second = (*OF_SECOND_TOOL, *experiment.names_of_second_tool) if len(experiment.novel) > 1 else ()
         return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.names_of_task, *second})
-    names = {*FACTS, *list_number_names(experiment.numbers)}
     if isinstance(experiment, LiftExperiment):
-        return frozenset(names | {*OF_LIFTS})
+        return frozenset({*FACTS, *OF_LIFTS})
     events = EVENTS if experiment.experience is not None else ()
     learners = {"learners"} if len(experiment.learners) > 1 else set()
-    return frozenset(names | learners | {*events, *experiment.list_facts(None, {})})
-
-
-def build_hold_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
-) -> HoldExperiment:
-    """Builds the experiment of a protocol of simulated presentations.
-
-    Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not fit.
-    """
-    settings, learners = apply_observers(protocol, path, models, settings)
-    objects = build_objects(protocol.objects, path, models)
-    check_tools_can_be_held(objects.path, objects.tools, settings)
-    measured = [block for block in protocol.blocks if block.measured]
-    if not measured:
-        raise BadValueError(path, "blocks", "has no block that is measured, must have at least one")
-    if len({block.do.duration for block in measured if block.do.duration}) > 1:
-        raise BadValueError(path, "blocks", "has measured blocks of several durations, must have one duration")
-    entries = protocol.numbers.values()
-    return HoldExperiment(
-        name=protocol.name,
-        section=path,
-        objects=objects,
-        blocks=tuple(protocol.blocks),
-        learners=learners,
-        told=list_told(protocol, path, objects, learners),
-        models=models,
-        seed=seed,
-        settings=settings,
-        quantiles=tuple(sorted({*QUARTILES, *(entry.quantile for entry in entries)})),
-        expects=any(entry.measure in EXPECTED for entry in entries),
-        report=protocol.build_report(path),
-        numbers=protocol.numbers,
-        figures=protocol.figures,
-    )
-
-
-def build_choice_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
-) -> ReachExperiment | HammerExperiment:
-    """Builds the experiment of a protocol of choices.
-
-    Raises:
-        BadValueError: A file is wrong, or objects or blocks are not as they must be.
-        ModelFileError: The arm cannot be loaded or is not fit.
-    """
-    settings, learners = apply_observers(protocol, path, models, settings)
-    objects = build_objects(protocol.objects, path, models)
-    told = list_told(protocol, path, objects, learners)
-    *_, last = protocol.blocks
-    experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
-    if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:
-        problem = "must be two: shuffled holds that teach and are not measured, and a choice with ask_after_each"
-        raise BadValueError(path, "blocks", problem)
-    choice = last.do.choose
-    task_file = find_file(choice.reach or choice.hammer or "", path, models)
-    task: Reach | Hammer = Reach(load_path(task_file)) if choice.reach else load_hammer(task_file)
-    start = task.path.start if isinstance(task, Reach) else task.start
-    check_start(task_file, "start" if choice.reach else "blow.start", start, load_arm(settings.arm))
-    assert protocol.novel is not None  # a choice is about them
-    novel = build_objects(protocol.novel, path, models)
-    check_colours_known(novel, objects)
-    check_tools_can_be_held(objects.path, experience.tools, settings)
-    held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
-    check_tools_can_be_held(novel.path, held, settings, start)
-    files = (models, task_file, novel.path)
-    common = (protocol.name, path, experience, novel.tools, *files, protocol.build_report(path))
-    return ReachExperiment(*common, task) if isinstance(task, Reach) else HammerExperiment(*common, task)
-
-
-def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:
-    """Refuses novel objects of a colour that no object held before has.
-
-    Raises:
-        BadValueError: There is one.
-    """
-    known = {part.looks_like.colour for tool in objects.tools for part in tool.components}
-    for tool in novel.tools:
-        unknown = {part.looks_like.name for part in tool.components if part.looks_like.colour not in known}
-        if unknown:
-            problem = f"looks like {', '.join(sorted(unknown))}, must look like what {objects.path.name} is made of"
-            raise BadValueError(novel.path, f"tools: {tool.name}", problem)
+    people = {"people"} if any(experiment.people) else set()
+    return frozenset({*FACTS, *events, *experiment.list_facts(None, {})} | learners | people)

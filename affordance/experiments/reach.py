@@ -183,7 +183,7 @@ class ReachExperiment(ChoiceExperiment):
             ),
             diagram=lambda: trial.diagram,
             replay=lambda file: write_replay(file, self.settings.arm, scenes, title=title, p_WG=path),
-            writers=self.list_writers(plan, arrays, numbers),
+            writers=self.list_writers(plan, experience, arrays, numbers),
         )
 
     def _draw_tools(self) -> Figure:

@@ -15,8 +15,9 @@ from typing import Any
 from tqdm import tqdm
 
 from affordance.exceptions import UnavailableError
-from affordance.experiments.definition import OBSERVER_SHOWN, Experiment, Outputs
+from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Experiment, Outputs
 from affordance.experiments.shared.camera_views import draw_camera_views_of
+from affordance.experiments.shared.experience import Experience
 from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
 from affordance.files.netcdf import write_trajectories
@@ -50,15 +51,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
     """
     start = time.perf_counter()
     settings = experiment.settings
-    experience = experiment.gain_experience(folder.parent / "experience", repeats=repeats, jobs=jobs)
-    arrays = run_repeats(
-        folder / "repeats" / compute_key(experiment, settings.arm.parent),
-        partial(experiment.run_observer, experiment.select_shared(plan), experience),
-        repeats=experiment.count_repeats(repeats),
-        jobs=jobs,
-        description=experiment.name,
-        unit=experiment.unit,
-    )
+    experience, arrays = run_observers(experiment, plan, folder, repeats=repeats, jobs=jobs)
     numbers = experiment.compute_metrics(plan, experience, arrays)
     if experience is not None:
         numbers.update(experience.count_events())
@@ -97,6 +90,30 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
     write_json(folder / "metrics.json", {**numbers, **run})
+
+
+def run_observers(
+    experiment: Experiment, plan: Any, folder: Path, *, repeats: int, jobs: int
+) -> tuple[Experience | None, Arrays]:
+    """Runs the observers that a folder does not hold yet; arguments are those of ``run_experiment``.
+
+    Returns: Experience, None if there is none or if observers learn in different ways; and arrays of all observers.
+    """
+    parts = experiment.split()
+    experience = None
+    found: dict[str, Any] = {}
+    for prefix, part in parts:
+        experience = part.gain_experience(folder.parent / "experience", repeats=repeats, jobs=jobs)
+        arrays = run_repeats(
+            folder / "repeats" / compute_key(part, part.settings.arm.parent),
+            partial(part.run_observer, part.select_shared(plan), experience),
+            repeats=part.count_repeats(repeats),
+            jobs=jobs,
+            description=f"{experiment.name}, {prefix.removesuffix(': ')}" if prefix else experiment.name,
+            unit=part.unit,
+        )
+        found |= {f"{prefix}{name}": array for name, array in arrays.items()}
+    return experience if len(parts) == 1 else None, found
 
 
 def describe(experiment: Experiment, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:

@@ -8,19 +8,13 @@ materials' means is a nuisance: it is marginalised, so one odd object moves a ma
 
 from typing import NamedTuple
 
-import numpy as np
-
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
-from affordance.exceptions import AffordanceError
 from affordance.objects.geometry import Geometry
+from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.torque_noise import NoiseModel
-
-# What is felt in a hold takes tens; in a blow, of whose contact the estimator knows nothing, up to 300 were seen.
-_MAX_ITERATIONS = 1000
-_TOLERANCE = 1e-12
 
 
 class TorqueStatistics(NamedTuple):
@@ -109,13 +103,7 @@ def find_likelihood(
     Raises:
         AffordanceError: The size of the errors finds no fixed point.
     """
-    rho = densities.untruncated_mean
-    for _ in range(_MAX_ITERATIONS):
-        likelihood = noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho)
-        previous, rho = rho, densities.condition(likelihood).untruncated_mean
-        if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
-            return likelihood
-    raise AffordanceError(
-        f"the estimator found no fixed point in {_MAX_ITERATIONS} iterations; the last density changed by "
-        f"{np.abs(rho - previous).max():.3g} kg/m^3"
+    return find_fixed_point(
+        densities,
+        lambda rho: noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho),
     )

@@ -7,15 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.objects.tool import Tool, list_densities
-from affordance.protocols.number_entries import Measure, NumberEntry
+from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.reporting.expressions import evaluate
 from affordance.reporting.statistics import estimate_mean
 
-# Numbers of the objects, whatever observers do.
-OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
+_COMPUTE_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
     Measure.TRUE_MASS: lambda tools: [tool.mass for tool in tools],
     Measure.TRUE_CENTRE_OF_MASS: lambda tools: [float(tool.p_TTcm[0]) for tool in tools],
     Measure.TRUE_DENSITY: lambda tools: tools[0].components[0].material.density,
@@ -23,23 +22,23 @@ OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
         name: list_densities(tools)[colour] for name, colour in list_materials(tools).items()
     },
 }
-# Of the moments before the first presentation and after each.
-MOMENTS = (Measure.DENSITY, Measure.DENSITY_MODE)
 
 
 class MeasuredObservers(NamedTuple):
     """What was measured of R observers in K presentations.
 
     Attributes:
-        objects: Those of the protocol.
-        presented: Which object was presented, (R, K).
-        get: A measure of all presentations, (R, K), or of the moments between them, (R, K + 1), with the quantile of
-            a belief; of DENSITIES of all M materials, (R, M).
+        objects: Objects of the protocol.
+        presented: Indices of the objects that were presented, (R, K).
+        get: Function that returns a measure of all presentations, (R, K), or of the moments between them, (R, K + 1),
+            with the quantile of a belief; of DENSITIES of all M colours, (R, M).
+        find_measured: Function that says in which presentations a measure is taken, (K,); None if each is in all.
     """
 
     objects: ProtocolObjects
     presented: NDArray[np.intp]
     get: Callable[[Measure, float], Array]
+    find_measured: Callable[[Measure], NDArray[np.bool_]] | None = None
 
 
 def list_materials(tools: Sequence[Tool]) -> dict[str, Any]:
@@ -47,47 +46,72 @@ def list_materials(tools: Sequence[Tool]) -> dict[str, Any]:
     return {part.material.name: part.looks_like.colour for tool in tools for part in tool.components}
 
 
+def list_colours(tools: Sequence[Tool]) -> list[Any]:
+    """Colours that tools show, in the order of their components."""
+    return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
+
+
 def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Any]:
     """Computes all numbers of a protocol.
 
     Raises:
-        AffordanceError: An expression is wrong.
+        BadValueError: An expression cannot be evaluated.
     """
     of_observers = compute_of_observers(entries, measured)
     numbers: dict[str, Any] = {}
     for name, entry in entries.items():
-        if entry.measure is not None and entry.measure in OF_OBJECTS:
-            tools = measured.objects.select(entry.of)
-            numbers[name] = OF_OBJECTS[entry.measure](tools)
-            if entry.single and isinstance(numbers[name], list):
-                numbers[name] = numbers[name][0]
+        if entry.measure in OF_OBJECTS:
+            numbers[name] = compute_of_objects(entry, measured.objects)
         elif entry.measure is Measure.DENSITIES:
-            names = list_materials(measured.objects.select(entry.of))
+            colours = list_colours(measured.objects.tools)
             medians = np.median(of_observers[name], axis=0)
-            numbers[name] = dict(zip(names, medians, strict=True))
+            materials = list_materials(measured.objects.select(entry.of))
+            numbers[name] = {material: medians[colours.index(colour)] for material, colour in materials.items()}
         else:
             numbers.update(_summarise(name, entry, of_observers[name]))
     return numbers
+
+
+def compute_of_objects(entry: NumberEntry, objects: ProtocolObjects) -> Any:
+    """A number of the objects alone."""
+    assert entry.measure is not None  # it is one of them
+    number = _COMPUTE_OF_OBJECTS[entry.measure](objects.select(entry.of))
+    return number[0] if entry.single and isinstance(number, list) else number
 
 
 def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Array]:
     """Computes the numbers of each observer, (R, ...), but for those of the objects alone.
 
     Raises:
-        AffordanceError: An expression is wrong.
+        BadValueError: An expression cannot be evaluated; names the number and not the file.
     """
     found: dict[str, Array] = {}
+    same: dict[str, Any] = {}  # for all observers
     for name, entry in entries.items():
         if entry.measure is None:
-            try:
-                found[name] = np.asarray(evaluate(entry.expression or "", found), dtype=float)
-            except (AffordanceError, TypeError, ValueError) as error:
-                raise AffordanceError(f"numbers.{name}.expression: {error}") from error
+            found[name] = _evaluate(name, entry, found, same, len(measured.presented))
+        elif entry.measure in OF_OBJECTS:
+            same[name] = compute_of_objects(entry, measured.objects)
         elif entry.measure is Measure.DENSITIES:
             found[name] = measured.get(entry.measure, entry.quantile)
-        elif entry.measure not in OF_OBJECTS:
+        else:
             found[name] = _measure(entry, entry.measure, measured)
     return found
+
+
+def _evaluate(
+    name: str, entry: NumberEntry, found: Mapping[str, Array], same: Mapping[str, Any], num_observers: int
+) -> Array:
+    """An expression of numbers above it, observer by observer, (R, ...)."""
+    expression = entry.expression or ""
+    rows = []
+    for observer in range(num_observers):
+        known = {**same, **{other: values[observer] for other, values in found.items()}}
+        try:
+            rows.append(np.asarray(evaluate(expression, known), dtype=float))
+        except (AffordanceError, TypeError, ValueError) as error:
+            raise BadValueError("", f"numbers.{name}.expression", str(error)) from error
+    return np.stack(rows)
 
 
 def select_presentations[T: np.generic](
@@ -103,11 +127,14 @@ def select_presentations[T: np.generic](
 def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) -> Array:
     """One number of each observer."""
     group = measured.objects.groups[entry.of]
-    values = measured.get(measure, entry.quantile)
+    values, presented = measured.get(measure, entry.quantile), measured.presented
     if measure in MOMENTS:
-        after = select_presentations(values[:, 1:], measured.presented, group)
-        return np.concatenate([values[:, :1], after], axis=1)
-    values = select_presentations(values, measured.presented, group)
+        after = select_presentations(values[:, 1:], presented, group)
+        values = np.concatenate([values[:, :1], after], axis=1)
+    else:
+        taken = find_taken(entry, measure, measured)
+        values, presented = _take(values, taken), _take(presented, taken)
+        values = select_presentations(values, presented, group)
     if entry.growth:
         values = np.diff(values, axis=1)
     if entry.single:
@@ -117,16 +144,31 @@ def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) 
     chosen = slice(None, entry.first) if entry.last is None else slice(-entry.last, None)
     values = values[:, chosen]
     if entry.correlated_with is not None:
-        others = select_presentations(measured.get(entry.correlated_with, entry.quantile), measured.presented, group)
-        pairs = zip(values, others[:, chosen], strict=True)
+        others = _take(measured.get(entry.correlated_with, entry.quantile), taken)
+        pairs = zip(values, select_presentations(others, presented, group)[:, chosen], strict=True)
         return np.array([np.corrcoef(row, other)[0, 1] for row, other in pairs])
     if entry.predicted_for is None:
         return np.array([row.mean() for row in values])
-    tools = select_presentations(measured.presented, measured.presented, group)[:, chosen]
+    tools = select_presentations(presented, presented, group)[:, chosen]
     target = measured.objects.select(entry.predicted_for)[0]
     return np.array(
         [predict_from_line(row, of, measured.objects.tools, target) for row, of in zip(values, tools, strict=True)]
     )
+
+
+def find_taken(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) -> NDArray[np.bool_]:
+    """In which of all presentations a number is measured, whatever the object, (K,)."""
+    taken = np.ones(measured.presented.shape[1], dtype=bool)
+    if measured.find_measured is not None:
+        taken &= measured.find_measured(measure)
+        if entry.correlated_with is not None:
+            taken &= measured.find_measured(entry.correlated_with)
+    return taken
+
+
+def _take[T: np.generic](values: NDArray[T], taken: NDArray[np.bool_]) -> NDArray[T]:
+    """The columns that are taken; the array itself if all are."""
+    return values if taken.all() else values[:, taken]
 
 
 def predict_from_line(values: Array, presented: NDArray[np.intp], tools: Sequence[Tool], target: Tool) -> float:

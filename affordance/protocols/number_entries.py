@@ -5,6 +5,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
+from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
 from affordance.protocols.expression_entries import Expression
 from affordance.protocols.object_entries import ALL
@@ -48,6 +49,29 @@ class Measure(enum.StrEnum):
     TRUE_DENSITIES = "true densities"  # by material
 
 
+# Numbers of the objects, whatever observers do.
+OF_OBJECTS = (Measure.TRUE_MASS, Measure.TRUE_CENTRE_OF_MASS, Measure.TRUE_DENSITY, Measure.TRUE_DENSITIES)
+# Of the moments before the first presentation and after each.
+MOMENTS = (Measure.DENSITY, Measure.DENSITY_MODE)
+# Keys of a number that every number may have, and those that say how its presentations become one number.
+_COMMON = {"meaning", "people"}
+_WAYS = {"first", "last", "single", "growth", "predicted_for", "correlated_with"}
+# Ways that leave nothing for others to say.
+_ALONE = (
+    {"single", "first", "last"},
+    {"single", "predicted_for", "correlated_with"},
+    {"growth", "predicted_for", "correlated_with"},
+)
+
+
+class SpreadEntry(DataModel):
+    """How much people differ in a number, beyond what simulated observers do."""
+
+    sd: Annotated[float, Within(0.0), Field(description="Standard deviation between people.")]
+    unit: Annotated[str, Text(), Field(description="That of the number; 1 if it has none.")]
+    source: Annotated[str, Text(), Field(description="Where it is from.")]
+
+
 class NumberEntry(DataModel):
     """A number of metrics.json."""
 
@@ -80,6 +104,10 @@ class NumberEntry(DataModel):
         Field(description="How observers are taken together; 'median of all': with all presentations."),
     ] = "mean"
     interval: Annotated[bool, Field(description="With the 95 % interval of the mean, as NAME_ci95.")] = False
+    people: Annotated[
+        SpreadEntry | None,
+        Field(description="The spread between people, which what learners predict is compared with."),
+    ] = None
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
@@ -94,7 +122,45 @@ class NumberEntry(DataModel):
             raise complain(f"is {self.last}, must not be given beside 'first'", "last")
         if self.interval and self.over != "mean":
             raise complain(f"is true, must be false where observers are taken together by {self.over!r}", "interval")
+        if self.correlated_with in (*MOMENTS, *OF_OBJECTS, Measure.DENSITIES):
+            known = [each.value for each in Measure if each not in (*MOMENTS, *OF_OBJECTS, Measure.DENSITIES)]
+            problem = f"{describe_choice(self.correlated_with.value, known)}; that is of each presentation"
+            raise complain(problem, "correlated_with")
+        self._check_keys()
         return self
+
+    def _check_keys(self) -> None:
+        """Refuses keys that would say nothing."""
+        given = self.model_fields_set - _COMMON - {"measure", "expression"}
+        what = "an expression" if self.measure is None else f"the measure {self.measure.value!r}"
+        for key in sorted(given - self._list_keys()):
+            raise complain(f"is given, must not be of {what}, of which it says nothing", key)
+        for ways in _ALONE:
+            first, *others = sorted(ways & given, key=list(NumberEntry.model_fields).index)[:2] or [""]
+            if others:
+                raise complain(f"is given, must not be together with {first!r}", others[0])
+
+    def _list_keys(self) -> set[str]:
+        """Keys that say something of such a number."""
+        if self.measure is None:
+            return {"over", "interval"}
+        if self.measure in OF_OBJECTS:
+            return {"of", "single"}
+        if self.measure is Measure.DENSITIES:
+            return {"of", "quantile"}
+        quantile = {"quantile"} if self.measure is Measure.DENSITY else set()
+        ways = _WAYS - {"predicted_for", "correlated_with"} if self.measure in MOMENTS else _WAYS
+        return {"of", "over", "interval", *quantile, *ways}
+
+
+# Groups that figures draw.
+_DRAWN = {
+    "objects": ("of", "decoy"),
+    "heights": ("of",),
+    "heights of points": ("of", "decoy"),
+    "density and drop": ("of",),
+    "lifts": ("of", "predicted_from"),
+}
 
 
 class FigureEntry(DataModel):
@@ -112,3 +178,15 @@ class FigureEntry(DataModel):
         Annotated[str, Text()] | None, Field(description="Of lifts: the group whose forces predict those drawn.")
     ] = None
     title: str = ""
+
+    @model_validator(mode="after")
+    def check_keys(self) -> Self:
+        """Refuses keys that such a figure does not draw.
+
+        Raises:
+            PydanticCustomError: There is one.
+        """
+        known = {"draw", "title", *_DRAWN.get(self.draw, ())}
+        for key in sorted(self.model_fields_set - known):
+            raise complain(f"is given, must not be of the figure {self.draw!r}, of which it says nothing", key)
+        return self

@@ -1,5 +1,6 @@
 """The objects of a protocol: their shapes, materials and looks, or the file that has them, in named groups."""
 
+import difflib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, NamedTuple, Self
@@ -95,6 +96,8 @@ class GroupEntry(DataModel):
             if not 1 <= abs(place) <= len(tools):
                 raise LookupError(f"has the place {place}, must be from 1 to {len(tools)}, or from -1 backwards")
         start, end = (place - 1 if place > 0 else len(tools) + place for place in (self.first, self.last))
+        if start > end:
+            raise LookupError(f"is empty: from {self.first} to {self.last} of {len(tools)} objects there is none")
         return list(range(start, end + 1))
 
 
@@ -154,13 +157,14 @@ class ProtocolObjects(NamedTuple):
         return [self.tools[index] for index in self.groups[group]]
 
 
-def build_objects(entry: ObjectsEntry, path: Path, models: Path) -> ProtocolObjects:
+def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "objects") -> ProtocolObjects:
     """Builds the objects of a protocol.
 
     Args:
         entry: What the protocol says.
         path: The protocol's file.
         models: The folder of models.
+        key: Place of the entry in the protocol.
 
     Raises:
         BadValueError: A file is wrong, a name is twice or none there is, or the objects are not as is required.
@@ -169,27 +173,42 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path) -> ProtocolObje
     source = path
     materials: dict[str, Material] = {}
     if entry.file is not None or entry.tools is not None:
-        materials = load_materials(find_file(entry.materials_file, path, models))
+        materials = load_materials(find_file(entry.materials_file, f"{key}.materials_file", path, models))
         materials |= {name: each.build(name) for name, each in (entry.materials or {}).items()}
     if entry.file is not None:
-        source = find_file(entry.file, path, models)
+        source = find_file(entry.file, f"{key}.file", path, models)
         tools = load_tools(source, materials)
-    tools += build_tools(path, "objects.tools", entry.tools or [], materials, path.parent)
+    tools += build_tools(path, f"{key}.tools", entry.tools or [], materials, path.parent)
     tools += tuple(each.build() for each in entry.cylinders or [])
     names = [tool.name for tool in tools]
     if twice := {name for name in names if names.count(name) > 1}:
-        raise BadValueError(path, "objects", f"has two objects called {min(twice)!r}, each must have its own name")
+        raise BadValueError(path, key, f"has two objects called {min(twice)!r}, each must have its own name")
     check_requirements(entry.require, source, tools)
     groups: dict[str, list[int]] = {ALL: list(range(len(tools)))}
     for name, group in entry.groups.items():
         try:
             groups[name] = group.select(tools)
         except LookupError as error:
-            raise BadValueError(path, join_key(["objects", "groups", name]), str(error.args[0])) from error
+            raise BadValueError(path, join_key([key, "groups", name]), str(error.args[0])) from error
     return ProtocolObjects(tools, groups, source)
 
 
-def find_file(name: str, path: Path, models: Path) -> Path:
-    """A file that a protocol names: the one beside the protocol if there is one, else that of the models."""
-    beside = path.parent / name
-    return beside if beside.exists() else models / name
+def find_file(name: str, key: str, path: Path, models: Path) -> Path:
+    """Finds a file that a protocol names: in the protocol's own folder or, if it is not there, in that of the models.
+
+    Args:
+        name: Path of the file, relative to one of these folders.
+        key: Place where the protocol names it.
+        path: Path of the protocol's file.
+        models: Folder of models.
+
+    Raises:
+        BadValueError: There is neither.
+    """
+    for folder in (path.parent, models):
+        if (folder / name).is_file():
+            return folder / name
+    problem = f"is {name!r}, which is neither in the protocol's folder nor in {models}"
+    near = difflib.get_close_matches(Path(name).name, [each.name for each in path.parent.iterdir()], n=1)
+    hint = f"; did you mean {near[0]!r}?" if near and near[0] != path.name else ""
+    raise BadValueError(path, key, problem + hint)

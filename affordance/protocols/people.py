@@ -1,42 +1,114 @@
-"""What people did, beside the numbers of a protocol: published values, and what follows from them."""
+"""Results of people for the numbers of a protocol: published values, their own lifts, and what follows from them."""
 
 import math
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student_t
 
-from affordance.protocols.number_entries import NumberEntry
+from affordance.arrays import Array
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.measured import MeasuredObservers, compute_of_observers
+from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
+from affordance.protocols.object_entries import ProtocolObjects
+from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
 from affordance.protocols.published import Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
-from affordance.reporting.statistics import CONFIDENCE
+from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
 # Row of a table that says how many people there were.
 NUM_PEOPLE = "num_people"
 # Step of the derivatives by which errors propagate, as a fraction of a standard error.
 _STEP = 1e-4
+# Acceleration of gravity where people lift, [m/s^2].
+_GRAVITY = 9.81
 
 
-def list_people(entries: Mapping[str, NumberEntry], table: PublishedTable) -> dict[str, Published]:
-    """Published values of the numbers of a protocol, and what its expressions make of them.
+class People(NamedTuple):
+    """Results of people.
 
-    Errors propagate to first order; values are taken as independent, for whether they covary is rarely published.
+    Attributes:
+        table: Published values; None if there are none.
+        lifts: Single lifts; None if they are not given.
+    """
+
+    table: PublishedTable | None = None
+    lifts: PeopleLifts | None = None
+
+
+class Spread(NamedTuple):
+    """How much people differ in a number.
+
+    Attributes:
+        sd: Standard deviation between people.
+        source: Source of the value.
+    """
+
+    sd: float
+    source: str
+
+
+def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> None:
+    """Refuses rows of a table that are of no number.
 
     Raises:
-        BadValueError: The table does not say how many people there were where an error propagates.
+        BadValueError: There is one, or the number of people is none.
+    """
+    for quantity in table.list_quantities():
+        if quantity == NUM_PEOPLE:
+            if table.get(quantity).value < 2.0:
+                problem = f"is {table.get(quantity).value:g}, must be at least 2"
+                raise BadValueError(table.path, f"{NUM_PEOPLE}, value", problem)
+        elif quantity not in entries:
+            near = get_close_matches(quantity, entries, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            known = ", ".join([NUM_PEOPLE, *entries])
+            problem = f"is {quantity!r}, which is no number of the protocol: {known}{hint}"
+            raise BadValueError(table.path, "quantity", problem)
+
+
+def list_people(
+    entries: Mapping[str, NumberEntry],
+    people: People,
+    objects: ProtocolObjects | None = None,
+    blocks: Sequence[BlockEntry] = (),
+) -> dict[str, Published]:
+    """What people did of the numbers of a protocol: published, by their own lifts, and what expressions make of it.
+
+    Of published values errors propagate to first order; they are taken as independent, for whether they covary is
+    rarely published.
+
+    Args:
+        entries: The numbers of the protocol.
+        people: Results of people.
+        objects: Objects of the protocol, which people's own lifts need.
+        blocks: Blocks of the protocol.
+
+    Raises:
+        BadValueError: The table does not say how many people there were where an error propagates, or somebody has
+            lifted less often than a number asks for.
         AffordanceError: An expression is wrong.
     """
     known: dict[str, Published] = {}
+    if people.lifts is not None and objects is not None:
+        source = f"{len(people.lifts.people)} people, {people.lifts.path.name}"
+        for name, values in measure_people(entries, people.lifts, objects, blocks).items():
+            mean, low, high = (float(each) for each in estimate_mean(values))
+            known[name] = Published(mean, low, high, "", source)
+    if people.table is None:
+        return known
     for name, entry in entries.items():
-        if table.has(name):
-            known[name] = table.get(name)
-        elif entry.expression is not None:
+        if people.table.has(name):
+            known[name] = people.table.get(name)
+        elif entry.expression is not None and name not in known:
             names = find_names(entry.expression)
             used = {other: value for other, value in known.items() if other in names}
-            missing = names.intersection(entries) - set(known)
+            missing = [other for other in names if other in entries and other not in known]
             if used and not missing:
-                known[name] = _propagate(entry.expression, used, table)
+                known[name] = _propagate(entry.expression, used, people.table)
     return known
 
 
@@ -50,19 +122,129 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
     return numbers
 
 
+def measure_people(
+    entries: Mapping[str, NumberEntry], lifts: PeopleLifts, objects: ProtocolObjects, blocks: Sequence[BlockEntry]
+) -> dict[str, Array]:
+    """Numbers of force and weight of every person, (P,); those that are lists are left out.
+
+    Raises:
+        BadValueError: Somebody has lifted less often than a number asks for.
+    """
+    chosen: dict[str, NumberEntry] = {}
+    for name, entry in entries.items():
+        measures = {entry.measure, entry.correlated_with} - {None}
+        if entry.expression is not None:
+            fits = find_names(entry.expression) <= chosen.keys()
+        else:
+            fits = measures <= {Measure.FORCE, Measure.WEIGHT, *OF_OBJECTS}
+        if fits:
+            chosen[name] = entry
+    rows = [_measure_person(chosen, lifts, name, person, objects, blocks) for name, person in lifts.people.items()]
+    return {
+        name: np.array([row[name] for row in rows])
+        for name in chosen
+        if name in rows[0] and all(row[name].ndim == 0 for row in rows)
+    }
+
+
+def list_spreads(
+    entries: Mapping[str, NumberEntry],
+    people: People,
+    means: Mapping[str, float],
+    objects: ProtocolObjects | None = None,
+    blocks: Sequence[BlockEntry] = (),
+) -> dict[str, Spread]:
+    """How much people differ in the numbers of a protocol, where it is known.
+
+    What the protocol says of a number comes first, then the spread of people's own lifts, then what follows from a
+    published interval and the number of people. That of an expression follows from its parts to first order, taken as
+    independent; people who push hard push hard at everything, so of a ratio it is rather too large.
+
+    Args:
+        entries: The numbers of the protocol.
+        people: Results of people.
+        means: Predicted means of the numbers, at which expressions are taken.
+        objects: Objects of the protocol.
+        blocks: Blocks of the protocol.
+    """
+    measured: dict[str, Array] = {}
+    if people.lifts is not None and objects is not None and len(people.lifts.people) > 1:
+        measured = measure_people(entries, people.lifts, objects, blocks)
+    table = people.table if people.table is not None and people.table.has(NUM_PEOPLE) else None
+    published = list_people(entries, People(table)) if table is not None else {}
+    found: dict[str, Spread] = {}
+    for name, entry in entries.items():
+        if entry.people is not None:
+            found[name] = Spread(entry.people.sd, entry.people.source)
+        elif name in measured and people.lifts is not None:
+            found[name] = Spread(float(measured[name].std(ddof=1)), people.lifts.path.name)
+        elif table is not None and name in published and math.isfinite(published[name].low):
+            count = table.get(NUM_PEOPLE).value
+            half = 0.5 * (published[name].high - published[name].low)
+            found[name] = Spread(half * math.sqrt(count) / _compute_quantile(count), published[name].source)
+        elif entry.expression is not None:
+            names = [other for other in entries if other in find_names(entry.expression)]
+            moving = [other for other in names if entries[other].measure not in (Measure.WEIGHT, *OF_OBJECTS)]
+            if moving and all(other in found for other in moving) and all(other in means for other in names):
+                sds = {other: found[other].sd for other in moving}
+                sd = compute_error(entry.expression, {other: means[other] for other in names}, sds)
+                found[name] = Spread(sd, "calculated from the others")
+    return found
+
+
+def compute_error(expression: str, means: Mapping[str, float], errors: Mapping[str, float]) -> float:
+    """Error of an expression by those of the numbers in it, to first order, taken as independent."""
+    changes = []
+    for name, error in errors.items():
+        if error > 0.0:
+            up, down = (
+                float(evaluate(expression, {**means, name: means[name] + sign * _STEP * error}))
+                for sign in (1.0, -1.0)
+            )
+            changes.append((up - down) / (2.0 * _STEP))
+    return float(np.linalg.norm(changes)) if changes else 0.0
+
+
+def _measure_person(
+    entries: Mapping[str, NumberEntry],
+    lifts: PeopleLifts,
+    name: str,
+    person: PersonLifts,
+    objects: ProtocolObjects,
+    blocks: Sequence[BlockEntry],
+) -> dict[str, Array]:
+    """The numbers of one person, by the lifts of measured blocks of which there is a force."""
+    unmeasured = [index for index, block in enumerate(blocks) if not block.measured]
+    kept = np.isfinite(person.force) & ~np.isin(person.block, unmeasured)
+    tool, force, mass = person.tool[kept], person.force[kept], person.mass[kept]
+    usual = np.array([each.mass for each in objects.tools])[tool]
+    arrays = {Measure.FORCE: force, Measure.WEIGHT: _GRAVITY * np.where(np.isnan(mass), usual, mass)}
+    for number, entry in entries.items():
+        if entry.measure in arrays:
+            count = int(np.isin(tool, objects.groups[entry.of]).sum())
+            asked = entry.first or entry.last or 1
+            if count < asked:
+                problem = f"has {count} lifts of {entry.of!r} by {name!r}, must have {asked} for the number {number}"
+                raise BadValueError(lifts.path, "", problem)
+    measured = MeasuredObservers(objects, tool[None], lambda measure, quantile: arrays[measure][None])
+    try:
+        return {key: np.asarray(values[0]) for key, values in compute_of_observers(entries, measured).items()}
+    except AffordanceError as error:
+        raise BadValueError(lifts.path, "", f"{name!r}: {error}") from error
+
+
+def _compute_quantile(count: float) -> float:
+    """Student's quantile of a 95 % interval over so many people."""
+    return float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
+
+
 def _propagate(expression: str, used: Mapping[str, Published], table: PublishedTable) -> Published:
     """The value of an expression, with the interval that follows from those of what it is calculated from."""
-    quantile = float(student_t.ppf(0.5 + CONFIDENCE / 2.0, table.get(NUM_PEOPLE).value - 1.0))
+    quantile = _compute_quantile(table.get(NUM_PEOPLE).value)
     means = {name: value.value for name, value in used.items()}
     ses = {
         name: 0.5 * (value.high - value.low) / quantile for name, value in used.items() if math.isfinite(value.low)
     }
     middle = float(evaluate(expression, means))
-    changes = []
-    for name, se in ses.items():
-        up, down = (
-            float(evaluate(expression, {**means, name: means[name] + sign * _STEP * se})) for sign in (1.0, -1.0)
-        )
-        changes.append((up - down) / (2.0 * _STEP))
-    half = quantile * float(np.linalg.norm(changes)) if changes else math.nan
+    half = quantile * compute_error(expression, means, ses) if ses else math.nan
     return Published(middle, middle - half, middle + half, "1", "calculated from the others")

@@ -22,11 +22,13 @@ class Presentation:
         tool: Which object.
         block: Which block of the protocol.
         mass: What it weighs this time, [kg]; None for what it always weighs.
+        cycle: Number of the repetition, from 1.
     """
 
     tool: int
     block: int
     mass: float | None = None
+    cycle: int = 1
 
 
 def draw_presentations(
@@ -49,7 +51,7 @@ def draw_presentations(
     if count > _MOST:
         problem = f"presents {len(group)} objects {block.repetitions} times, {block.times} in a row: {count} in all"
         raise AffordanceError(f"blocks[{index}]: {problem}, must be at most {_MOST}")
-    before = [] if block.first is None else [tool for tool in objects.groups[block.first] if tool in group]
+    before = [] if block.first is None else list(objects.groups[block.first])
     others = [tool for tool in group if tool not in before]
     presentations = []
     for repetition in range(block.repetitions):
@@ -59,7 +61,7 @@ def draw_presentations(
             if block.gradual is not None and objects.tools[tool].name == block.gradual.object:
                 share = repetition / max(1, block.repetitions - 1)
                 mass = block.gradual.mass_from + share * (block.gradual.mass_to - block.gradual.mass_from)
-            presentations += [Presentation(tool, index, mass)] * block.times
+            presentations += [Presentation(tool, index, mass, repetition + 1)] * block.times
     return presentations
 
 
@@ -75,7 +77,7 @@ def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, ro
     """Orders objects for one repetition; row is that of a Latin square."""
     if order == "shuffled":
         return [tools[int(place)] for place in rng.permutation(len(tools))]
-    if order == "latin square":
+    if order == "latin square" and tools:  # all may come first
         return [tools[place] for place in build_row(len(tools), row % count_rows(len(tools)))]
     return list(tools)
 

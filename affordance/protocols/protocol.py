@@ -21,6 +21,11 @@ from affordance.reporting.plain_report import PlainReport
 
 # Where the protocols are that come with the program, in the folder of models.
 FOLDER = "protocols"
+# Folders of results that are no protocol's.
+TAKEN = (
+    *("vision", "robustness", "learners", "tools", "arms", "recorded", "kappa", "trust", "benchmarks"),
+    *("experience", "frames", "agreement", "vision_comparison", "ours"),
+)
 # How files of protocols end.
 SUFFIXES = (".yaml", ".yml")
 # The objects that are chosen about and not held, beside the groups.
@@ -53,7 +58,8 @@ class NoiseEntry(DataModel):
     """How well joints feel torque."""
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
-    threshold: Annotated[float, Within(0.0, 10.0), Field(description="[N m]")]
+    # Not zero: a joint that bears nothing would feel it without error, and know everything.
+    threshold: Annotated[float, Within(1e-6, 10.0), Field(description="[N m]")]
 
 
 class ObserversEntry(DataModel):
@@ -72,6 +78,19 @@ class ObserversEntry(DataModel):
     ] = None
     noise: Annotated[NoiseEntry | None, Field(description="Else that of all simulations.")] = None
     arm: Annotated[Annotated[str, Text()] | None, Field(description="Model directives, else the models' arm.")] = None
+
+    @model_validator(mode="after")
+    def check_learners(self) -> Self:
+        """Refuses learners that are named twice.
+
+        Raises:
+            PydanticCustomError: One is.
+        """
+        learners = self.learners or []
+        for index, learner in enumerate(learners):
+            if learner in learners[:index]:
+                raise complain(f"is {learner.value!r}, which stands before it already", f"learners[{index}]")
+        return self
 
 
 class Protocol(DataModel):
@@ -92,6 +111,10 @@ class Protocol(DataModel):
     published: Annotated[
         Annotated[str, Text()] | None,
         Field(description="Table of what people did: a row a number, with its interval and source."),
+    ] = None
+    people: Annotated[
+        Annotated[str, Text()] | None,
+        Field(description="Table of what people did lift by lift, in the columns of the lifts.csv of a run."),
     ] = None
     report: ReportEntry = Field(default_factory=ReportEntry)
 
@@ -119,12 +142,36 @@ class Protocol(DataModel):
             if (block.objects == NOVEL) != (block.do.choose is not None):
                 problem = f"is {block.objects!r}, must be {NOVEL!r} of a choice, and of nothing else"
                 raise complain(problem, f"blocks[{index}].objects")
+        self._check_choices()
         closed = [block.do.clamp is not None and block.do.clamp.closed_form for block in self.blocks]
         for index, block in enumerate(self.blocks):
             if any(closed) and not (closed[index] or block.do.look is not None):
                 problem = "is simulated, must be a clamp in closed form or a look as other blocks are in closed form"
                 raise complain(problem, f"blocks[{index}].do")
         return self
+
+    @property
+    def has_choices(self) -> bool:
+        """Whether observers choose a grip, of which the numbers are those of Simulations III and IV."""
+        return any(block.do.choose is not None for block in self.blocks)
+
+    def _check_choices(self) -> None:
+        """Refuses keys that say nothing of choices, or nothing without them."""
+        if not self.has_choices:
+            if self.novel is not None:
+                raise complain("is given, must not be without a block that chooses about these objects", "novel")
+            if not any(block.measured for block in self.blocks):
+                raise complain("has no block that is measured, must have at least one", "blocks")
+            return
+        for key in ("numbers", "figures", "published", "people"):
+            if getattr(self, key):
+                problem = "is given, must not be of choices: their numbers and figures are those of Simulation III"
+                raise complain(problem, key)
+        for index, block in enumerate(self.blocks):
+            ignored = block.model_fields_set & {"repetitions", "order", "first", "times", "gradual"}
+            if block.do.choose is not None and ignored:
+                problem = "is given, must not be of a choice, of which it says nothing"
+                raise complain(problem, f"blocks[{index}].{min(ignored)}")
 
     @property
     def is_closed_form(self) -> bool:
@@ -161,6 +208,39 @@ def load_protocol(path: Path) -> Protocol:
     content = read_yaml(path)
     refuse_templates(path, content)
     return check_content(path, "", content, Protocol)
+
+
+def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
+    """How many observers a protocol wants, by its name or path; None if it does not say.
+
+    Raises:
+        BadValueError: There is no such protocol, or the file is wrong.
+    """
+    observers = load_protocol(find_protocol(name, models)).observers
+    return observers.number if "number" in observers.model_fields_set else None
+
+
+def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
+    """Refuses a protocol of one's own whose results would take the place of others.
+
+    Args:
+        name: Name of the protocol, and so of its folder of results.
+        path: Path of its file.
+        models: Folder of models.
+
+    Raises:
+        BadValueError: It is called as one that comes with the program, or as a study, and is another file.
+    """
+    shipped = {(folder / FOLDER / f"{name}.yaml").resolve() for folder in (models, MODELS)}
+    if path.resolve() in shipped:
+        return
+    if name in TAKEN or name in {*list_shipped(models), *list_shipped(MODELS)}:
+        problem = f"is {name!r}, must be another: results/{name} is of {_describe_owner(name)}"
+        raise BadValueError(path, "name", problem)
+
+
+def _describe_owner(name: str) -> str:
+    return "other results of the program" if name in TAKEN else f"the protocol {name} that comes with the program"
 
 
 def list_shipped(models: Path = MODELS) -> list[str]:

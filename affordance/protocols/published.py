@@ -1,14 +1,12 @@
 """Published measurements of people, read from small tables that name their source."""
 
-import csv
 import math
 from difflib import get_close_matches
-from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
 from affordance.exceptions import BadValueError
-from affordance.files.bounded import SETTINGS, read_text
+from affordance.files.csv_table import read_csv, read_number
 
 _COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
 
@@ -43,6 +41,10 @@ class PublishedTable:
         """Says whether it has a value of a quantity."""
         return quantity in self._values
 
+    def list_quantities(self) -> list[str]:
+        """Lists its quantities, in the order of its rows."""
+        return list(self._values)
+
     def get(self, quantity: str) -> Published:
         """Returns the value of a quantity.
 
@@ -63,10 +65,7 @@ def load_published(path: Path) -> PublishedTable:
     Raises:
         BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
     """
-    try:
-        rows = list(csv.reader(StringIO(read_text(path, SETTINGS)), strict=True))
-    except csv.Error as error:
-        raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
+    rows = read_csv(path)
     if not rows or tuple(rows[0]) != _COLUMNS:
         found = ", ".join(rows[0]) if rows else "nothing"
         raise BadValueError(path, "row 1", f"names the columns {found}, must be {', '.join(_COLUMNS)}")
@@ -84,12 +83,12 @@ def load_published(path: Path) -> PublishedTable:
 
 def _read_row(path: Path, number: int, row: list[str]) -> Published:
     _, value_text, low_text, high_text, unit, source = row
-    value = _read_number(path, number, "value", value_text)
+    value = read_number(path, number, "value", value_text)
     if bool(low_text) != bool(high_text):
         missing = "low" if high_text else "high"
         raise BadValueError(path, f"row {number}, {missing}", "is empty, must be given as the other end is")
-    low = _read_number(path, number, "low", low_text) if low_text else math.nan
-    high = _read_number(path, number, "high", high_text) if high_text else math.nan
+    low = read_number(path, number, "low", low_text) if low_text else math.nan
+    high = read_number(path, number, "high", high_text) if high_text else math.nan
     if low > value or value > high:
         key = f"row {number}, {'low' if low > value else 'high'}"
         bound = f"{low:g}, must be at most" if low > value else f"{high:g}, must be at least"
@@ -98,13 +97,3 @@ def _read_row(path: Path, number: int, row: list[str]) -> Published:
         if not text.strip():
             raise BadValueError(path, f"row {number}, {name}", "is empty, must be given")
     return Published(value, low, high, unit, source)
-
-
-def _read_number(path: Path, number: int, column: str, text: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise BadValueError(path, f"row {number}, {column}", f"is {text!r}, must be a finite number")
-    return value

@@ -6,7 +6,7 @@ from pathlib import Path
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
-from affordance.protocols.protocol import FOLDER, Protocol, load_protocol
+from affordance.protocols.protocol import FOLDER, Protocol, check_folder_is_free, load_protocol
 
 SCHEMA_FILE = "protocol.schema.json"
 # The commented start; what stands for the name of the protocol in it.
@@ -38,7 +38,7 @@ def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
     text = (MODELS / FOLDER / _TEMPLATE).read_text(encoding="utf-8")
     write_text(path, text.replace(_NAME, name))
     try:
-        load_protocol(path)
+        check_folder_is_free(load_protocol(path).name, path)
     except BadValueError:
         path.unlink()
         raise

@@ -128,8 +128,9 @@ def draw_heights(
     _mark_times(times, one, every, near)
     # By the curves: with few observers the intervals reach further than all of what is to be enlarged.
     low, high = every.get_ylim()
-    learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
-    near.set_ylim(max(low, -learned), min(high, learned))
+    if len(labels) > 2:  # between the first, which is not known yet, and the decoy
+        learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
+        near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height of the object's centre (cm)")
     one.set_title(f"One observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {count_observers(num_repeats)}, 95 % interval", fontsize=FONT_SIZE)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
@@ -62,7 +63,14 @@ class PeopleMark(NamedTuple):
     last: int
 
 
-def draw_lifts(curves: Sequence[LiftCurve], *, weights: Array, people: Sequence[PeopleMark], title: str) -> Figure:
+def draw_lifts(
+    curves: Sequence[LiftCurve],
+    *,
+    weights: Array,
+    people: Sequence[PeopleMark],
+    title: str,
+    people_lifts: Array | None = None,
+) -> Figure:
     """Draws forces lift by lift: a panel a learner, single observers thin, people's intervals in each.
 
     Args:
@@ -70,11 +78,14 @@ def draw_lifts(curves: Sequence[LiftCurve], *, weights: Array, people: Sequence[
         weights: True weight in each lift, (C,), [N].
         people: What people did; empty if nobody has done it.
         title: Says which experiment it is.
+        people_lifts: Forces of each person lift by lift, (P, C), [N], NaN where there is none; drawn behind.
     """
     figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
     panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
     for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
         lifts = np.arange(1, curve.forces.shape[1] + 1)
+        if people_lifts is not None and len(people_lifts):
+            _draw_people(axes, lifts, people_lifts)
         for row in curve.forces[:_MOST_DRAWN]:
             axes.plot(lifts, row, color=colour, linewidth=0.5, alpha=0.35)
         mean = estimate_mean(curve.forces)
@@ -107,3 +118,14 @@ def draw_lifts(curves: Sequence[LiftCurve], *, weights: Array, people: Sequence[
     figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=2)
     figure.suptitle(title, fontsize=FONT_SIZE + 1)
     return figure
+
+
+def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
+    """Draws people's lifts in grey behind the observers': each person thin, and their mean with its interval."""
+    for row in forces[:_MOST_DRAWN]:
+        axes.plot(lifts, row, color=_PEOPLE, linewidth=0.4, alpha=0.25, zorder=0.5)
+    there = np.isfinite(forces).all(axis=0)
+    mean = estimate_mean(forces[:, there])
+    axes.fill_between(lifts[there], mean.low, mean.high, color=_PEOPLE, alpha=0.12, linewidth=0.0, zorder=0.6)
+    label = f"{len(forces)} people, mean and 95 % interval"
+    axes.plot(lifts[there], mean.mean, color=_PEOPLE, linewidth=1.4, alpha=0.55, zorder=0.7, label=label)

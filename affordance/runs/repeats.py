@@ -19,7 +19,7 @@ from joblib.externals.loky import get_reusable_executor
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
 from affordance.files.atomic import quarantine, to_plain, write_atomic
 from affordance.files.bounded import MESH, read_bytes
 from affordance.version import __version__
@@ -136,17 +136,40 @@ def run_repeats(
         unit: What a repeat is, for the progress bar.
 
     Returns: The arrays, stacked over repeats along the first axis.
+
+    Raises:
+        AffordanceError: A repeat failed; those that did not are run and kept first, unless it is a part of the
+            program that does not work on this machine.
     """
     kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
+    failed: dict[int, AffordanceError] = {}
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(missing))), return_as="generator_unordered")
     finished = parallel(joblib.delayed(_run)(run_repeat, repeat) for repeat in missing)
     with tqdm(total=repeats, initial=len(kept), desc=description, unit=unit, smoothing=0.1) as progress:
         for repeat, arrays in finished:
+            if isinstance(arrays, UnavailableError):
+                raise arrays
+            if isinstance(arrays, AffordanceError):
+                failed[repeat] = arrays
+                continue
             # Here, not where it was run: another machine need not share this folder.
             _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
+    if failed:
+        first = min(failed)
+        if kept:
+            _LOG.warning(
+                "%s: %s %d of %d could not be run (%d in all); the %d others are kept",
+                description,
+                unit,
+                first,
+                repeats,
+                len(failed),
+                len(kept),
+            )
+        raise failed[first]
     return {name: np.stack([kept[repeat][name] for repeat in range(repeats)]) for name in kept[0]}
 
 
@@ -175,8 +198,14 @@ def end_processes() -> None:
     get_reusable_executor().shutdown(wait=True)
 
 
-def _run(run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int) -> tuple[int, dict[str, NDArray[Any]]]:
-    return repeat, dict(run_repeat(repeat))
+def _run(
+    run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int
+) -> tuple[int, dict[str, NDArray[Any]] | AffordanceError]:
+    """Runs a repeat; returns the error of one that fails, so that others go on."""
+    try:
+        return repeat, dict(run_repeat(repeat))
+    except AffordanceError as error:
+        return repeat, error
 
 
 def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import Memory
 from affordance.control.clamp import compute_clamp_force
 from affordance.objects.appearance import PartAppearance
@@ -44,12 +45,23 @@ class LiftRecord(NamedTuple):
     Attributes:
         force: Upward force exerted before release, (N,), [N].
         weight: True weight, (N,), [N].
-        memories: What was remembered before the first and after each lift, N + 1.
+        expected: Mass at the most probable densities before each lift, (N,), [kg].
+        memories: Memories before the first and after each lift, N + 1.
+        densities: Beliefs about the object before each lift, N of them.
+        likelihoods: Likelihoods of these densities; None where nothing was felt, or nothing learned from it.
     """
 
     force: Array
     weight: Array
+    expected: Array
     memories: tuple[Memory, ...]
+    densities: tuple[DensityBelief, ...]
+    likelihoods: tuple[Likelihood | None, ...]
+
+    def compute_p_values(self) -> Array:
+        """Probability of what was felt in each lift, or of what is more surprising, (N,); NaN where nothing was."""
+        pairs = zip(self.densities, self.likelihoods, strict=True)
+        return np.array([np.nan if found is None else belief.compute_p_value(found) for belief, found in pairs])
 
 
 class _SeenTool(NamedTuple):
@@ -99,7 +111,9 @@ class StaticLifter:
             memory: What the observer remembers before the first.
             seed: Determines the errors of feeling.
         """
-        forces, memories = [], [memory]
+        forces, expected, memories = [], [], [memory]
+        beliefs: list[DensityBelief] = []
+        likelihoods: list[Likelihood | None] = []
         for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
             tool = self._tools[lift.tool]
             recollection = memories[-1].recall(tool.appearance, self.settings.prior)
@@ -109,16 +123,27 @@ class StaticLifter:
             Phi = tool.Phi @ columns  # (10, M)
             rng = np.random.default_rng([*seed, number, 1])
             forces.append(self._compute_force(densities, Phi, rng))
+            expected.append(float(Phi[0] @ densities.compute_mode()))
+            beliefs.append(densities)
             if lift.teaches:
                 percept = self._feel(tool, Phi, (*seed, number))
                 lesson = recollection.memory.learn(
                     densities, percept.find_likelihood, self.settings.prior.deviation_sd
                 )
                 memories.append(lesson.memory)
+                likelihoods.append(lesson.likelihood)
             else:
                 memories.append(memories[-1])
+                likelihoods.append(None)
         weights = [self._tools[lift.tool].weight for lift in lifts]
-        return LiftRecord(np.array(forces), np.array(weights), tuple(memories))
+        return LiftRecord(
+            np.array(forces),
+            np.array(weights),
+            np.array(expected),
+            tuple(memories),
+            tuple(beliefs),
+            tuple(likelihoods),
+        )
 
     def _see(self, tool: Tool) -> _SeenTool:
         features = measure_features(tool, self.settings.vision_error, np.random.default_rng(0))  # exact

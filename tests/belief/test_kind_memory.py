@@ -75,18 +75,19 @@ def draw_lift(rng, name):
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed):
+def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed, monkeypatch):
     """Random lifts of objects of one and two colours; all assignments enumerated from the whole history each time."""
+    monkeypatch.setattr("affordance.belief.kinds_gate._SETTLED", 1e-14)
     rng = np.random.default_rng([seed, 8])
     memory = start(Pick.DRAWN, seed=(seed,))
-    lifts, born, names = [], {}, []  # names: those of the memory's kinds, in its order
+    lifts, born, priors, names = [], {}, {}, []  # names: those of the memory's kinds, in its order
     for _ in range(14):
         name = str(rng.choice(list(OBJECTS)))
         colours = OBJECTS[name][0]
         R, y, V = draw_lift(rng, name)
         memory = memory.recall(show(name), PRIOR).memory
         verdicts = memory.weigh(measure(R, y, V))
-        expected = judge(lifts, name, colours, R, y, V, born, kappa=KAPPA_TRIED)
+        expected, starts = judge(lifts, name, colours, R, y, V, born, priors, kappa=KAPPA_TRIED)
         unmanned = [kind for kind in range(len(memory.kinds.colours)) if not memory.kinds.count_objects()[kind]]
         labels = ["unmanned" if kind in unmanned else names.pop(0) for kind in range(len(memory.kinds.colours))]
         first_new = len(labels)
@@ -104,9 +105,12 @@ def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed):
             if kind >= first_new:
                 taken.append(f"{len(lifts)}.{column}")
                 born[taken[-1]] = len(born)
+                priors[taken[-1]] = starts[next(kinds for kinds, verdict in found.items() if verdict is chosen)][
+                    column
+                ]
             else:
                 taken.append(labels[kind])
-        memory = memory.take(verdicts, chosen, PRIOR.deviation_sd).memory
+        memory = memory.take(verdicts, chosen, measure(R, y, V), PRIOR.deviation_sd).memory
         lifts.append(BruteLift(name, colours, tuple(taken), R, y, V))
 
         last = {done.name: done for done in lifts}
@@ -115,11 +119,11 @@ def test_every_hypothesis_kind_and_object_is_as_by_brute_force(seed):
             for membership, kind in zip(known.memberships, lifted.kinds, strict=True):
                 names += [""] * (membership.kind + 1 - len(names))
                 names[membership.kind] = kind
-            columns, own_mean, own_covariance = believe_own(lifts, lifted.name, born, KAPPA_TRIED)
+            columns, own_mean, own_covariance = believe_own(lifts, lifted.name, born, KAPPA_TRIED, priors)
             assert known.own.columns == tuple(columns)
             np.testing.assert_allclose(known.own.belief.untruncated_mean, own_mean, rtol=1e-7)
             np.testing.assert_allclose(known.own.belief.covariance, own_covariance, rtol=1e-6, atol=1e-3)
-        mean, covariance = believe_kinds(lifts, names)
+        mean, covariance = believe_kinds(lifts, names, priors)
         np.testing.assert_allclose(memory.kinds.belief.untruncated_mean, mean, rtol=1e-8)
         np.testing.assert_allclose(memory.kinds.belief.covariance, covariance, rtol=1e-6, atol=1e-3)
 
@@ -133,7 +137,9 @@ def enumerate_paths(memory, lifts):
     memory = memory.recall(show(name), PRIOR).memory
     verdicts = memory.weigh(find_likelihood)
     for chosen in verdicts:
-        for end, probability in enumerate_paths(memory.take(verdicts, chosen, PRIOR.deviation_sd).memory, rest):
+        for end, probability in enumerate_paths(
+            memory.take(verdicts, chosen, find_likelihood, PRIOR.deviation_sd).memory, rest
+        ):
             yield end, chosen.probability * probability
 
 
@@ -206,6 +212,44 @@ def test_a_thing_of_its_own_is_right_the_second_time_and_its_material_stays(monk
     assert believe(memory, "hollow rod") == pytest.approx(700.0, rel=0.05)
     assert memory.belief.untruncated_mean[0] == pytest.approx(before, abs=1e-6)
     assert believe(memory, "unseen rod") == pytest.approx(before, abs=1e-6)
+
+
+@pytest.mark.parametrize(("family", "odd"), [(30.0, 700.0), (700.0, 30.0), (8500.0, 720.0), (720.0, 8500.0)])
+def test_large_surprise_is_right_at_the_second_lift(monkeypatch, family, odd):
+    """An order of magnitude up or down, felt to a tenth; and the family stays what it was."""
+    add_odd(monkeypatch)
+    memory = start()
+    for name, _ in itertools.product(["rod", "long rod"], range(3)):
+        memory = lift(memory, name, weigh_alone(family, 0.1 * family))
+    before = memory.belief.untruncated_mean[0]
+    memory = lift(memory, "hollow rod", weigh_alone(odd, 0.1 * odd))
+    assert believe(memory, "hollow rod") == pytest.approx(odd, rel=0.05)
+    assert memory.belief.untruncated_mean[0] == pytest.approx(before, rel=1e-9)
+    memory = lift(memory, "rod", weigh_alone(odd, 0.1 * odd))  # and a member that changes
+    assert believe(memory, "rod") == pytest.approx(odd, rel=0.1)
+
+
+@pytest.mark.parametrize("pick", Pick)
+@pytest.mark.parametrize("scale", [0.2, 5.0, 1000.0])
+def test_gate_knows_no_scale_of_densities(scale, pick, monkeypatch):
+    """Of the same lifts of things many times as dense the same is believed, though the first prior stays."""
+    monkeypatch.setattr("affordance.belief.kinds_gate._SETTLED", 1e-14)
+    ends = []
+    for factor in (1.0, scale):
+        prior = Prior(PRIOR.mode, 1e9 * factor, factor * PRIOR.deviation_sd)  # flat: the first prior says nothing
+        memory, probabilities = start(pick), []
+        for name, density in [("rod", 5000.0), ("long rod", 8300.0), ("rod", 4800.0), ("long rod", 9000.0)] * 3:
+            memory = memory.recall(show(name), prior).memory
+            find_likelihood = weigh_alone(factor * density, 400.0 * factor)
+            verdicts = memory.weigh(find_likelihood)
+            probabilities += [verdict.probability for verdict in verdicts]
+            memory = memory.learn(
+                memory.recall(show(name), prior).densities, find_likelihood, prior.deviation_sd
+            ).memory
+        ends.append((probabilities, memory.kinds.belief.untruncated_mean / factor))
+    for one, other in zip(*ends, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-6, atol=1e-9)
+    assert len(ends[0][1]) == 2
 
 
 def test_evidence_that_a_member_is_odd_does_not_pile_up(monkeypatch):

@@ -1,10 +1,12 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.stats import norm
 
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
     Hypothesis,
@@ -21,6 +23,7 @@ from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 SETTINGS = GateSettings(kappa=0.25)
+FIRST = KindPrior(PRIOR.mode, PRIOR.sd)
 
 
 def test_a_new_object_is_of_a_kind_by_its_share_of_the_objects():
@@ -47,8 +50,9 @@ def test_probabilities_sum_to_one_for_any_settings(rng):
 def build_kinds(rng):
     """Two kinds of colour 0, one of colour 1, and one more of each that is new."""
     root = rng.normal(size=(3, 3))
-    kinds = Kinds((0, 0, 1), DensityBelief.from_moments([5000.0, 900.0, 3000.0], 1e4 * (root @ root.T + np.eye(3))))
-    return kinds.add((0, 1), PRIOR)
+    belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], 1e4 * (root @ root.T + np.eye(3)))
+    kinds = Kinds((0, 0, 1), belief, (), (FIRST,) * 3)
+    return kinds.add((0, 1), [KindPrior(5000.0, 10_000.0), KindPrior(3000.0, 6000.0)])
 
 
 def test_hypotheses_are_all_combinations_of_kinds_and_new_ones(rng):
@@ -56,11 +60,12 @@ def test_hypotheses_are_all_combinations_of_kinds_and_new_ones(rng):
     known = KnownObject((), (0, 1), (Membership(0, 0, 1.0), Membership(2, 0, 1.0)))
     others = tuple(KnownObject((), (0,), (Membership(kind, 1, 1.0),)) for kind in (0, 0, 1))
     others += (KnownObject((), (1,), (Membership(2, 1, 1.0),)),)
-    kinds = Kinds(kinds.colours, kinds.belief, others)
+    kinds = replace(kinds, objects=others)
     hypotheses = list_hypotheses(kinds, known, None, SETTINGS)
     assert [hypothesis.kinds for hypothesis in hypotheses] == [(0, 2), (0, 4), (1, 2), (1, 4), (3, 2), (3, 4)]
     expected = np.outer([2 / 4, 1 / 4, 1 / 4], [1 / 2, 1 / 2]).ravel()
     np.testing.assert_allclose([hypothesis.probability for hypothesis in hypotheses], expected)
+    assert [hypothesis.founded for hypothesis in hypotheses] == [(), (1,), (), (1,), (0,), (0, 1)]
 
 
 def test_densities_of_an_object_are_those_of_its_kinds_and_its_own_deviation(rng):
@@ -91,7 +96,7 @@ def test_evidence_is_the_integral_of_likelihood_times_belief(mean, sd):
     likelihood = Likelihood(
         np.array([[r @ r]]) / s**2, np.array([r @ y]) / s**2, -0.5 * y @ y / s**2 - np.log(2.0 * np.pi * s**2)
     )
-    (verdict,) = weigh([Hypothesis((0,), 1.0, belief)], lambda _: likelihood)
+    (verdict,) = weigh([Hypothesis((0,), 1.0, belief)], lambda _: likelihood, SETTINGS)
 
     def integrand(rho):
         return norm.pdf(y[0], r[0] * rho, s) * norm.pdf(y[1], r[1] * rho, s) * norm.pdf(rho, mean, sd)
@@ -115,7 +120,9 @@ def test_errors_that_grow_with_torque_hardly_change_what_is_judged(arm, true):
         tau = hold.tau_arm + regressor * true
         felt = tau + np.hypot(0.097, 0.07 * tau) * rng.standard_normal(7)
         percept = StaticPercept(hold.tau_arm, regressor[:, None], felt - hold.tau_arm, noise)
-        verdicts = weigh([Hypothesis((0,), 0.8, member), Hypothesis((1,), 0.2, new)], percept.find_likelihood)
+        verdicts = weigh(
+            [Hypothesis((0,), 0.8, member), Hypothesis((1,), 0.2, new)], percept.find_likelihood, SETTINGS
+        )
         rho = np.linspace(-3000.0, 8000.0, 22001)[:, None]
         predicted = hold.tau_arm + regressor * rho
         log_likelihood = norm.logpdf(felt, predicted, np.hypot(0.097, 0.07 * predicted)).sum(axis=1)

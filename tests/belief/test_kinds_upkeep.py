@@ -1,28 +1,31 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.kinds import Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_upkeep import assign, find_twins, merge, teach, tidy
 from affordance.belief.likelihood import Likelihood
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+FIRST = KindPrior(1000.0, 4000.0)
 
 
-def build(colours, lifts):
+def build(colours, lifts, priors=None):
     """Kinds of colours that were taught by lifts, each a density, its error, and the kind."""
-    kinds = Kinds().add(colours, PRIOR)
+    kinds = Kinds().add(colours, [FIRST] * len(colours) if priors is None else priors)
     belief = kinds.belief
     for density, sd, kind in lifts:
         likelihood = Likelihood(np.array([[sd**-2]]), np.array([density * sd**-2]), 0.0)
         belief = teach(belief, [kind], likelihood, PRIOR.deviation_sd)
-    return Kinds(colours, belief)
+    return replace(kinds, belief=belief)
 
 
 def populate(kinds, memberships):
     """Gives kinds objects of one colour each, by the kinds they are of."""
     objects = tuple(KnownObject((), (kinds.colours[kind],), (Membership(kind, 2, 0.9),)) for kind in memberships)
-    return Kinds(kinds.colours, kinds.belief, objects)
+    return replace(kinds, objects=objects)
 
 
 def test_a_lift_of_two_colours_teaches_the_kinds_it_was_judged_to_be_of(rng):
@@ -42,10 +45,11 @@ def test_a_lift_of_two_colours_teaches_the_kinds_it_was_judged_to_be_of(rng):
 
 def test_merged_kinds_believe_what_one_kind_would_have_learned():
     lifts = [(5000.0, 300.0, 0), (5100.0, 150.0, 1), (2000.0, 200.0, 2), (4900.0, 250.0, 1)]
-    apart = populate(build((0, 0, 1), lifts), [0, 1, 1, 2])
-    merged = merge(apart, 0, 1, PRIOR)
+    priors = [FIRST, KindPrior(5500.0, 11_000.0), FIRST]
+    merged = merge(populate(build((0, 0, 1), lifts, priors), [0, 1, 1, 2]), 0, 1)
     together = build((0, 1), [(5000.0, 300.0, 0), (5100.0, 150.0, 0), (2000.0, 200.0, 1), (4900.0, 250.0, 0)])
     assert merged.colours == (0, 1)
+    assert merged.priors == (FIRST, FIRST)
     np.testing.assert_allclose(merged.belief.precision, together.belief.precision, rtol=1e-12)
     np.testing.assert_allclose(merged.belief.information_vector, together.belief.information_vector, rtol=1e-12)
     assert [known.memberships[0].kind for known in merged.objects] == [0, 0, 0, 1]
@@ -68,7 +72,7 @@ def test_kinds_about_which_little_is_known_are_no_twins():
 def test_twins_become_one_and_its_members_leave_no_trace():
     kinds = populate(build((0, 0), [(5000.0, 100.0, k % 2) for k in range(80)]), [0, 0, 1])
     own = OwnDensities((0,), DensityBelief.from_moments([5000.0], [[400.0]]))
-    kinds = Kinds(kinds.colours, kinds.belief, (*kinds.objects[:2], kinds.objects[2]._replace(own=own)))
+    kinds = replace(kinds, objects=(*kinds.objects[:2], kinds.objects[2]._replace(own=own)))
     tidied = tidy(kinds, PRIOR)
     assert tidied.colours == (0,)
     assert tidied.objects[2].own.columns == ()
@@ -76,8 +80,10 @@ def test_twins_become_one_and_its_members_leave_no_trace():
 
 def test_a_forgotten_kind_leaves_the_others_as_they_were():
     belief = DensityBelief.from_moments([5000.0, 900.0, 3000.0], [[9e4, 3e4, 2e4], [3e4, 4e4, 1e4], [2e4, 1e4, 16e4]])
-    tidied = tidy(populate(Kinds((0, 0, 1), belief), [0, 2, 2]), PRIOR)
+    priors = (FIRST, KindPrior(5000.0, 10_000.0), KindPrior(3000.0, 6000.0))
+    tidied = tidy(populate(Kinds((0, 0, 1), belief, (), priors), [0, 2, 2]), PRIOR)
     assert tidied.colours == (0, 1)
+    assert tidied.priors == (priors[0], priors[2])
     np.testing.assert_allclose(tidied.belief.untruncated_mean, [5000.0, 3000.0])
     np.testing.assert_allclose(tidied.belief.covariance, [[9e4, 2e4], [2e4, 16e4]])
     assert [known.memberships[0].kind for known in tidied.objects] == [0, 1, 1]

@@ -22,7 +22,7 @@ def observed(weight):
 
 
 def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight, observed):
-    done, memories = weight.run_presentations(None, 1, Learner.DENSITY)
+    done, memories, _ = weight.run_presentations(None, 1, Learner.DENSITY)
     records = [each.record for each in done]
     ours, again = observed[Learner.DENSITY]
     for one, other in zip(records, again, strict=False):

@@ -1,11 +1,13 @@
 import argparse
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from affordance.belief.learner import Learner
+from affordance.belief.learners import start_memory
 from affordance.commands import fit_kappa, study_people
 from affordance.exceptions import BadValueError
 from affordance.experiments.people import fit, linear_plus, prediction, results
@@ -20,6 +22,7 @@ from affordance.protocols.protocol import load_protocol
 from affordance.protocols.published import load_published
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation import clamp_trial
+from affordance.simulation.static_lifts import Lift, StaticLifter
 
 HEADER = "quantity,value,low,high,unit,source\n"
 TEST = 4
@@ -167,6 +170,37 @@ def test_one_density_for_each_colour_never_learns_the_odd_object(few):
         experiment, Learner.KINDS_MAP, DEFAULT_SETTINGS, repeats=2, seed=0, jobs=1, kappa=0.12
     )
     np.testing.assert_allclose(narrow.measure(experiment.measures["f"]), 1.0, atol=0.1)
+
+
+def multiply_densities(tools, factor):
+    """Objects of the same weights and looks, a factor denser, and so smaller."""
+    scaled = []
+    for tool in tools:
+        (part,) = tool.components
+        material = replace(part.material, density=factor * part.material.density)
+        shape = part.shape.with_sizes(np.array(part.shape.sizes) * factor ** (-1.0 / 3.0))
+        made = replace(part, shape=shape, material=material, looks_like=material)
+        scaled.append(replace(tool, components=(made,)))
+    return scaled
+
+
+def test_learned_fraction_does_not_depend_on_the_scale_of_densities():
+    """Linear++ with all volumes five times as large, and a fifth: shorter, eight observers."""
+    experiment = build_experiment(GROUPS[1])
+    lifts = [lift.tool for lift in experiment.draw_lifts(np.random.default_rng(0))]
+    lifts = [Lift(tool) for tool in (*lifts[:20], *lifts[120:180])]
+    last = [k for k, lift in enumerate(lifts) if lift.tool == TEST][-6:]
+    fractions = {}
+    for factor in (1.0, 5.0, 0.2):
+        lifter = StaticLifter(multiply_densities(experiment.tools, factor), DEFAULT_SETTINGS)
+        forces = [
+            lifter.run(lifts, start_memory(Learner.KINDS_MAP, (seed,), 0.22), (seed, 1)).force[last].mean()
+            for seed in range(8)
+        ]
+        fractions[factor] = np.mean(np.array(forces) / 9.81 - 0.9) / 0.6
+    assert fractions[1.0] > 0.5
+    for factor in (5.0, 0.2):
+        assert fractions[factor] == pytest.approx(fractions[1.0], abs=0.35)  # of eight observers, two standard errors
 
 
 def test_needless_kinds_are_those_founded_by_honest_objects_at_first_sight():

@@ -53,9 +53,9 @@ def test_kinds_of_protocols_are_told_by_what_is_done(load):
     assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}"), HoldExperiment)
     with pytest.raises(
         BadValueError,
-        match=r"numbers.expected.measure: of lifts in closed form is 'expected mass', must be one of force",
+        match=r"numbers.far.measure: of presentations such as these in closed form is 'drop', must be one of force",
     ):
-        load("  - {name: a, do: {clamp: {closed_form: true}}}")
+        load("  - {name: a, do: {clamp: {closed_form: true}}}", numbers="  far: {measure: drop}")
     assert isinstance(load_protocol_experiment("linear_plus"), LiftExperiment)
     with pytest.raises(
         BadValueError, match=r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
@@ -123,14 +123,16 @@ def test_weight_changes_and_learners_stand_side_by_side(load, tmp_path):
 
 def test_prediction_of_simulated_presentations_has_every_learner(load, tmp_path):
     load("  - {name: a, do: {hold: {duration: 0.1}}}")
-    values, meanings = predict_protocol(
-        str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, repeats=2, seed=0, jobs=1
-    )
-    assert set(values) == {"expected[0]", "expected[1]"}
-    assert set(values["expected[0]"]) == set(Learner)
-    assert meanings == {"expected": ""}
+    more = {"repeats": 2, "seed": 0, "jobs": 1}
+    found = predict_protocol(str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
+    assert set(found.predictions) == {"expected[0]", "expected[1]"}
+    assert set(found.predictions["expected[0]"]) == set(Learner)
+    assert found.meanings == {"expected": ""}
     with pytest.raises(BadValueError, match="blocks: is a choice"):
-        predict_protocol("reach", MODELS, DEFAULT_SETTINGS, repeats=2, seed=0, jobs=1)
+        predict_protocol("reach", MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
+    load("  - {name: a, do: {hold: {duration: 0.1}}}", observers="{told: [oak]}")
+    with pytest.raises(BadValueError, match="told: is given, must not be where learners are compared"):
+        predict_protocol(str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
 
 
 def test_first_block_that_is_not_measured_is_what_simulations_share():

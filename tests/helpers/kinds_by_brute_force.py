@@ -1,7 +1,8 @@
 """What a learner with kinds should believe, computed anew from all lifts so far, in moments and without short cuts.
 
 Lifts are measurements y = R rho + e of an object's densities, e ~ N(0, V). Nothing here knows of information form,
-of indices that shift, or of an update: every question is answered from the list of lifts and of what was decided.
+of indices that shift, or of an update: every question is answered from the list of lifts and of what was decided,
+and from what each kind started with, {kind: (mean, sd)}.
 """
 
 import itertools
@@ -11,7 +12,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.stats import multivariate_normal
 
-MODE, SD, DEVIATION_SD = 1000.0, 4000.0, 100.0
+MODE, SD, DEVIATION_SD, SPREAD = 1000.0, 4000.0, 100.0, 2.0
 
 
 class BruteLift(NamedTuple):
@@ -25,10 +26,11 @@ class BruteLift(NamedTuple):
     V: np.ndarray
 
 
-def believe_kinds(lifts, names):
-    """Mean and covariance of the densities of named kinds, each with the prior before the first of the lifts."""
+def believe_kinds(lifts, names, priors):
+    """Mean and covariance of the densities of named kinds, each with its prior before the first of the lifts."""
     everyone = list(dict.fromkeys([*names, *(kind for lift in lifts for kind in lift.kinds)]))
-    mean, covariance = np.full(len(everyone), MODE), SD**2 * np.eye(len(everyone))
+    mean = np.array([priors[name][0] for name in everyone])
+    covariance = np.diag([priors[name][1] ** 2 for name in everyone])
     if lifts:
         H = np.vstack(
             [lift.R @ [[float(kind == name) for name in everyone] for kind in lift.kinds] for lift in lifts]
@@ -58,7 +60,7 @@ def find_most_populous(lifts, colour, born):
     return max(kinds, key=lambda kind: (len(present[kind]), -born[kind])) if kinds else None
 
 
-def believe_own(lifts, name, born, kappa):
+def believe_own(lifts, name, born, kappa, priors):
     """Densities of an object's own before the next lift: {column: place}, mean, covariance; empty for a member.
 
     The chain of its last lifts in which a colour stayed outside the most populous kind, started at the kind.
@@ -67,10 +69,19 @@ def believe_own(lifts, name, born, kappa):
     for number, lift in enumerate(lifts):
         before, after = lifts[:number], lifts[: number + 1]
         if lift.name == name:
-            belief = describe_object(before, lift.colours, lift.kinds, name, born, kappa, (columns, mean, covariance))
-            gain = belief[1] @ lift.R.T @ np.linalg.inv(lift.R @ belief[1] @ lift.R.T + lift.V)
-            mean = belief[0] + gain @ (lift.y - lift.R @ belief[0])
-            covariance = belief[1] - gain @ lift.R @ belief[1]
+            founded = [kind for kind in lift.kinds if kind not in {k for each in before for k in each.kinds}]
+            own = (columns, mean, covariance)
+            belief = describe_object(
+                before,
+                lift.colours,
+                lift.kinds,
+                name,
+                kappa,
+                own,
+                priors,
+                breadth={kind: 0.0 for kind in founded if priors[kind] != (MODE, SD)},
+            )
+            mean, covariance = condition(*belief, lift.R, lift.y, lift.V)
             columns, kinds, colours = list(range(len(lift.kinds))), lift.kinds, lift.colours
         if columns:
             odd = [
@@ -83,11 +94,21 @@ def believe_own(lifts, name, born, kappa):
     return columns, mean, covariance
 
 
-def describe_object(lifts, colours, kinds, name, born, kappa, own):
-    """Mean and covariance of an object's densities under a hypothesis about its kinds."""
+def predict_new(lifts, colour, born, priors):
+    """Mean and SD of a kind that is new: those of all materials for the first of its colour."""
+    populous = find_most_populous(lifts, colour, born)
+    if populous is None:
+        return MODE, SD
+    reference = believe_kinds(lifts, [populous], priors)[0][0]
+    return reference, SPREAD * reference
+
+
+def describe_object(lifts, colours, kinds, name, kappa, own, priors, breadth):
+    """Mean and covariance of an object's densities under a hypothesis; the breadth of some kinds is given."""
     last = next((lift for lift in reversed(lifts) if lift.name == name), None)
-    mean, covariance = believe_kinds(lifts, kinds)
-    covariance = covariance + np.diag((kappa * np.maximum(mean, 10.0)) ** 2)
+    mean, covariance = believe_kinds(lifts, kinds, priors)
+    breadths = [breadth.get(kind, kappa * max(rho, 10.0)) for kind, rho in zip(kinds, mean, strict=True)]
+    covariance = covariance + np.diag(breadths) ** 2
     columns, own_mean, own_covariance = own
     stays = [place for place, column in enumerate(columns) if last.kinds[column] == kinds[column]]
     for place in stays:
@@ -117,12 +138,22 @@ def compute_prior(lifts, name, colour, column, kind, *, alpha, c):
     return (n * (kind == z) + c * share) / (n + c)
 
 
-def judge(lifts, name, colours, R, y, V, born, *, kappa, alpha=1.0, c=1.0):
-    """Probability of every hypothesis about an object after a lift, {kinds: probability}; "new" is a new kind."""
+def condition(mean, covariance, R, y, V):
+    """Mean and covariance after a measurement."""
+    gain = covariance @ R.T @ np.linalg.inv(R @ covariance @ R.T + V)
+    return mean + gain @ (y - R @ mean), covariance - gain @ R @ covariance
+
+
+def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.0):
+    """Probability of every hypothesis about an object after a lift, {kinds: probability}; "new" is a new kind.
+
+    Returns: These; and for each hypothesis what its new kinds would start with, {kinds: {column: (mean, sd)}}.
+    """
     present, colour_of = list_present(lifts)
     candidates = [[kind for kind in present if colour_of[kind] == colour] + ["new"] for colour in colours]
-    own = believe_own(lifts, name, born, kappa)
-    logs = {}
+    own = believe_own(lifts, name, born, kappa, priors)
+    new = {f"new {column}": predict_new(lifts, colour, born, priors) for column, colour in enumerate(colours)}
+    logs, starts = {}, {}
     for kinds in itertools.product(*candidates):
         named = tuple(f"new {column}" if kind == "new" else kind for column, kind in enumerate(kinds))
         prior = np.prod(
@@ -133,8 +164,17 @@ def judge(lifts, name, colours, R, y, V, born, *, kappa, alpha=1.0, c=1.0):
         )
         if prior == 0.0:
             continue
-        mean, covariance = describe_object(lifts, colours, named, name, born, kappa, own)
+        further = {column: kind for column, kind in enumerate(named) if kind in new and new[kind] != (MODE, SD)}
+        breadth = {kind: kappa * new[kind][0] for kind in further.values()}
+        for _ in range(200):  # to a fixed point
+            belief = describe_object(lifts, colours, named, name, kappa, own, priors | new, breadth)
+            after = condition(*belief, R, y, V)[0]
+            breadth = {kind: kappa * max(after[column], 0.0) for column, kind in further.items()}
+        mean, covariance = belief
         logs[kinds] = np.log(prior) + multivariate_normal.logpdf(y, R @ mean, R @ covariance @ R.T + V)
+        starts[kinds] = {column: new[kind] for column, kind in enumerate(named) if kind in new}
+        for column, kind in further.items():
+            starts[kinds][column] = (new[kind][0], SPREAD * max(new[kind][0], after[column]))
     top = max(logs.values())
     weights = {kinds: np.exp(log - top) for kinds, log in logs.items()}
-    return {kinds: weight / sum(weights.values()) for kinds, weight in weights.items()}
+    return {kinds: weight / sum(weights.values()) for kinds, weight in weights.items()}, starts

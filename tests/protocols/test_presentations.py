@@ -70,3 +70,7 @@ def test_weight_changes_gradually_and_of_one_object_only():
     assert {each.mass for each in drawn if each.tool != 1} == {None}
     assert weigh(TOOLS[1], 1.0).mass == pytest.approx(1.0, rel=1e-12)
     assert weigh(TOOLS[1], 1.0).appearance == TOOLS[1].appearance
+
+
+def test_where_all_come_first_nothing_is_left_to_be_ordered():
+    assert list_tools(objects="test", first="test", order="latin square", repetitions=2) == [3, 3]

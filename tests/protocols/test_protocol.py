@@ -18,7 +18,7 @@ from affordance.objects.load import load_materials, load_tools
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects
-from affordance.protocols.people import describe_people, list_people
+from affordance.protocols.people import People, describe_people, list_people
 from affordance.protocols.protocol import Protocol, find_protocol, list_shipped, load_protocol
 from affordance.protocols.published import load_published
 from affordance.protocols.schema import SCHEMA_FILE, build_schema, write_protocol
@@ -111,7 +111,10 @@ def test_spoilt_protocol_ends_in_one_line(tmp_path, old, new, message):
 
 def test_command_line_refuses_a_spoilt_protocol_in_one_line(tmp_path, capsys):
     path = tmp_path / "mine.yaml"
-    path.write_text(PATH.read_text(encoding="utf-8").replace("training_60mm", "test"), encoding="utf-8")
+    text = (
+        PATH.read_text(encoding="utf-8").replace("training_60mm", "test").replace("name: linear_plus", "name: mine")
+    )
+    path.write_text(text, encoding="utf-8")
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
     printed = capsys.readouterr()
     assert printed.out == ""
@@ -178,8 +181,8 @@ def test_words_of_a_report_do_not_throw_observers_away(tmp_path, capsys):
     path = tmp_path / "models" / "protocols" / "mine.yaml"
     write_protocol("mine", path.parent)
     text = path.read_text().replace("repetitions: 10", "repetitions: 1").replace("repetitions: 20", "repetitions: 8")
-    folder = tmp_path / "out" / "mine" / "repeats"
-    for title, repetitions, keys in (("one", 8, 1), ("another", 8, 1), ("another", 9, 2)):
+    folder = tmp_path / "out" / "mine" / "repeats"  # a key a learner
+    for title, repetitions, keys in (("one", 8, 3), ("another", 8, 3), ("another", 9, 6)):
         path.write_text(text.replace("NAME: an odd", title).replace("repetitions: 8", f"repetitions: {repetitions}"))
         arguments = ["run", "mine", "--repeats", "1", "--jobs", "1"]
         places = ["--models", str(tmp_path / "models"), "--out", str(tmp_path / "out")]
@@ -229,7 +232,8 @@ def test_numbers_select_group_first_last_growth_and_over():
 
 def test_errors_of_people_propagate_to_first_order():
     protocol = load_protocol(find_protocol("linear_plus_plus"))
-    people = list_people(protocol.numbers, load_published(MODELS / "people" / "linear_plus_plus.csv"))
+    table = load_published(MODELS / "people" / "linear_plus_plus.csv")
+    people = list_people(protocol.numbers, People(table))
     end, family, weight = (people[name].value for name in ("end_N", "family_N", "weight_N"))
     assert people["f"].value == pytest.approx((end - family) / (weight - family))
     # By hand: df = d_end / scale - (1 - f) d_family / scale, half widths of published intervals.

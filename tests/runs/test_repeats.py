@@ -11,7 +11,7 @@ import psutil
 import pytest
 
 import affordance
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
 
@@ -40,6 +40,27 @@ def test_more_repeats_add_to_those_kept(tmp_path):
     run(tmp_path, repeats=6)
     assert len(list(tmp_path.glob("repeat_*.npz"))) == 6
     np.testing.assert_array_equal(run(tmp_path, refuse, repeats=3)["square"], [[0], [1], [4]])
+
+
+def fail_at_one(error, repeat):
+    if repeat == 1:
+        raise error
+    return square(repeat)
+
+
+def test_repeat_that_fails_takes_no_other_with_it(tmp_path, caplog):
+    with pytest.raises(AffordanceError, match="cannot be answered"):
+        run(tmp_path, functools.partial(fail_at_one, AffordanceError("cannot be answered")))
+    assert [path.stem for path in sorted(tmp_path.iterdir())] == [f"repeat_0000{each}" for each in (0, 2, 3, 4)]
+    assert "test: observer 1 of 5 could not be run (1 in all); the 4 others are kept" in caplog.text
+    with pytest.raises(AssertionError, match="repeat 1 was to be kept"):
+        run(tmp_path, refuse)
+
+
+def test_what_is_missing_on_the_machine_ends_a_run_at_once(tmp_path):
+    with pytest.raises(UnavailableError):
+        run(tmp_path, functools.partial(fail_at_one, UnavailableError("rendering", "no display")))
+    assert len(list(tmp_path.iterdir())) == 1
 
 
 @pytest.fixture

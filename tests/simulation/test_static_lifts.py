@@ -11,6 +11,7 @@ from affordance.objects.load import load_materials, load_tools
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WhiteNoise
+from affordance.protocols.object_entries import CylinderEntry
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from affordance.vision.features import VisionError, measure_features
@@ -76,3 +77,24 @@ def test_time_of_a_lift_does_not_grow_with_how_many_there_were(tools):
         memory = lifter.run([Lift(3)] * 100, memory, (hundred,)).memories[-1]
         times.append(time.process_time() - start)
     assert min(times[3:]) < 2.0 * max(times[1:3])
+
+
+def build_cylinder(name, density, height, volume):
+    radius = (volume / (np.pi * height)) ** 0.5
+    entry = CylinderEntry(name=name, radius=radius, height=height, mass=density * volume, colour="#8c8c8c")
+    return entry.build()
+
+
+@pytest.mark.parametrize(
+    ("family", "odd", "volume"),
+    [(30.0, 700.0, 1.1e-3), (700.0, 30.0, 1.6e-3), (8500.0, 720.0, 2e-4), (720.0, 8500.0, 2e-4)],
+)
+def test_large_surprise_is_lifted_right_the_second_time(family, odd, volume):
+    """To the error of feeling, of which the weight of the arm has its part; the first time it is off by tens of N."""
+    cylinders = [build_cylinder(f"family {k}", family, 0.05 + 0.01 * k, volume) for k in range(4)]
+    lifter = StaticLifter([*cylinders, build_cylinder("odd", odd, 0.1, volume)], DEFAULT_SETTINGS)
+    lifts = [Lift(k) for k in range(4)] * 5 + [Lift(4)] * 2
+    records = [lifter.run(lifts, start_memory(Learner.KINDS_MAP, (seed,)), (seed, 2)) for seed in range(8)]
+    errors = np.median([np.abs(record.force - record.weight)[-2:] for record in records], axis=0)
+    assert errors[0] > 7.0
+    assert errors[1] < 1.2

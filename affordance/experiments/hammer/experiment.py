@@ -142,5 +142,5 @@ class HammerExperiment(ChoiceExperiment):
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_slow_replay(path, arm, first, blows),
-            writers=self.list_writers(plan, arrays, numbers),
+            writers=self.list_writers(plan, experience, arrays, numbers),
         )

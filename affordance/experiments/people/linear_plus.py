@@ -13,8 +13,8 @@ from pathlib import Path
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.experiments.lifting import predict_between
 from affordance.experiments.people.lift_experiment import LiftedObjects, LiftExperiment, Measure, Observers
+from affordance.experiments.shared.lift_drawings import predict_between
 from affordance.files.model_folder import MODELS
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.measured import MeasuredObservers, compute_of_observers

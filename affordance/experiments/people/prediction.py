@@ -11,11 +11,16 @@ from scipy.stats import norm
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.experiments.people.lift_experiment import LiftExperiment, simulate_observers
+from affordance.protocols.people import Spread
 from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.settings import Settings
 
+# A difference of less than so many standard deviations between people is not called one (Cohen 1988: "small").
+_SMALL = 0.2
 # A test of two groups is to find a difference there is with this probability, and one there is not with that.
 _POWER, _SIGNIFICANCE = 0.9, 0.05
+# Relative spread of what is the same but for rounding.
+_ROUNDING = 1e-12
 # The middle of the observers that is shown as their spread.
 _SPREAD = (0.05, 0.95)
 
@@ -45,10 +50,11 @@ class Contrast(NamedTuple):
         measure: Its name.
         learners: The two.
         difference: Of their means, the second's less the first's.
-        effect: The difference over the standard deviation between people.
+        effect: The difference over the standard deviation between people, or, where that is not known, observers.
         superiority: Probability that of two people, one of each learner, the second's value is the larger; equal
             values count half.
         num_people: In each of two groups, that a test of significance 0.05 and power 0.9 needs; at least 2.
+        is_of_people: Truth value, true if the spread between people is known.
     """
 
     measure: str
@@ -57,6 +63,7 @@ class Contrast(NamedTuple):
     effect: float
     superiority: float
     num_people: float
+    is_of_people: bool = False
 
 
 def predict(
@@ -93,7 +100,8 @@ def predict(
 def summarise(values: Array) -> Prediction:
     """Summarises a measure of R observers, (R,)."""
     low, high = (float(value) for value in np.quantile(values, _SPREAD))
-    return Prediction(estimate_mean(values), float(values.std(ddof=1)), low, high, values)
+    sd = float(values.std(ddof=1))
+    return Prediction(estimate_mean(values), sd if sd > _ROUNDING * np.abs(values).max() else 0.0, low, high, values)
 
 
 def contrast_learners(
@@ -102,7 +110,8 @@ def contrast_learners(
     """Compares all pairs of learners by all measures; the best measure for a pair comes first.
 
     Simulated observers differ less than people, who push more or less hard besides. Where the spread between people
-    is known, from an experiment with the same measure, it adds to that of the observers.
+    is known, from an experiment with the same measure, it adds to that of the observers; such measures come before
+    those of which nothing is known of people.
 
     Args:
         predictions: By measure and learner, from ``predict``.
@@ -124,9 +133,10 @@ def contrast_learners(
                     effect,
                     compute_superiority(one.values, other.values, extra),
                     count_people(effect),
+                    measure in (people_sd or {}),
                 )
             )
-    return sorted(contrasts, key=lambda contrast: -abs(contrast.effect))
+    return sorted(contrasts, key=lambda contrast: (-contrast.is_of_people, -abs(contrast.effect)))
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
@@ -149,6 +159,7 @@ def format_predictions(
     meanings: Mapping[str, str],
     predictions: Mapping[str, Mapping[Learner, Prediction]],
     contrasts: Sequence[Contrast],
+    spreads: Mapping[str, Spread] | None = None,
 ) -> str:
     """Writes predictions as a table, and which measure tells each pair of learners apart best.
 
@@ -156,6 +167,7 @@ def format_predictions(
         meanings: What each measure is, in words; those that are not there are called by their names alone.
         predictions: By measure and learner.
         contrasts: From ``contrast_learners``.
+        spreads: Spreads between people by measure, where they are known.
     """
     lines = []
     for name, by_learner in predictions.items():
@@ -167,18 +179,34 @@ def format_predictions(
                 f"    {learner.value:12s} mean {float(found.mean.mean):8.3g} {interval:18s}"
                 f" SD between observers {found.sd:6.2g}, nine in ten from {spread}"
             )
+        if spreads and name in spreads:
+            lines.append(f"    {'people':12s} SD between people {spreads[name].sd:.2g} ({spreads[name].source})")
     told: set[tuple[Learner, Learner]] = set()
     for contrast in contrasts:
-        if contrast.learners in told:
-            continue
-        told.add(contrast.learners)
-        first, second = (learner.value for learner in contrast.learners)
-        if math.isinf(contrast.num_people):
-            lines.append(f"{first} and {second} are not told apart by any of these")
-            continue
-        lines.append(
-            f"{first} and {second} are told apart best by {contrast.measure}: "
-            f"they differ by {contrast.difference:.3g}, {abs(contrast.effect):.2g} times the spread between people; "
-            f"{contrast.num_people:.0f} people in each group would do"
-        )
+        if contrast.learners not in told:
+            told.add(contrast.learners)
+            lines.append(describe_contrast(contrast))
     return "\n".join(lines)
+
+
+def describe_contrast(contrast: Contrast) -> str:
+    """Says whether a measure tells two learners apart: in people or, if nothing is known of them, observers."""
+    pair = " and ".join(learner.value for learner in contrast.learners)
+    if math.isinf(contrast.num_people):
+        return f"{pair} are not told apart by any of these"
+    between = "people" if contrast.is_of_people else "observers"
+    size = f"{contrast.difference:.3g}, {abs(contrast.effect):.2g} times the spread between {between}"
+    if not contrast.is_of_people:
+        return (
+            f"{pair} are told apart best by {contrast.measure}: they differ by {size}; how much people differ in it "
+            "is not given (numbers.NAME.people), so whether they would show it is not known"
+        )
+    if abs(contrast.effect) < _SMALL:
+        return (
+            f"{pair} are not told apart by any of these: they differ most in {contrast.measure}, by {size}; it would "
+            f"take {contrast.num_people:.0f} people in each group"
+        )
+    return (
+        f"{pair} are told apart best by {contrast.measure}: they differ by {size}; "
+        f"{contrast.num_people:.0f} people in each group would do"
+    )

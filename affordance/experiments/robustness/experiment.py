@@ -95,6 +95,10 @@ class Robustness:
         """Returns the study with other settings to start from."""
         return replace(self, settings=settings)
 
+    def split(self) -> "list[tuple[str, Robustness]]":
+        """It is one."""
+        return [("", self)]
+
     def count_repeats(self, observers: int) -> int:
         """One repeat a setting."""
         return observers

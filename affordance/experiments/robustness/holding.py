@@ -13,10 +13,10 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
-from affordance.experiments.holding import QUARTILES
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.robustness.build import HOLD_DURATION, World
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.experiments.shared.presented import QUARTILES
 from affordance.objects.tool import Tool
 from affordance.reporting import statistics
 from affordance.settings import Settings

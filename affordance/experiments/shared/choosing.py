@@ -9,6 +9,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
+
 from affordance.choice.inner_simulation import Choice
 from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays
@@ -16,6 +18,7 @@ from affordance.experiments.shared.correct_grip import Simulated, find_cheaper_g
 from affordance.experiments.shared.decisions import let_observer_choose
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
+from affordance.experiments.shared.presentation_rows import describe_experience, stack_rows, write_rows
 from affordance.experiments.shared.proportions import compute_proportions
 from affordance.objects.tool import Tool
 from affordance.reporting.plain_report import PlainReport
@@ -50,6 +53,7 @@ class ChoiceExperiment:
         models: The folder that they are from.
         task_file: What is to be done with them, for errors.
         novel_file: Where they are from, for errors.
+        block: Name of the block in which objects are held first.
         report: What the protocol says of its report.
     """
 
@@ -60,6 +64,7 @@ class ChoiceExperiment:
     models: Path
     task_file: Path
     novel_file: Path
+    block: str
     report: PlainReport = field(metadata={"reports": True})
 
     unit = "observer"
@@ -85,6 +90,10 @@ class ChoiceExperiment:
     def with_settings[E: "ChoiceExperiment"](self: E, settings: Settings) -> E:
         """Returns the experiment with other settings."""
         return replace(self, experience=replace(self.experience, settings=settings))
+
+    def split[E: "ChoiceExperiment"](self: E) -> list[tuple[str, E]]:
+        """It is one."""
+        return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
         """One repeat an observer."""
@@ -124,11 +133,24 @@ class ChoiceExperiment:
             "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
         }
 
+    def write_lifts(self, experience: Experience, num_observers: int, folder: Path) -> None:
+        """Writes lifts.csv, a row for each time that an object was held."""
+        places = range(len(self.experience.tools))
+        rows = [
+            stack_rows(describe_experience(self.experience, experience, places, repeat))
+            for repeat in range(num_observers)
+        ]
+        arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+        learners = {self.settings.learner.value: arrays}
+        write_rows(folder / "lifts.csv", learners, self.experience.tools, [self.block])
+
     def list_writers(
-        self, plan: Any, arrays: Arrays, numbers: Mapping[str, Any]
+        self, plan: Any, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
     ) -> dict[str, Callable[[Path], None]]:
-        """What writes the choices, to be compared with those of other tasks."""
+        """What writes the choices, to be compared with those of other tasks, and what was held before."""
+        assert experience is not None  # the experiment has one
         return {
+            "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),
             "choices": partial(
                 save_choices,
                 novel=self.novel,
@@ -137,5 +159,5 @@ class ChoiceExperiment:
                 numbers=numbers,
                 settings=self.settings,
                 seed=self.seed,
-            )
+            ),
         }

@@ -77,6 +77,7 @@ class Experience:
         rejected: How many samples of each trial were rejected, (repeats, K); empty if none can have been.
         outlier: Whether each trial was a 5-sigma outlier, (repeats, K); empty if none can have been.
         kinds: Memories of a learner with kinds as text, (repeats, K + 1); empty for one density for each colour.
+        p_value: Probability of what was felt in each trial, (repeats, K); empty if it is not known.
     """
 
     colours: tuple[Colour, ...]
@@ -86,6 +87,7 @@ class Experience:
     rejected: NDArray[np.intp] = field(default_factory=_count_none)
     outlier: NDArray[np.intp] = field(default_factory=_count_none)
     kinds: NDArray[np.bytes_] = field(default_factory=_write_none)
+    p_value: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @property
     def num_repeats(self) -> int:

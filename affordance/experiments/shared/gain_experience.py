@@ -41,7 +41,8 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
     """Runs an observer's trials, and notes what they taught.
 
     Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
-        ``rejected`` and ``outlier``, (K,) each; of a learner with kinds also ``kinds`` (K + 1,), its memory as text.
+        ``p_value``, ``rejected`` and ``outlier``, (K,) each; of a learner with kinds also ``kinds`` (K + 1,), its
+        memory as text.
     """
     memories, records = run_trials(config, repeat)
     texts = [write_memory(memory).encode() for memory in memories if isinstance(memory, KindMemory)]
@@ -50,6 +51,7 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
         "information_vector": np.stack([memory.belief.information_vector for memory in memories]),
         "order": np.array(draw_order(config, repeat), dtype=np.intp),
         "log_evidence": np.array([record.log_evidence for record in records]),
+        "p_value": np.array([record.p_value for record in records]),
         "rejected": np.array([record.samples.rejected for record in records], dtype=np.intp),
         "outlier": np.array([record.is_outlier for record in records], dtype=np.intp),
         **({"kinds": np.array(texts)} if texts else {}),
@@ -70,8 +72,8 @@ def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, 
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
     )
     names = ("precision", "information_vector", "order", "rejected", "outlier")
-    kinds = {"kinds": arrays["kinds"]} if "kinds" in arrays else {}
-    experience = Experience(config.colours, *(arrays[name] for name in names), **kinds)
+    more = {name: arrays[name] for name in ("kinds", "p_value") if name in arrays}
+    experience = Experience(config.colours, *(arrays[name] for name in names), **more)
     counts = experience.count_events()
     if any(counts.values()):
         _LOG.warning(

@@ -8,6 +8,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.experiments.definition import Arrays
+from affordance.experiments.shared.presentation_rows import ROW
 from affordance.protocols.number_entries import Measure
 from affordance.reporting import statistics
 from affordance.simulation.diagram import OUTLIER_P_VALUE
@@ -70,11 +71,15 @@ def get_measure(arrays: Arrays, quantiles: Sequence[float], measure: Measure, qu
         return arrays["density_quantiles"][..., list(quantiles).index(quantile)]
     if measure is Measure.DENSITIES:
         return arrays["densities"][:, list(quantiles).index(quantile)]
-    if measure in EXPECTED:
+    if measure in EXPECTED and "parameters_predicted" in arrays:
         return compare_parameters(arrays["parameters_predicted"], arrays["parameters_true"], measure)
+    if measure is Measure.EXPECTED_MASS:
+        return arrays[f"{ROW}expected"]
+    if measure is Measure.MASS_ERROR:
+        return np.abs(arrays[f"{ROW}expected"] / arrays[f"{ROW}mass"] - 1.0)
     if measure in _OF_HEIGHTS:
         point, compute = _OF_HEIGHTS[measure]
         return compute(arrays[point])
-    if measure is Measure.OUTLIER:
-        return arrays["p_value"] < OUTLIER_P_VALUE
+    if measure in (Measure.OUTLIER, Measure.P_VALUE):
+        return arrays["p_value"] < OUTLIER_P_VALUE if measure is Measure.OUTLIER else arrays["p_value"]
     return arrays[_ARRAYS.get(measure, measure.value.replace(" ", "_"))]

@@ -24,7 +24,7 @@ def apply_observers(
     if observers.noise is not None:
         settings = replace(settings, noise=WeberNoise(**observers.noise.model_dump()))
     if observers.arm is not None:
-        settings = replace(settings, arm=find_file(observers.arm, path, models))
+        settings = replace(settings, arm=find_file(observers.arm, "observers.arm", path, models))
     learners = tuple(observers.learners or [settings.learner])
     return replace(settings, learner=learners[0]), learners
 

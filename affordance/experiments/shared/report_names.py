@@ -2,8 +2,7 @@
 
 from collections.abc import Mapping
 
-from affordance.protocols.measured import OF_OBJECTS
-from affordance.protocols.number_entries import Measure, NumberEntry
+from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 
 # Facts of every experiment.
 FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")

@@ -61,17 +61,19 @@ def label_heights(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray
     }
 
 
-def label_motions(records: Sequence[TrialRecord], whose: str) -> dict[str, LabelledArray]:
-    """Labels times and motions of K trials that were logged at the same times.
+def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str, LabelledArray]:
+    """Labels times and motions of K trials that were logged at the same times; NaN where there was no motion.
 
     Args:
-        records: The trials.
+        records: The trials, of which at least one has a motion.
         whose: Whose they are, in words.
     """
+    held = next(record for record in records if record is not None)
+    still = np.full_like(held.q, np.nan)
     motions = {
         name: LabelledArray(
             ("trial", "time", "joint"),
-            np.stack([getattr(record, name) for record in records]),
+            np.stack([still if record is None else getattr(record, name) for record in records]),
             unit,
             f"{meaning}, {whose}",
         )
@@ -81,4 +83,4 @@ def label_motions(records: Sequence[TrialRecord], whose: str) -> dict[str, Label
             ("tau", "N m", "joint torques over the control period that ends at each time"),
         )
     }
-    return {"time": LabelledArray(("time",), records[0].times, "s", "time since the trial began"), **motions}
+    return {"time": LabelledArray(("time",), held.times, "s", "time since the trial began"), **motions}

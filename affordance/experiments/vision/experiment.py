@@ -93,6 +93,10 @@ class VisionExperiment:
         """Returns the experiment with other settings."""
         return replace(self, settings=settings)
 
+    def split(self) -> "list[tuple[str, VisionExperiment]]":
+        """It is one."""
+        return [("", self)]
+
     def count_repeats(self, observers: int) -> int:
         """Objects of the study of accuracy, and more for the coverage of intervals."""
         return math.ceil(COVERAGE_FACTOR * observers)

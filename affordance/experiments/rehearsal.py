@@ -1,0 +1,138 @@
+"""A protocol tried out before observers run: its names, its figures, and its claims on made-up numbers."""
+
+import difflib
+from collections.abc import Collection, Mapping
+from typing import Any
+
+import numpy as np
+
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.experiments.shared.lift_drawings import LIFTS
+from affordance.experiments.shared.presented import PresentedExperiment
+from affordance.protocols.number_entries import Measure
+from affordance.protocols.people import list_people
+from affordance.protocols.rehearsal import imagine, rehearse
+from affordance.reporting.claims import judge_claims
+
+# Keys of metrics.json that every run has, and that protocols of any kind may have.
+RESERVED = (
+    *("seed", "repeats", "run_shown", "config", "versions", "wall_s", "finished"),
+    *("learners", "people", "kappa"),
+)
+# Files of figures that are not drawn by the protocol's own entries: of simulations, and of pictures that were taken.
+_OF_SIMULATION, _OF_PICTURES = "diagram", "seen"
+_SUFFIXES = (".png", ".svg")
+
+
+def check_number_names(experiment: PresentedExperiment, given: Collection[str]) -> None:
+    """Refuses numbers that are called as something else is.
+
+    Args:
+        experiment: Runs the protocol.
+        given: Names of numbers and facts that are not its own.
+
+    Raises:
+        BadValueError: One would be overwritten, or would overwrite.
+    """
+    intervals = {f"{name}_ci95": name for name, entry in experiment.numbers.items() if entry.interval}
+    for name in experiment.numbers:
+        key = f"numbers.{name}"
+        if name in RESERVED or name in given:
+            problem = "is called as what every run says of itself, must be called otherwise"
+            raise BadValueError(experiment.section, key, problem)
+        if name in intervals:
+            problem = f"is called as the interval of {intervals[name]!r}, must be called otherwise"
+            raise BadValueError(experiment.section, key, problem)
+
+
+def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
+    """Tries out figures and numbers.
+
+    Returns: Numbers as metrics.json will have them, of the right shapes and of no meaning.
+
+    Raises:
+        BadValueError: A figure or number cannot be made, or people's numbers cannot; names the key.
+    """
+    check_figures(experiment)
+    layout = experiment.layout
+    drawn = [experiment.draw_measured(repeat) for repeat in (0, 1)]
+    imagined = imagine(experiment.objects, layout, drawn)
+    numbers = rehearse(experiment.section, experiment.numbers, layout, imagined)
+    try:
+        list_people(experiment.numbers, experiment.people, experiment.objects, experiment.blocks)
+    except BadValueError:
+        raise
+    except AffordanceError as error:
+        raise BadValueError(experiment.section, "numbers", str(error)) from error
+    with np.errstate(all="ignore"):
+        return experiment.assemble({learner.value: numbers for learner in experiment.learners})
+
+
+def rehearse_claims(experiment: PresentedExperiment, numbers: Mapping[str, Any]) -> None:
+    """Tries out every criterion.
+
+    Args:
+        experiment: Runs the protocol.
+        numbers: Made up, from ``rehearse_experiment``.
+
+    Raises:
+        BadValueError: An expression cannot be evaluated, or its value cannot be compared with its bound.
+    """
+    known = {
+        **numbers,
+        "seed": experiment.seed,
+        "repeats": 2,
+        "camera_caption": "",
+        "faults": "",
+        "few_observers": "",
+    }
+    known |= experiment.list_facts(None, numbers)
+    for i, claim in enumerate(experiment.report.claims):
+        for j, criterion in enumerate(claim.criteria):
+            try:
+                with np.errstate(all="ignore"):
+                    judge_claims([claim._replace(criteria=(criterion,))], known)
+            except AffordanceError as error:
+                key = f"report.claims[{i}].criteria[{j}]"
+                raise BadValueError(experiment.section, key, str(error)) from error
+
+
+def check_figures(experiment: PresentedExperiment) -> None:
+    """Refuses figures that cannot be drawn, and captions of figures that nobody draws.
+
+    Raises:
+        BadValueError: There is one.
+    """
+    layout = experiment.layout
+    for name, entry in experiment.figures.items():
+        key = f"figures.{name}"
+        if entry.draw not in experiment.drawn:
+            how = "lifts in closed form" if experiment.is_closed_form else "simulated presentations"
+            problem = f"of {how} is {entry.draw!r}, must be one of {', '.join(experiment.drawn)}"
+            raise BadValueError(experiment.section, f"{key}.draw", problem)
+        if entry.draw == "objects":
+            continue
+        needed = Measure.FORCE if entry.draw == LIFTS else Measure.DROP
+        done = layout.block[layout.find_measured(needed)]
+        presented = {tool for block in done for tool in experiment.objects.groups[layout.blocks[block].objects]}
+        for at, group in (("of", entry.of), ("decoy", entry.decoy), ("predicted_from", entry.predicted_from)):
+            if group is not None and not presented.intersection(experiment.objects.groups[group]):
+                what = "lifted from a clamp" if needed is Measure.FORCE else "moved"
+                problem = f"is {group!r}, of which nothing is {what} in a measured presentation"
+                raise BadValueError(experiment.section, f"{key}.{at}", problem)
+    _check_captions(experiment, moves=bool(layout.find_measured(Measure.DROP).any()))
+
+
+def _check_captions(experiment: PresentedExperiment, *, moves: bool) -> None:
+    """Refuses files of the report that there will not be."""
+    names = [*experiment.figures]
+    names += [_OF_SIMULATION] if moves else []
+    names += [_OF_PICTURES] if experiment.tools_observed else []
+    files = [f"{name}{suffix}" for name in names for suffix in _SUFFIXES]
+    for index, figure in enumerate(experiment.report.given.get("figures", ())):
+        if figure.file not in files:
+            near = difflib.get_close_matches(figure.file, files, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            shown = ", ".join(f"{name}.png" for name in names) or "none, for there are no figures"
+            problem = f"is {figure.file!r}, which nothing draws, must be one of {shown}{hint}"
+            raise BadValueError(experiment.section, f"report.figures[{index}].file", problem)

@@ -1,0 +1,125 @@
+"""What people did lift by lift: a table of their own, in the columns of the lifts.csv that every run writes."""
+
+import math
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.files.bounded import RESULTS
+from affordance.files.csv_table import read_csv, read_number
+from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.object_entries import ProtocolObjects
+
+# Columns of lifts.csv; those of people need not have all of them.
+COLUMNS = (
+    *("observer", "learner", "block", "cycle", "lift", "object", "mass", "size", "force", "expected"),
+    *("believed_density", "kind", "surprise"),
+)
+_NEEDED = ("observer", "lift", "object", "force")
+
+
+class PersonLifts(NamedTuple):
+    """What one person did in N presentations, in their order.
+
+    Attributes:
+        tool: Indices of the objects, (N,).
+        force: Upward force before release, (N,), [N]; NaN where it was not measured.
+        mass: Masses of the objects, (N,), [kg]; NaN where the table does not say.
+        block: Indices of the blocks, (N,); -1 if the table does not say.
+    """
+
+    tool: NDArray[np.intp]
+    force: Array
+    mass: Array
+    block: NDArray[np.intp]
+
+
+class PeopleLifts(NamedTuple):
+    """Single lifts of people.
+
+    Attributes:
+        path: Path of the table.
+        people: Lifts of each person, by name.
+    """
+
+    path: Path
+    people: Mapping[str, PersonLifts]
+
+
+class _Row(NamedTuple):
+    lift: float
+    tool: int
+    force: float
+    mass: float
+    block: int
+
+
+def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[BlockEntry]) -> PeopleLifts:
+    """Reads a table with at least the columns observer, lift, object and force.
+
+    Args:
+        path: Path of the table.
+        objects: Objects of the protocol.
+        blocks: Blocks of the protocol.
+
+    Raises:
+        BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
+    """
+    rows = read_csv(path, RESULTS)
+    header = _check_header(path, rows[0] if rows else [])
+    names, block_names = [tool.name for tool in objects.tools], [block.name for block in blocks]
+    people: dict[str, list[_Row]] = {}
+    for number, cells in enumerate(rows[1:], start=2):
+        if len(cells) != len(header):
+            raise BadValueError(path, f"row {number}", f"has {len(cells)} columns, must have {len(header)}")
+        row = dict(zip(header, cells, strict=True))
+        if not row["observer"].strip():
+            raise BadValueError(path, f"row {number}, observer", "is empty, must say who it was")
+        lift = read_number(path, number, "lift", row["lift"])
+        force, mass = (
+            read_number(path, number, column, row[column]) if row.get(column, "").strip() else math.nan
+            for column in ("force", "mass")
+        )
+        tool = _find(path, number, "object", row["object"], names)
+        block = _find(path, number, "block", row["block"], block_names) if row.get("block") else -1
+        name = " ".join(part for part in (row.get("learner", ""), row["observer"]) if part)
+        lifts = people.setdefault(name, [])
+        if any(each.lift == lift for each in lifts):
+            raise BadValueError(path, f"row {number}, lift", f"is {lift:g}, which {name!r} has already")
+        lifts.append(_Row(lift, tool, force, mass, block))
+    if not people:
+        raise BadValueError(path, "", "has no rows, must have one for each lift")
+    return PeopleLifts(path, {name: _sort(lifts) for name, lifts in people.items()})
+
+
+def _check_header(path: Path, header: Sequence[str]) -> Sequence[str]:
+    for name in header:
+        if name not in COLUMNS:
+            raise BadValueError(path, "row 1", f"names a column that {describe_choice(name, COLUMNS)}")
+        if list(header).count(name) > 1:
+            raise BadValueError(path, "row 1", f"names the column {name!r} twice")
+    missing = [name for name in _NEEDED if name not in header]
+    if missing:
+        raise BadValueError(path, "row 1", f"has no column {missing[0]!r}, must have {', '.join(_NEEDED)}")
+    return header
+
+
+def _sort(lifts: list[_Row]) -> PersonLifts:
+    in_order = sorted(lifts, key=lambda row: row.lift)
+    return PersonLifts(
+        np.array([row.tool for row in in_order], dtype=np.intp),
+        np.array([row.force for row in in_order]),
+        np.array([row.mass for row in in_order]),
+        np.array([row.block for row in in_order], dtype=np.intp),
+    )
+
+
+def _find(path: Path, number: int, column: str, text: str, known: Sequence[str]) -> int:
+    if text not in known:
+        raise BadValueError(path, f"row {number}, {column}", describe_choice(text, known))
+    return known.index(text)

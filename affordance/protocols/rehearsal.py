@@ -1,0 +1,154 @@
+"""A protocol's numbers tried out before any observer is simulated: on made-up measurements of the right shapes.
+
+Which object is presented when, and what it weighs, is that of the protocol; what is felt and done is drawn. A number
+that cannot be measured, counted or calculated is found within milliseconds, with the key where it stands.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.protocols.layout import Layout
+from affordance.protocols.measured import (
+    MeasuredObservers,
+    compute_numbers,
+    compute_volume,
+    find_taken,
+    list_colours,
+    select_presentations,
+)
+from affordance.protocols.number_entries import MOMENTS, OF_OBJECTS, Measure, NumberEntry
+from affordance.protocols.object_entries import ProtocolObjects
+from affordance.protocols.presentations import Presentation
+from affordance.reporting.expressions import find_names
+
+
+def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[Presentation]]) -> MeasuredObservers:
+    """Makes up what is measured of a few observers.
+
+    Args:
+        objects: Objects of the protocol.
+        layout: Presentations of the protocol.
+        drawn: Presentations of each observer that are measured, K each.
+    """
+    presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
+    masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
+    rng = np.random.default_rng(0)
+    num_colours = len(list_colours(objects.tools))
+
+    def get(measure: Measure, quantile: float) -> Array:
+        if measure is Measure.WEIGHT:
+            return masses
+        count = num_colours if measure is Measure.DENSITIES else presented.shape[1] + (measure in MOMENTS)
+        return rng.uniform(0.5, 1.5, (len(drawn), count))
+
+    return MeasuredObservers(objects, presented, get, layout.find_measured)
+
+
+def weigh_presentation(presentation: Presentation, objects: ProtocolObjects) -> float:
+    """What the object of a presentation weighs then, [kg]."""
+    return objects.tools[presentation.tool].mass if presentation.mass is None else presentation.mass
+
+
+def rehearse(
+    path: Path, entries: Mapping[str, NumberEntry], layout: Layout, imagined: MeasuredObservers
+) -> dict[str, Any]:
+    """Computes numbers of what was made up.
+
+    Args:
+        path: Path of the protocol's file, for errors.
+        entries: Numbers of the protocol.
+        layout: Presentations of the protocol.
+        imagined: Made-up measurements, from ``imagine``.
+
+    Returns: The numbers, of the right shapes and of no meaning.
+
+    Raises:
+        BadValueError: A number names others than those above it, or cannot be measured or calculated.
+    """
+    above: list[str] = []
+    for name, entry in entries.items():
+        if entry.measure is None:
+            _check_expression(path, name, entry, above)
+        elif entry.measure not in OF_OBJECTS:
+            _check_measure(path, name, entry, layout, imagined)
+        above.append(name)
+    try:
+        with np.errstate(all="ignore"):
+            return compute_numbers(entries, imagined)
+    except BadValueError as error:
+        raise BadValueError(path, error.key, error.problem) from error
+
+
+def _check_expression(path: Path, name: str, entry: NumberEntry, above: Sequence[str]) -> None:
+    """Refuses an expression that names a number which does not stand above it."""
+    for other in sorted(find_names(entry.expression or "").difference(above)):
+        problem = describe_choice(other, above) if above else f"is {other!r}, must be one above it, and there is none"
+        raise BadValueError(path, f"numbers.{name}.expression", f"names a number that {problem}")
+
+
+def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, imagined: MeasuredObservers) -> None:
+    """Refuses what is measured nowhere, or not as often as is asked for."""
+    key = f"numbers.{name}"
+    for at, measure in (("measure", entry.measure), ("correlated_with", entry.correlated_with)):
+        if measure is not None and not layout.find_measured(measure).any():
+            known = [each.value for each in layout.list_measures()]
+            how = " in closed form" if layout.is_closed_form else ""
+            problem = f"of presentations such as these{how} {describe_choice(measure.value, known)}"
+            raise BadValueError(path, f"{key}.{at}", problem)
+    assert entry.measure is not None
+    taken = find_taken(entry, entry.measure, imagined)
+    group = imagined.objects.groups[entry.of]
+    presented = imagined.presented[:, taken]
+    presented = select_presentations(presented, presented, group)
+    count = presented.shape[1]
+    if count == 0:
+        problem = f"is {entry.of!r}, of which no presentation is measured so"
+        raise BadValueError(path, f"{key}.of", problem)
+    count += entry.measure in MOMENTS
+    count -= entry.growth
+    for at in ("first", "last"):
+        asked = getattr(entry, at)
+        if asked is not None and asked > count:
+            what = "changes" if entry.growth else "presentations"
+            problem = f"is {asked}, must be at most {count}: so many {what} of {entry.of!r} are measured"
+            raise BadValueError(path, f"{key}.{at}", problem)
+    if count == 0:
+        raise BadValueError(path, f"{key}.growth", f"is true, must be false of a single presentation of {entry.of!r}")
+    chosen = slice(None, entry.first) if entry.last is None else slice(-entry.last, None)
+    if entry.predicted_for is not None:
+        _check_prediction(path, key, entry, imagined, presented[0, chosen])
+    if entry.correlated_with is not None:
+        _check_correlation(path, key, entry, imagined, taken)
+
+
+def _check_prediction(
+    path: Path, key: str, entry: NumberEntry, imagined: MeasuredObservers, presented: NDArray[np.intp]
+) -> None:
+    """Refuses a line through objects of one size."""
+    volumes = {compute_volume(imagined.objects.tools[tool]) for tool in presented}
+    if len(volumes) < 2:
+        problem = f"is {entry.of!r}, must be objects of at least two sizes, as a line through them predicts another"
+        raise BadValueError(path, f"{key}.of", problem)
+
+
+def _check_correlation(
+    path: Path, key: str, entry: NumberEntry, imagined: MeasuredObservers, taken: NDArray[np.bool_]
+) -> None:
+    """Refuses a correlation with what never changes."""
+    for at, measure in (("measure", entry.measure), ("correlated_with", entry.correlated_with)):
+        assert measure is not None
+        values = select_presentations(
+            imagined.get(measure, entry.quantile)[:, taken],
+            imagined.presented[:, taken],
+            imagined.objects.groups[entry.of],
+        )
+        chosen = values[:, slice(None, entry.first) if entry.last is None else slice(-entry.last, None)]
+        if np.ptp(chosen, axis=1).max() <= 1e-12 * np.abs(chosen).max():
+            problem = f"is {measure.value!r}, which does not change over these presentations of {entry.of!r}"
+            raise BadValueError(path, f"{key}.{at}", f"{problem}, must change to be correlated")

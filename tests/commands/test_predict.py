@@ -1,0 +1,115 @@
+"""What is predicted is written, is compared with what people can show, and is not simulated again by a run."""
+
+import json
+
+import numpy as np
+import pytest
+
+from affordance.belief.learner import Learner
+from affordance.cli import main
+from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.people.prediction import contrast_learners, format_predictions, summarise
+from affordance.protocols.people import Spread
+from affordance.protocols.protocol import find_number_of_observers
+from affordance.protocols.schema import write_protocol
+
+
+@pytest.fixture
+def short(tmp_path):
+    """A protocol of a few lifts."""
+    path, _ = write_protocol("mine", tmp_path)
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("repetitions: 10", "repetitions: 2").replace("repetitions: 20", "repetitions: 8")
+    path.write_text(text.replace("number: 50", "number: 3"), encoding="utf-8")
+    return path
+
+
+def call(command, path, tmp_path, *more):
+    return main([command, str(path), "--jobs", "1", "--out", str(tmp_path / "out"), *more])
+
+
+def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypatch, capsys):
+    assert call("predict", short, tmp_path) == 0
+    assert f"The predictions: {tmp_path / 'out' / 'mine' / 'predictions.json'}" in capsys.readouterr().out
+    found = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())
+    assert found["repeats"] == 3  # as the protocol says
+    assert set(found["numbers"]["end_N"]) == {learner.value for learner in Learner}
+
+    def refuse(*_):
+        raise AssertionError("this observer was simulated already")
+
+    monkeypatch.setattr(LiftExperiment, "run_learner", refuse)
+    assert call("run", short, tmp_path) == 0
+    numbers = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
+    assert numbers["repeats"] == 3
+    assert numbers["learners"]["kinds_map"]["end_N"] == found["numbers"]["end_N"]["kinds_map"]["mean"]
+    with pytest.raises(AssertionError, match="simulated already"):
+        call("run", short, tmp_path, "--repeats", "4")
+
+
+def test_observers_of_one_learner_serve_a_protocol_that_names_none(short, tmp_path, monkeypatch):
+    text = short.read_text(encoding="utf-8")
+    short.write_text(
+        text.replace("  learners: [density, kinds_map, kinds_drawn]", "  # learners:").replace(
+            "value: \"learners['kinds_map']['learned']\"", 'value: "learned"'
+        ),
+        encoding="utf-8",
+    )
+    assert call("predict", short, tmp_path) == 0
+    monkeypatch.setattr(LiftExperiment, "run_learner", None)
+    for learner in Learner:
+        assert call("run", short, tmp_path, "--learner", learner.value) == 0
+
+
+def test_number_of_observers_is_that_of_the_command_line_then_of_the_protocol(short, tmp_path):
+    assert find_number_of_observers(str(short)) == 3
+    assert find_number_of_observers("weight") is None
+    assert call("run", short, tmp_path, "--repeats", "2") == 0
+    assert json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())["repeats"] == 2
+
+
+def predict(first, second, sd):
+    rng = np.random.default_rng(1)
+    values = {
+        learner: mean + 0.1 * rng.standard_normal(100)
+        for learner, mean in zip((Learner.KINDS_MAP, Learner.KINDS_DRAWN), (first, second), strict=True)
+    }
+    predictions = {"end_N": {learner: summarise(each) for learner, each in values.items()}}
+    spreads = {} if sd is None else {"end_N": Spread(sd, "a paper")}
+    contrasts = contrast_learners(predictions, {name: spread.sd for name, spread in spreads.items()})
+    return format_predictions({}, predictions, contrasts, spreads)
+
+
+def test_difference_that_people_could_not_show_is_none():
+    """0.06 N is little for people, who differ by 1.7 N, and would look like much for observers, of 0.1 N."""
+    text = predict(9.0, 9.06, 1.7)
+    assert "kinds_map and kinds_drawn are not told apart by any of these: they differ most in end_N" in text
+    assert "times the spread between people; it would take" in text
+    assert "SD between people 1.7 (a paper)" in text
+    assert "are told apart best by end_N" in predict(9.0, 12.0, 1.7)
+
+
+def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
+    text = predict(9.0, 9.06, None)
+    assert "times the spread between observers; how much people differ in it is not given" in text
+    assert "people in each group would do" not in text
+
+
+def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
+    """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression it follows."""
+    assert call("predict", "linear_plus_plus", tmp_path, "--repeats", "2") == 0
+    found = json.loads((tmp_path / "out" / "linear_plus_plus" / "predictions.json").read_text())
+    spread = found["spread_between_people"]
+    assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)
+    assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)
+    assert spread["f"]["sd"] == pytest.approx(0.416, rel=0.02)  # 0.32 / 2.306 * 3
+    assert "weight_N" not in spread
+    text = short.read_text(encoding="utf-8")
+    given = "first_N: {people: {sd: 1.7, unit: N, source: a paper}, "
+    short.write_text(text.replace("first_N: {", given, 1))
+    assert call("predict", short, tmp_path) == 0
+    spread = json.loads((tmp_path / "out" / "mine" / "predictions.json").read_text())["spread_between_people"]
+    assert spread["first_N"] == {"sd": 1.7, "source": "a paper"}
+    assert spread["end_N"]["sd"] == 1.75
+    assert spread["learned"]["source"] == "calculated from the others"
+    assert "SD between people 1.7 (a paper)" in capsys.readouterr().out

@@ -1,0 +1,164 @@
+"""lifts.csv: a row a presentation, what it says is what was done, and people's rows can be read like ours."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from affordance.cli import main
+from affordance.exceptions import BadValueError
+from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
+from affordance.experiments.runner import run_experiment
+from affordance.experiments.shared.presentation_rows import compute_surprise
+from affordance.files.model_folder import MODELS
+from affordance.protocols.object_entries import build_objects
+from affordance.protocols.people_lifts import COLUMNS, load_people_lifts
+from affordance.protocols.protocol import load_protocol
+from affordance.protocols.schema import write_protocol
+
+HEADER = "observer,lift,object,force\n"
+
+
+def read(path):
+    with path.open(encoding="utf-8", newline="") as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture
+def short(tmp_path):
+    path, _ = write_protocol("mine", tmp_path)
+    text = path.read_text(encoding="utf-8")
+    text = text.replace("repetitions: 10", "repetitions: 2").replace("repetitions: 20", "repetitions: 8")
+    path.write_text(text.replace("number: 50", "number: 3"), encoding="utf-8")
+    return path
+
+
+def run(path, tmp_path, *more):
+    assert main(["run", str(path), "--jobs", "1", "--out", str(tmp_path / "out"), *more]) == 0
+    return tmp_path / "out" / "mine"
+
+
+def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path):
+    rows = read(run(short, tmp_path) / "lifts.csv")
+    assert tuple(rows[0]) == COLUMNS
+    assert len(rows) == 3 * 3 * (2 * 2 + 8 * 3)
+    first, *_ = of_one = [row for row in rows if row["learner"] == "kinds_map" and row["observer"] == "1"]
+    assert [int(row["lift"]) for row in of_one] == list(range(1, 29))
+    assert [row["cycle"] for row in of_one[:4]] == ["1", "1", "2", "2"]
+    assert {row["block"] for row in of_one[4:]} == {"odd one among them"}
+    odd = [row for row in of_one if row["object"] == "odd"]
+    assert {row["mass"] for row in odd} == {"1.4"}
+    assert float(odd[0]["size"]) == pytest.approx(np.pi * 0.045**2 * 0.09, rel=1e-6)
+    for row in of_one:
+        assert float(row["force"]) == pytest.approx(9.81 * float(row["expected"]), rel=1e-5)
+        assert float(row["surprise"]) >= 0.0
+    assert float(first["believed_density"]) == 1000.0  # the prior's mode, before anything was lifted
+    assert odd[0]["kind"] in ("1", "2")
+    assert {row["kind"] for row in rows if row["learner"] == "density"} == {""}
+    metrics = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
+    ends = [
+        [
+            float(row["force"])
+            for row in rows
+            if row["object"] == "odd" and row["learner"] == "kinds_map" and row["observer"] == str(k)
+        ][-8:]
+        for k in range(3)
+    ]
+    assert metrics["learners"]["kinds_map"]["end_N"] == pytest.approx(np.mean(ends), rel=1e-6)
+
+
+def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
+    """Simulation II: holds in which observers learn, shared by three simulations; then three in which they do not."""
+    experiment = load_hold_experiment("com").with_duration(0.3, repetitions=1)
+    run_experiment(experiment, None, tmp_path / "com", repeats=2, jobs=1)
+    rows = read(tmp_path / "com" / "lifts.csv")
+    assert len(rows) == 2 * (2 + 3)
+    assert [row["block"] for row in rows[:5]] == ["learning"] * 2 + ["test"] * 3
+    assert [row["lift"] for row in rows[:5]] == ["1", "2", "3", "4", "5"]
+    assert {row["force"] for row in rows} == {""}
+    numbers = json.loads((tmp_path / "com" / "metrics.json").read_text())
+    of_test = [row for row in rows if row["block"] == "test"]
+    errors = [
+        abs(float(row["expected"]) / float(row["mass"]) - 1.0)
+        for row in of_test
+        if row["object"] != of_test[2]["object"]
+    ]
+    assert numbers["mass_error"] == pytest.approx(np.median(errors), rel=1e-4)
+    surprises = np.array([float(row["surprise"]) for row in of_test]).reshape(2, 3)
+    assert (surprises.argmax(axis=1) == 2).all()  # the decoy
+
+
+def test_surprise_is_a_logarithm_that_ends():
+    assert compute_surprise(1e-7) == pytest.approx(7.0)
+    assert compute_surprise(0.0) == 300.0
+    assert np.isnan(compute_surprise(np.nan))
+
+
+def test_what_a_run_writes_can_be_read_as_what_people_did(short, tmp_path):
+    """Three people who are the observers of one learner: their numbers are those of these."""
+    folder = run(short, tmp_path)
+    lines = (folder / "lifts.csv").read_text().splitlines()
+    own = [lines[0], *(line for line in lines if ",kinds_map," in line)]
+    (tmp_path / "people.csv").write_text("\n".join(own) + "\n")
+    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    numbers = json.loads((run(short, tmp_path) / "metrics.json").read_text())
+    ours, people = numbers["learners"]["kinds_map"], numbers["people"]
+    assert set(people) >= {"first_N", "end_N", "weight_N", "learned", "end_N_ci95"}
+    for name in ("first_N", "end_N", "learned", "end_N_ci95"):
+        np.testing.assert_allclose(people[name], ours[name], rtol=1e-5)
+    assert (folder / "odd_one.png").stat().st_size > 10_000
+    assert main(["predict", str(short), "--jobs", "1", "--out", str(tmp_path / "out")]) == 0
+    found = json.loads((folder / "predictions.json").read_text())
+    assert found["spread_between_people"]["first_N"]["sd"] == pytest.approx(
+        found["numbers"]["first_N"]["kinds_map"]["sd"], rel=1e-4
+    )
+
+
+def test_people_are_drawn_behind_the_observers(short, tmp_path):
+    text = HEADER + "".join(f"{who},{lift},odd,{9 + who + 0.1 * lift}\n" for who in range(4) for lift in range(8))
+    (tmp_path / "people.csv").write_text(text)
+    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    experiment = load_protocol_experiment(str(short))
+    rows = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
+    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    numbers = experiment.compute_metrics(None, None, arrays)
+    assert numbers["people"]["end_N"] == pytest.approx(9.0 + 1.5 + 0.35)
+    figure = experiment.show(None, None, arrays, numbers).figures["odd_one"]()
+    (mean,) = [line for line in figure.axes[0].lines if str(line.get_label()).startswith("4 people")]
+    np.testing.assert_allclose(mean.get_ydata(), 10.5 + 0.1 * np.arange(8))
+    assert mean.get_zorder() < min(line.get_zorder() for line in figure.axes[0].lines if line.get_linewidth() == 2.2)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("observer,lift,object\n", "row 1: has no column 'force', must have observer, lift, object, force"),
+        (HEADER.replace("force", "forse"), "row 1: names a column that is 'forse', must be one of observer, learner"),
+        (HEADER + "a,1,od,9\n", "row 2, object: is 'od', must be one of small, large, odd; did you mean 'odd'?"),
+        (HEADER + "a,1,odd,nine\n", "row 2, force: is 'nine', must be a finite number"),
+        (HEADER + "a,x,odd,9\n", "row 2, lift: is 'x', must be a finite number"),
+        (HEADER + "a,1,odd\n", "row 2: has 3 columns, must have 4"),
+        (HEADER + ",1,odd,9\n", "row 2, observer: is empty, must say who it was"),
+        (HEADER + "a,1,odd,9\na,1,odd,8\n", "row 3, lift: is 1, which 'a' has already"),
+        (HEADER, "has no rows, must have one for each lift"),
+        (
+            "block," + HEADER + "famly,a,1,odd,9\n",
+            "row 2, block: is 'famly', must be one of family, odd one among them",
+        ),
+    ],
+)
+def test_table_of_people_names_what_is_wrong(short, tmp_path, text, message):
+    path = tmp_path / "people.csv"
+    path.write_text(text)
+    protocol = load_protocol(short)
+    with pytest.raises(BadValueError) as error:
+        load_people_lifts(path, build_objects(protocol.objects, short, MODELS), protocol.blocks)
+    assert f"people.csv: {message}" in str(error.value)
+
+
+def test_people_who_lifted_less_often_than_a_number_asks_for_are_named(short, tmp_path):
+    (tmp_path / "people.csv").write_text(HEADER + "anna,1,odd,9\nanna,2,odd,9\n")
+    short.write_text(short.read_text().replace("# people: mine_people.csv", "people: people.csv"), encoding="utf-8")
+    with pytest.raises(BadValueError, match=r"has 2 lifts of 'odd' by 'anna', must have 8 for the number end_N"):
+        load_protocol_experiment(str(short))
