@@ -40,6 +40,16 @@ class BadValueError(AffordanceError):
         return _on_one_line(": ".join(part for part in (str(self.source), self.key, self.problem) if part))
 
 
+class BadArgumentError(BadValueError, ValueError):
+    """An argument of a public function is of the wrong kind or out of bounds; ``arguments`` raises it.
+
+    Attributes:
+        source: Name of the argument, or of the class whose field it is.
+        key: Where in the argument; empty for the whole.
+        problem: Description of the value and the bound that it breaks.
+    """
+
+
 class ModelFileError(AffordanceError):
     """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs.
 

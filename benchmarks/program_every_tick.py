@@ -27,7 +27,7 @@ from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import Observer, TrialRecord, get_runner
 from benchmarks.tables import format_table
 
-BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=DEFAULT_SETTINGS.mpc._replace(always_program=True))
+BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 HEADER = [
     "simulation",
     "trials",

@@ -9,18 +9,25 @@ import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import chi2
 
+from affordance.arguments import Setting, check_fields
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
+from affordance.files.data_model import Within
+from affordance.objects.tool import DENSITY_MAX
+
+# More than ten times the densest solid, [kg/m^3].
+_SD_MAX = 1e6
 
 
-class Prior(NamedTuple):
-    """Prior of the density of a material that was never held, the same for all of them.
+@dataclass(frozen=True)
+class Prior:
+    """Prior of the density of a material that was never held, the same for all (docs/decisions/0003-prior.md).
 
     Attributes:
         mode: Most probable density, [kg/m^3].
@@ -28,9 +35,29 @@ class Prior(NamedTuple):
         deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
     """
 
-    mode: float
-    sd: float
-    deviation_sd: float
+    mode: Annotated[
+        float,
+        Within(0.0, DENSITY_MAX),
+        Setting("kg/m^3", "the density of water is about the average density of objects (Ross & Gregory 1970)"),
+    ] = 1000.0
+    sd: Annotated[
+        float,
+        Within(1e-3, _SD_MAX),
+        Setting("kg/m^3", "broad: copper, the densest metal in common use, lies two standard deviations above"),
+    ] = 4000.0
+    deviation_sd: Annotated[
+        float,
+        Within(0.0, _SD_MAX),
+        Setting("kg/m^3", "spread within woods, brasses and steels, 60 to 90 kg/m^3 (docs/decisions/0003-prior.md)"),
+    ] = 100.0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
 
 class PointEstimate(enum.Enum):

@@ -149,7 +149,7 @@ def predict_without_experience(features: Sequence[ComponentFeatures], density: f
     """Mass and centre of mass if everything had one density, [kg/m^3]."""
     memory = MaterialMemory.from_densities({_ONE_COLOUR: density})
     alike = make_all_alike({"": features})[""]
-    pi = predict_object(alike, memory, Settings().prior._replace(deviation_sd=1e-3)).parameter_mean
+    pi = predict_object(alike, memory, replace(Settings().prior, deviation_sd=1e-3)).parameter_mean
     return Prediction(np.full(3, pi[0]), np.tile(pi[1:4] / pi[0], (3, 1)))
 
 
