@@ -21,8 +21,12 @@ from affordance.exceptions import BadArgumentError, BadValueError, describe_choi
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
+# Values by name; a mapping stands for all names below its own.
+type Changes = Mapping[str, Any]
+
 # Models of the noise, by their names.
 NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
+NO_CHANGES: Changes = {}
 _NOISE, _MODEL = "noise", "model"
 _NOISE_MODEL = f"{_NOISE}.{_MODEL}"
 _MODEL_SOURCE = "force felt by hand and arm is told apart by a fraction of it (docs/decisions/0004-noise.md)"
@@ -51,7 +55,7 @@ def list_settings(settings: Settings = DEFAULT_SETTINGS) -> list[NamedSetting]:
     return list(_walk(settings, ""))
 
 
-def change_settings(settings: Settings, changes: Mapping[str, Any], source: Path | str = "--set") -> Settings:
+def change_settings(settings: Settings, changes: Changes, source: Path | str = "--set") -> Settings:
     """Changes settings by name.
 
     Args:

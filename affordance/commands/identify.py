@@ -10,6 +10,7 @@ import numpy as np
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory, write_memory
+from affordance.commands.options import add_set, change_by_name, list_groups, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.model_folder import MODELS
@@ -29,7 +30,6 @@ from affordance.objects.load import load_materials, load_tools
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
 from affordance.robots.recorded_arm import load_robot
-from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
@@ -71,6 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=int, default=0, help="of the samples (default 0)")
     add("--out", type=Path, help="folder for belief.json, samples.nc, gains.yaml and figures (default: none)")
     add("--json", action="store_true", help="print the belief as JSON")
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -80,12 +81,14 @@ def run(arguments: argparse.Namespace) -> int:
         AffordanceError: An argument, a file or a run is wrong.
     """
     settings = _build_settings(arguments)
+    refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a seen object has the prior's only")
+    prior = change_by_name(arguments).prior
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     memory = MaterialMemory() if arguments.memory is None else read_memory(arguments.memory)
-    seen = None if arguments.object is None else _see(arguments, memory)
+    seen = None if arguments.object is None else _see(arguments, memory, prior)
     mass = arguments.reference_mass
     if mass is not None and not _MASSES[0] <= mass <= _MASSES[1]:
         raise BadValueError("--reference-mass", "", f"is {mass:g}, must be from {_MASSES[0]:g} to {_MASSES[1]:g} kg")
@@ -96,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
         gains=gains,
         reference_mass=mass,
         seen=seen,
-        deviation_sd=DEFAULT_SETTINGS.prior.deviation_sd,
+        deviation_sd=prior.deviation_sd,
         settings=settings,
     )
     belief = found.belief
@@ -162,7 +165,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
     return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
 
 
-def _see(arguments: argparse.Namespace, memory: MaterialMemory) -> SeenObject:
+def _see(arguments: argparse.Namespace, memory: MaterialMemory, prior: Prior) -> SeenObject:
     """What a camera says of the object: the features of a tools file, exact."""
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     names = [tool.name for tool in tools]
@@ -171,7 +174,6 @@ def _see(arguments: argparse.Namespace, memory: MaterialMemory) -> SeenObject:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(names)}")
     tool = tools[names.index(name)]
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    prior: Prior = DEFAULT_SETTINGS.prior
     return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
 
 

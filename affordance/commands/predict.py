@@ -1,15 +1,12 @@
 """``affordance predict PROTOCOL``: what every learner would do, before there are data."""
 
 import argparse
-from pathlib import Path
 
-import joblib
-
-from affordance.commands.run import check_bounds
+from affordance.commands.options import add_jobs, add_models, add_repeats, add_seed, add_set, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.people.prediction import contrast_learners, format_predictions, summarise
 from affordance.experiments.prediction import predict_protocol
-from affordance.files.model_folder import MODELS
+from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.settings import Settings
 
@@ -19,10 +16,11 @@ HELP = "say before there are data what each learner would do in a protocol, and 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("protocol", help="path of a protocol, or the name of a shipped one")
-    parser.add_argument("--repeats", type=int, default=50, help="simulated observers of each learner (default 50)")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    add_repeats(parser, 50, "simulated observers of each learner")
+    add_seed(parser)
+    add_jobs(parser)
+    add_models(parser)
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -41,6 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
         repeats=arguments.repeats,
         seed=arguments.seed,
         jobs=arguments.jobs,
+        changes=parse_changes(arguments.changes),
     )
     predictions = {
         name: {learner: summarise(of_observers) for learner, of_observers in by_learner.items()}

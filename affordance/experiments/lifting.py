@@ -23,6 +23,7 @@ from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.observers import apply_observers, list_told
 from affordance.files.netcdf import LabelledArray, Trajectories
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
@@ -43,7 +44,7 @@ from affordance.protocols.published import PublishedTable, load_published
 from affordance.random_streams import Stream
 from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
 from affordance.settings import Settings
-from affordance.simulation.static_lifts import Lift, StaticLifter
+from affordance.simulation.static_lifts import Lift, StaticLifter, check_closed_form
 from affordance.vision.features import FeatureSource
 
 LABELS = {
@@ -277,7 +278,7 @@ def predict_between(
 
 
 def build_lift_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> LiftExperiment:
     """Builds the experiment of a protocol of lifts in closed form.
 
@@ -285,7 +286,8 @@ def build_lift_experiment(
         BadValueError: A file is wrong, or something is asked for that the closed form does not know.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_closed_form(settings)
     settings = replace(settings, feature_source=FeatureSource.FEATURES)  # sizes are exact
     if protocol.observers.vision == FeatureSource.PIXELS.value:
         raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")

@@ -15,12 +15,20 @@ from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.lifting import LiftExperiment
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.shared.hold_measures import select_learner
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.protocols.measured import compute_of_observers
 from affordance.settings import Settings
 
 
 def predict_protocol(
-    name: str, models: Path, settings: Settings, *, repeats: int, seed: int, jobs: int
+    name: str,
+    models: Path,
+    settings: Settings,
+    *,
+    repeats: int,
+    seed: int,
+    jobs: int,
+    changes: Changes = NO_CHANGES,
 ) -> tuple[dict[str, dict[Learner, Array]], dict[str, str]]:
     """Simulates the observers of a protocol with each of its learners, or with all there are if it names but one.
 
@@ -31,6 +39,7 @@ def predict_protocol(
         repeats: Observers, at least 2.
         seed: Root of every random draw.
         jobs: Processes.
+        changes: Settings by name, which come after those of the protocol.
 
     Returns: By number and learner what each observer did, (R,); a number that is a list is one number an entry. And
         what each number means, in words.
@@ -39,7 +48,7 @@ def predict_protocol(
         BadValueError: The file is wrong, or the protocol is about choices, which every learner makes on a run of its
             own.
     """
-    experiment = load_protocol_experiment(name, models, seed, settings)
+    experiment = load_protocol_experiment(name, models, seed, settings, changes)
     if not isinstance(experiment, HoldExperiment | LiftExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)

@@ -17,6 +17,7 @@ from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.plant.arm import load_arm
 from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.protocol import Protocol, find_protocol, load_protocol
@@ -24,9 +25,13 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 
 def load_protocol_experiment(
-    name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
+    name: str,
+    models: Path = MODELS,
+    seed: int = 0,
+    settings: Settings = DEFAULT_SETTINGS,
+    changes: Changes = NO_CHANGES,
 ) -> Experiment:
-    """Loads a protocol, by its name or path.
+    """Loads a protocol, by its name or path; changes are settings by name, which come after those of the protocol.
 
     Raises:
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
@@ -35,10 +40,10 @@ def load_protocol_experiment(
     path = find_protocol(name, models)
     protocol = load_protocol(path)
     if protocol.is_closed_form:
-        return build_lift_experiment(protocol, path, models, seed, settings)
+        return build_lift_experiment(protocol, path, models, seed, settings, changes)
     if any(block.do.choose is not None for block in protocol.blocks):
-        return build_choice_experiment(protocol, path, models, seed, settings)
-    return build_hold_experiment(protocol, path, models, seed, settings)
+        return build_choice_experiment(protocol, path, models, seed, settings, changes)
+    return build_hold_experiment(protocol, path, models, seed, settings, changes)
 
 
 def load_hold_experiment(
@@ -58,7 +63,7 @@ def load_choice_experiment(
 
 
 def build_hold_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> HoldExperiment:
     """Builds the experiment of a protocol of simulated presentations.
 
@@ -66,7 +71,7 @@ def build_hold_experiment(
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
     objects = build_objects(protocol.objects, path, models)
     check_tools_can_be_held(objects.path, objects.tools, settings)
     measured = [block for block in protocol.blocks if block.measured]
@@ -93,7 +98,7 @@ def build_hold_experiment(
 
 
 def build_choice_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> ReachExperiment | HammerExperiment:
     """Builds the experiment of a protocol of choices.
 
@@ -101,7 +106,7 @@ def build_choice_experiment(
         BadValueError: A file is wrong, or objects or blocks are not as they must be.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
     objects = build_objects(protocol.objects, path, models)
     told = list_told(protocol, path, objects, learners)
     *_, last = protocol.blocks

@@ -14,6 +14,16 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 
 
+def check_stuck_joint(settings: Settings) -> None:
+    """Refuses a fault of a joint that the arm does not have.
+
+    Raises:
+        BadValueError: There is one.
+    """
+    if settings.faults.stuck_joint:
+        settings.faults.find_stuck(load_arm(settings.arm).joint_names)
+
+
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
     """Compares every static torque of the posture in which a task starts with its limit.
 

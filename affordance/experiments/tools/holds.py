@@ -120,12 +120,8 @@ def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
 
 
 def _average(noise: NoiseModel, count: int) -> NoiseModel:
-    """The noise of the mean of several percepts.
-
-    Raises:
-        NotImplementedError: The noise is not that of percepts.
-    """
-    if not isinstance(noise, WeberNoise):
-        raise NotImplementedError(f"no mean of holds with {type(noise).__name__}")
+    """The noise of the mean of several holds; where each sample has its own error, their number says it already."""
+    if not isinstance(noise, WeberNoise) or noise.independent_samples:
+        return noise
     shrink = 1.0 / np.sqrt(count)
     return replace(noise, weber_fraction=shrink * noise.weber_fraction, threshold=shrink * noise.threshold)

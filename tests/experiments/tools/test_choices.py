@@ -8,7 +8,8 @@ from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.reach import Reach
-from affordance.commands import rank, study_tools
+from affordance.cli import main
+from affordance.commands import rank
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.tools.data_set import LEARNING, DataSet, Half
@@ -144,7 +145,7 @@ def test_folder_that_is_no_clone_is_refused(tmp_path):
     [
         ({"samples": 0}, "--samples: is 0, must be from 1 to 1000000"),
         ({"holds": 0}, "--holds: is 0, must be from 1 to 100"),
-        ({"seed": -1}, "--seed: is -1, must be at least 0"),
+        ({"seed": -1}, "--seed: is -1, must be from 0 to 4294967295"),
         (
             {"only": ["mallett"]},
             "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
@@ -174,7 +175,16 @@ def test_ranking_is_a_table_with_reasons(choices):
     assert lines[2].split()[:2] == ["mallet,", "head"]
 
 
-@pytest.mark.parametrize(("option", "value"), [("--observers", 0), ("--jobs", -2)])
-def test_bad_arguments_of_the_study_are_refused(option, value):
-    with pytest.raises(BadValueError, match=f"{option}: is {value}, must be at least 1"):
-        study_tools.check_count(option, value)
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
+        (["--observers", "0"], "--repeats: is 0, must be from 1 to 1000000"),  # its former name
+        (["--jobs", "-2"], "--jobs: is -2, must be from 1 to 4096"),
+        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
+    ],
+)
+def test_bad_arguments_of_the_study_are_refused(words, message, tmp_path, capsys):
+    assert main(["study", "tools", *words, "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
