@@ -1,18 +1,13 @@
 """Checks of what public functions and constructors are given, in the words of the command line.
 
 Every check returns the value as the program wants it (a text becomes a path, the text of a choice the choice) or
-raises a BadArgumentError that names argument, value and bound. Fields of a dataclass say their bounds as annotations,
-``Annotated[float, Within(0.0, 1.0)]``, and ``check_fields`` checks all of them.
+raises a BadArgumentError that names argument, value and bound.
 """
 
-import dataclasses
 import enum
 import math
 import os
-import types
-import typing
 from collections.abc import Callable, Mapping, Sequence
-from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -21,8 +16,8 @@ from numpy.typing import ArrayLike
 from pydantic_core import PydanticCustomError
 
 from affordance.arrays import Array
-from affordance.exceptions import BadArgumentError, describe_choice
-from affordance.files.data_model import OneOf, Whole, Within, complain
+from affordance.exceptions import BadArgumentError
+from affordance.files.data_model import OneOf, Whole, Within
 from affordance.files.yaml_reader import show_value
 
 type StrPath = str | os.PathLike[str]
@@ -38,40 +33,6 @@ _SEED = Whole(0, SEED_MAX)
 _ROTATION_TOLERANCE = 1e-6
 
 
-@dataclasses.dataclass(frozen=True)
-class Setting:
-    """Unit of a setting and source of its value, as an annotation of a field.
-
-    Attributes:
-        unit: Unit, "1" for none; empty for what is no number.
-        source: Source of the default value, or reason for it.
-    """
-
-    unit: str = ""
-    source: str = ""
-
-
-@dataclasses.dataclass(frozen=True)
-class Among:
-    """Says of a text, as an annotation of a field, that it is one of some names.
-
-    Attributes:
-        names: Names that are known.
-    """
-
-    names: tuple[str, ...]
-
-    def check(self, value: Any) -> str:
-        """Returns the name.
-
-        Raises:
-            PydanticCustomError: It is not known.
-        """
-        if not isinstance(value, str) or value not in self.names:
-            raise complain(describe_choice(value, self.names))
-        return value
-
-
 def check_number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, unit: str = "") -> float:
     """Checks that a value is a finite number within bounds.
 
@@ -85,7 +46,7 @@ def check_number(name: str, value: Any, low: float = -math.inf, high: float = ma
     Raises:
         BadArgumentError: The value is no such number.
     """
-    return float(_run(name, Within(low, high).check, value, unit))
+    return float(run_check(name, Within(low, high).check, value, unit))
 
 
 def check_whole(name: str, value: Any, bound: Whole) -> int:
@@ -94,7 +55,7 @@ def check_whole(name: str, value: Any, bound: Whole) -> int:
     Raises:
         BadArgumentError: The value is no such number.
     """
-    return int(_run(name, bound.check, value))
+    return int(run_check(name, bound.check, value))
 
 
 def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
@@ -121,7 +82,7 @@ def check_path(name: str, value: Any) -> Path:
     return Path(value)
 
 
-def check_kind[T](name: str, value: Any, kind: type[T], hint: str = "") -> T:
+def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
     """Checks that a value is of a class.
 
     Args:
@@ -145,7 +106,7 @@ def check_member[E: enum.Enum](name: str, value: Any, kind: type[E]) -> E:
     Raises:
         BadArgumentError: There is no such member.
     """
-    found: E = _run(name, OneOf(kind).check, value)
+    found: E = run_check(name, OneOf(kind).check, value)
     return found
 
 
@@ -189,6 +150,38 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
     return array
 
 
+def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
+    """Checks lengths of a solid.
+
+    Args:
+        owner: Name of the class.
+        **lengths: Lengths by the names of its fields, [m].
+
+    Raises:
+        BadArgumentError: One is not finite and greater than 0.
+    """
+    for name, values in lengths.items():
+        if not all(isinstance(value, int | float | np.number) and 0 < value < math.inf for value in values):
+            shown = values if len(values) > 1 else values[0]
+            raise BadArgumentError(owner, name, f"is {shown}, must be finite and greater than 0")
+
+
+def check_colour(name: str, values: Any) -> tuple[float, float, float]:
+    """Checks a colour: red, green and blue from 0 to 1.
+
+    Raises:
+        BadArgumentError: The value is no such colour.
+    """
+    if isinstance(values, str):
+        raise BadArgumentError(name, "", f"is {values!r}, must be red, green and blue from 0 to 1")
+    red, green, blue = (float(value) for value in check_array(name, values, (3,)))
+    for i, value in enumerate((red, green, blue)):
+        if not 0.0 <= value <= 1.0:
+            byte = f"; {value:g} of 255 is {value / 255.0:.3g}" if 1.0 < value <= 255.0 else ""
+            raise BadArgumentError(f"{name}[{i}]", "", f"is {value:g}, must be from 0 to 1{byte}")
+    return red, green, blue
+
+
 def check_pose(name: str, X: ArrayLike) -> Array:
     """Checks a pose, shape (4, 4), and returns a read-only copy: a rotation and a translation, nothing else.
 
@@ -209,55 +202,7 @@ def check_pose(name: str, X: ArrayLike) -> Array:
     return pose
 
 
-def check_fields(instance: Any) -> None:
-    """Checks all fields of a dataclass by their annotations, and puts in what their checks return.
-
-    Known are ``Within``, ``Whole`` and ``Among`` as annotations, members of an Enum (their texts too), paths, truth
-    values, and instances of a class; None where a field may be None.
-
-    Raises:
-        BadArgumentError: A field is not as it must be.
-    """
-    kind: Any = type(instance)
-    for name, hint in list_field_types(kind).items():
-        value = getattr(instance, name)
-        checked = _check_field(hint, kind.__name__, name, value)
-        if checked is not value:
-            object.__setattr__(instance, name, checked)
-
-
-@lru_cache(maxsize=64)
-def list_field_types(kind: Any) -> Mapping[str, Any]:
-    """Types of the fields of a dataclass, a class, with their annotations, by name."""
-    hints = typing.get_type_hints(kind, include_extras=True)
-    return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
-
-
-def _check_field(hint: Any, owner: str, name: str, value: Any) -> Any:
-    hint = getattr(hint, "__value__", hint)  # what a ``type`` statement names
-    if typing.get_origin(hint) in (types.UnionType, typing.Union):
-        if value is None:
-            return None
-        (hint,) = (each for each in typing.get_args(hint) if each is not types.NoneType)
-        return _check_field(hint, owner, name, value)
-    if typing.get_origin(hint) is typing.Annotated:
-        hint, *notes = typing.get_args(hint)
-        checks = [note.check for note in notes if hasattr(note, "check")]
-        return _run(owner, checks[0], value, key=name) if checks else _check_field(hint, owner, name, value)
-    if isinstance(hint, type) and issubclass(hint, enum.Enum):
-        return _run(owner, OneOf(hint).check, value, key=name)
-    if hint is Path:
-        try:
-            return check_path(name, value)
-        except BadArgumentError as error:
-            raise BadArgumentError(owner, name, error.problem) from error
-    if isinstance(hint, type) and not isinstance(value, hint):
-        wanted = "true or false" if hint is bool else f"a {hint.__name__}"
-        raise BadArgumentError(owner, name, f"is {show_value(value)}, must be {wanted}")
-    return value
-
-
-def _run(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
+def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
     """Runs a check of ``files.data_model`` and says what it refuses of an argument."""
     try:
         return check(value.item() if isinstance(value, np.generic) else value)

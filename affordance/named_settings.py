@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import yaml
 
-from affordance.arguments import Setting, list_field_types
+from affordance.checked_fields import Setting, list_field_types
 from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings

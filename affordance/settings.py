@@ -11,9 +11,9 @@ from typing import Annotated
 
 from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
-from affordance.arguments import Among, Setting, check_fields
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner
+from affordance.checked_fields import Among, Setting, check_fields
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError

@@ -14,13 +14,17 @@ from typing import Annotated
 import numpy as np
 from scipy.stats import chi2
 
-from affordance.arguments import Setting, check_fields
+from affordance.arguments import check_array, check_fractions
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
+from affordance.checked_fields import Setting, check_fields
+from affordance.exceptions import BadArgumentError
 from affordance.files.data_model import Within
 from affordance.objects.tool import DENSITY_MAX
 
+# Largest difference of what is symmetric but for rounding, over the largest entry, 1.
+_SYMMETRY = 1e-6
 # More than ten times the densest solid, [kg/m^3].
 _SD_MAX = 1e6
 
@@ -89,16 +93,15 @@ class DensityBelief:
         """Keeps read-only copies.
 
         Raises:
-            ValueError: Something is not finite, or the precision is not positive definite.
+            BadArgumentError: Something is not finite, or the precision is not symmetric and positive definite.
         """
-        precision, information_vector = (
-            np.array(self.precision, dtype=float),
-            np.array(self.information_vector, dtype=float),
-        )
-        if not (np.isfinite(precision).all() and np.isfinite(information_vector).all()):
-            raise ValueError("precision and shift of a belief must be finite")
-        if information_vector.size and np.linalg.eigvalsh(precision)[0] <= 0.0:
-            raise ValueError("precision of a belief must be positive definite")
+        information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
+        size = information_vector.size
+        precision = check_array("precision", self.precision, (size, size)).copy()
+        if size and np.abs(precision - precision.T).max() > _SYMMETRY * np.abs(precision).max():
+            raise BadArgumentError("precision", "", "is not symmetric, must be")
+        if size and np.linalg.eigvalsh(precision)[0] <= 0.0:
+            raise BadArgumentError("precision", "", "is not positive definite, must be")
         precision.setflags(write=False)
         information_vector.setflags(write=False)
         object.__setattr__(self, "precision", precision)
@@ -106,8 +109,20 @@ class DensityBelief:
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M)."""
-        precision = np.linalg.inv(covariance)
+        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M).
+
+        Raises:
+            BadArgumentError: Shapes do not fit, something is not finite, or the covariance is not that of a normal
+                distribution.
+        """
+        mean = check_array("mean", mean, (None,))
+        covariance = check_array("covariance", covariance, (mean.size, mean.size))
+        if mean.size and np.abs(covariance - covariance.T).max() > _SYMMETRY * np.abs(covariance).max():
+            raise BadArgumentError("covariance", "", "is not symmetric, must be")
+        try:
+            precision = np.linalg.inv(covariance)
+        except np.linalg.LinAlgError as error:
+            raise BadArgumentError("covariance", "", "is singular, must be positive definite") from error
         precision = 0.5 * (precision + precision.T)
         return cls(precision, precision @ mean)
 
@@ -194,8 +209,16 @@ class DensityBelief:
         return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
 
     def compute_percentiles(self, fractions: Sequence[float]) -> Array:
-        """Percentiles of each density, shape (len(fractions), M), [kg/m^3]."""
-        return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, np.asarray(fractions))
+        """Percentiles of each density, shape (len(fractions), M), [kg/m^3].
+
+        Args:
+            fractions: Probabilities of less, from 0 to 1.
+
+        Raises:
+            BadArgumentError: One is not from 0 to 1.
+        """
+        chosen = check_fractions("fractions", fractions)
+        return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Independent samples, shape (num_samples, M), [kg/m^3]."""

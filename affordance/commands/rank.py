@@ -21,9 +21,10 @@ from affordance.experiments.tools.which_end import (
     list_options,
     rank_grips,
 )
+from affordance.experiments.tools.workshop import select_known
 from affordance.files.data_model import Whole
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import MATERIALS, load_materials, load_tools
 from affordance.objects.tool import Tool
 
 HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"
@@ -50,7 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--materials",
         type=Path,
-        default=workshop / "materials.yaml",
+        default=MATERIALS,
         metavar="FILE",
         help="materials (default: ours)",
     )
@@ -83,10 +84,9 @@ def run(arguments: argparse.Namespace) -> int:
     settings = change_by_name(arguments)
     materials = load_materials(arguments.materials)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    experience = gain_experience(
-        load_tools(arguments.held, materials), settings, holds=arguments.holds, seed=arguments.seed
-    )
-    beliefs = build_beliefs(materials, experience, settings)
+    held = load_tools(arguments.held, materials)
+    experience = gain_experience(held, settings, holds=arguments.holds, seed=arguments.seed)
+    beliefs = build_beliefs(select_known(materials, [*tools, *held]), experience, settings)
     rankings = rank_grips(
         list_options(tools, by_sight=arguments.by == "pictures", seed=arguments.seed),
         load_task(arguments.task),

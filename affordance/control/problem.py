@@ -5,8 +5,8 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from affordance.arguments import Setting, check_fields
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
 from affordance.files.data_model import Whole, Within
 
 

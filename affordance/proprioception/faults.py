@@ -14,8 +14,8 @@ from pydantic import Field, RootModel
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
-from affordance.arguments import Setting, check_fields
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, Text, Whole, Within, load_model
 from affordance.plant.arm import Arm

@@ -10,9 +10,9 @@ from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
-from affordance.arguments import Setting, check_fields
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
+from affordance.checked_fields import Setting, check_fields
 from affordance.files.data_model import Within
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS

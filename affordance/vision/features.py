@@ -11,8 +11,8 @@ from typing import Annotated
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from affordance.arguments import Setting, check_fields
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
 from affordance.files.data_model import Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour

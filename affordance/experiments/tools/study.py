@@ -37,8 +37,9 @@ from affordance.experiments.tools.which_end import (
     list_seen_options,
     rank_grips,
 )
+from affordance.experiments.tools.workshop import load_workshop_materials
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -139,7 +140,7 @@ def run(config: ToolsConfig) -> ToolsResult:
         AffordanceError: A file is wrong, or something cannot be done; the message says which and how.
     """
     folder, settings = config.models / "workshop", config.settings
-    materials = load_materials(folder / "materials.yaml")
+    materials = load_workshop_materials(config.models)
     data = None if config.data is None else DataSet(config.data, config.models, config.halves)
     if data is not None:
         data.check()
