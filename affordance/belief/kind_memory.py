@@ -6,7 +6,7 @@ its own; if it never was, that of the most populous kind of its colour. What a t
 kinds it names learn by Bayes' rule.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -25,10 +25,13 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
+from affordance.belief.known_density import Density, describe_density
 from affordance.belief.learner import Pick
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
+from affordance.objects.named_colour import MaterialLike
+from affordance.objects.tool import Material
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,14 @@ class KindMemory:
             return self.kinds.belief
         mean, covariance = self.kinds.belief.untruncated_mean, self.kinds.belief.covariance
         return DensityBelief.from_moments(mean[kinds], covariance[np.ix_(kinds, kinds)])
+
+    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
+        """What is believed of a thing of a material that was never lifted; see ``MaterialMemory.density``.
+
+        Raises:
+            BadArgumentError: There is no such material, or nothing of its colour was met.
+        """
+        return describe_density(self.colours, self.belief, material, materials)
 
     def find(self, appearance: Sequence[PartAppearance]) -> int | None:
         """Index of the object of an appearance; None if it was never lifted."""

@@ -5,35 +5,63 @@ from pathlib import Path
 
 import numpy as np
 
+from affordance.arguments import StrPath, check_path
+from affordance.belief import memory_record
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
-from affordance.exceptions import BadValueError
-from affordance.files.atomic import write_json
+from affordance.belief.object_belief import Memory
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.files.atomic import write_json, write_text
+
+# Key that the file of a learner with kinds has, and that of one density for each colour has not.
+_OF_KINDS = "gate"
 
 
-def write_memory(path: Path, memory: MaterialMemory) -> None:
-    """Writes a memory as JSON, whole: colours, and the normal distribution of their densities in kg/m^3."""
-    content = {
-        "colours": [list(colour) for colour in memory.colours],
-        "precision": memory.belief.precision,
-        "information_vector": memory.belief.information_vector,
-    }
-    write_json(path, content)
+def write_memory(path: StrPath, memory: Memory) -> Path:
+    """Writes a memory as JSON, whole; numbers keep all their digits.
+
+    Args:
+        path: File; its folder is made if need be.
+        memory: Memory of a learner with one density for each colour, or with kinds.
+
+    Returns: The file.
+
+    Raises:
+        BadArgumentError: It is no memory.
+    """
+    path = check_path("path", path)
+    if isinstance(memory, KindMemory):
+        write_text(path, memory_record.write_memory(memory) + "\n")
+    elif isinstance(memory, MaterialMemory):
+        content = {
+            "colours": [list(colour) for colour in memory.colours],
+            "precision": memory.belief.precision,
+            "information_vector": memory.belief.information_vector,
+        }
+        write_json(path, content)
+    else:
+        raise BadArgumentError("memory", "", f"is a {type(memory).__name__}, must be a MaterialMemory or KindMemory")
+    return path
 
 
-def read_memory(path: Path) -> MaterialMemory:
+def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
     """Reads what ``write_memory`` wrote.
 
     Raises:
         BadValueError: The file cannot be read, or holds no memory.
     """
+    path = check_path("path", path)
     try:
-        content = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
+        content = json.loads(text)
+        if _OF_KINDS in content:
+            return memory_record.read_memory(text)
         colours = tuple((float(r), float(g), float(b)) for r, g, b in content["colours"])
         precision = np.array(content["precision"], dtype=float).reshape(len(colours), len(colours))
         belief = DensityBelief(precision, np.array(content["information_vector"], dtype=float).reshape(len(colours)))
+        return MaterialMemory(colours, belief)
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    except (ValueError, TypeError, KeyError) as error:
+    except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
-    return MaterialMemory(colours, belief)

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory, write_memory
 from affordance.commands.options import add_set, change_by_name, list_groups, refuse_changes
@@ -112,7 +113,11 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _write(arguments.out, found, content)
     learned = arguments.learned or arguments.memory
-    if belief.seen is not None and learned is not None and isinstance(belief.seen.memory, MaterialMemory):
+    if (
+        belief.seen is not None
+        and learned is not None
+        and isinstance(belief.seen.memory, MaterialMemory | KindMemory)
+    ):
         write_memory(learned, belief.seen.memory)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief, halves))
     return 0
@@ -165,7 +170,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
     return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
 
 
-def _see(arguments: argparse.Namespace, memory: MaterialMemory, prior: Prior) -> SeenObject:
+def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
     """What a camera says of the object: the features of a tools file, exact."""
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     names = [tool.name for tool in tools]
