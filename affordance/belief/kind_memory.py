@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import check_member, check_number, check_seed
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.kinds import NO_KINDS, Kinds, KnownObject, Membership, OwnDensities
@@ -33,6 +34,9 @@ from affordance.objects.colour import Colour, is_same_colour
 from affordance.objects.named_colour import MaterialLike
 from affordance.objects.tool import Material
 
+# Bounds of the numbers that the gate goes by, 1.
+_LEAST, _MOST = 1e-9, 1e9
+
 
 @dataclass(frozen=True)
 class KindSettings:
@@ -52,11 +56,12 @@ class KindSettings:
         """Checks the gate's numbers.
 
         Raises:
-            ValueError: One is not finite and positive.
+            BadArgumentError: One is not finite and positive, the pick is none, or the seed is none.
         """
         for name, value in self.gate._asdict().items():
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value}, must be finite and greater than 0")
+            check_number(name, value, _LEAST, _MOST)
+        object.__setattr__(self, "pick", check_member("pick", self.pick, Pick))
+        object.__setattr__(self, "seed", check_seed(self.seed))
 
     def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
         """Picks a verdict; lift is the number of the lift, from 1, which with the seed determines what is drawn."""

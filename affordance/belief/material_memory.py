@@ -18,14 +18,12 @@ from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, is_same_colour
 from affordance.objects.named_colour import MaterialLike, find_colour
-from affordance.objects.tool import Material
+from affordance.objects.tool import DENSITIES, Material
 
 # What is more probable than this is taken for certain; the rest of the probability is let go.
 CERTAIN = 0.95
 # Standard deviation of what is known for certain, [kg/m^3].
 _CERTAIN_SD = 1e-3
-# Densities that may be believed in, wider than those that there are, [kg/m^3].
-_DENSITY_MIN, _DENSITY_MAX = 1e-3, 1e6
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ class MaterialMemory:
         colours = tuple(find_colour(material, materials, "densities") for material in densities)
         known = np.array(
             [
-                check_number(f"densities[{material!r}]", value, _DENSITY_MIN, _DENSITY_MAX, "kg/m^3")
+                check_number(f"densities[{material!r}]", value, DENSITIES.low, DENSITIES.high, "kg/m^3")
                 for material, value in densities.items()
             ],
             dtype=float,

@@ -8,7 +8,7 @@ colour, or ``KindMemory``, one or more kinds for each colour).
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
@@ -55,6 +55,7 @@ class Lesson[M](NamedTuple):
     likelihood: Likelihood
 
 
+@runtime_checkable
 class Memory(Protocol):
     """What an observer believes of materials and objects, and how it is updated."""
 

@@ -7,18 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory, write_memory
-from affordance.commands.options import add_set, change_by_name, list_groups, refuse_changes
+from affordance.commands.options import add_set, change_by_name, check_bounds, list_groups, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.gains import read_gains, write_gains
 from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Runs, identify_in_detail
+from affordance.identification.identify import Runs, check_reference_mass, identify_in_detail
 from affordance.identification.inference import Identification
 from affordance.identification.part_posterior import SeenObject, find_box
 from affordance.identification.payload_belief import PayloadBelief
@@ -26,7 +27,7 @@ from affordance.identification.payload_settings import list_payload_settings
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.run_file import read_run
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.objects.load import load_materials, load_tools
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
@@ -44,7 +45,6 @@ NUISANCES = {
     "floor": "floor",
     "correlated-noise": "correlated_noise",
 }
-_MASSES = (1e-3, 1e3)  # [kg]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -91,8 +91,8 @@ def run(arguments: argparse.Namespace) -> int:
     memory = MaterialMemory() if arguments.memory is None else read_memory(arguments.memory)
     seen = None if arguments.object is None else _see(arguments, memory, prior)
     mass = arguments.reference_mass
-    if mass is not None and not _MASSES[0] <= mass <= _MASSES[1]:
-        raise BadValueError("--reference-mass", "", f"is {mass:g}, must be from {_MASSES[0]:g} to {_MASSES[1]:g} kg")
+    if mass is not None:
+        check_reference_mass("--reference-mass", mass)
     found = identify_in_detail(
         robot,
         Runs(loaded, empty),
@@ -150,14 +150,11 @@ def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
-    if not 100 <= arguments.samples <= 1_000_000:
-        raise BadValueError("--samples", "", f"is {arguments.samples}, must be from 100 to 1000000")
-    if not 0 <= arguments.seed < 2**32:
-        raise BadValueError("--seed", "", f"is {arguments.seed}, must be from 0 to {2**32 - 1}")
+    check_bounds(arguments)
+    check_whole("--samples", arguments.samples, NUM_SAMPLES)
     settings = IdentificationSettings(num_samples=arguments.samples, seed=arguments.seed)
     if arguments.min_speed is not None:
-        if not 0.0 <= arguments.min_speed <= 10.0:
-            raise BadValueError("--min-speed", "", f"is {arguments.min_speed:g}, must be from 0 to 10 rad/s")
+        check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
     off = {NUISANCES[name]: False for name in arguments.off}
     return replace(settings, **off)  # type: ignore[arg-type]

@@ -22,6 +22,8 @@ from affordance.objects.striking_face import StrikingFace
 
 # From aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
+# Densities that may be simulated or believed in, wider than those that there are, [kg/m^3].
+DENSITIES = Within(1e-3, 1e6)
 # Heavier than anything that an arm is given: more is a slip of units, and simulating it may not end, [kg].
 MASS_MAX = 1e4
 
@@ -40,7 +42,7 @@ class Material:
 
     name: str
     colour: Annotated[Colour, Checked(check_colour)]
-    density: Annotated[float, Within(DENSITY_MIN, DENSITY_MAX)]
+    density: Annotated[float, DENSITIES]
     density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
     source: str = ""
 

@@ -9,7 +9,9 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
+from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
+from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
@@ -19,7 +21,7 @@ from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
 from affordance.proprioception.systems import SampleCounts
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, OUTLIER_P_VALUE, TrialDiagram, build_trial_diagram
 from affordance.simulation.posterior_log import LoggedPosterior
 from affordance.vision.observe import observe
@@ -28,6 +30,9 @@ _LOG = logging.getLogger(__name__)
 
 # Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB to keep.
 _MAX_DIAGRAMS = 8
+# Longer presentations are a slip of units: 0.05 s of computing a second, [s].
+DURATION_MAX = 3600.0
+_MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRecord(NamedTuple):
@@ -76,15 +81,30 @@ class TrialRecord(NamedTuple):
 class TrialRunner:
     """Runs trials. Diagrams are built at first use; those used last are kept, and reused with fresh Contexts."""
 
-    def __init__(self, settings: Settings) -> None:
-        """Takes what all trials share."""
-        self.settings = settings
+    def __init__(self, settings: Settings = DEFAULT_SETTINGS) -> None:
+        """Takes what all trials share.
+
+        Raises:
+            BadArgumentError: They are no Settings.
+        """
+        self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     @functools.cached_property
     def gravity(self) -> float:
         """Acceleration of gravity that the arm is in, [m/s^2]."""
         return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
+
+    def start_memory(self, seed: Seed = 0) -> Memory:
+        """The memory of an observer before anything was met, by the learner of the settings.
+
+        Args:
+            seed: Seed of what a learner that draws will draw; another one for each observer.
+
+        Raises:
+            BadArgumentError: The seed is none.
+        """
+        return start_memory(self.settings.learner, seed)
 
     def get_diagram(
         self,
@@ -107,28 +127,32 @@ class TrialRunner:
         self._diagrams.move_to_end(key)
         return self._diagrams[key]
 
-    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
+    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Holds an object in the arm's home posture, where it touches nothing; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
-    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
+    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Runs one trial, from rest where the task starts and with the object attached.
 
         Args:
-            tool: The object; its true densities act in the plant.
-            task: What is to be done with it.
-            memory: What is believed of materials when the trial begins.
-            duration: How long it lasts, [s].
-            seed: Determines every random draw of the trial.
+            tool: Object, whose true densities act in the plant.
+            task: Task that is done with it.
+            memory: Belief about materials when the trial begins.
+            duration: Duration of the trial, at least a period of the samples, [s].
+            seed: Seed of every random draw of the trial: a whole number, or several.
 
-        Returns: What happened.
+        Returns: The record of the trial.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
         """
+        check_duration(duration, self.settings)
+        _check_trial(tool, memory)
+        check_kind("task", task, Task)
         trial = self.get_diagram(duration, tool)
         return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
-    def prepare(
-        self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: tuple[int, ...]
-    ) -> Simulator:
+    def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: Seed) -> Simulator:
         """Sets a trial up in a new Context, ready to be advanced; arguments are those of ``run``."""
         context = trial.diagram.CreateDefaultContext()
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
@@ -148,11 +172,16 @@ class Observer:
         """Sets the memory before the first presentation.
 
         Args:
-            runner: Has the Diagram.
-            memory: What is believed of materials.
-            duration: Of each presentation, [s].
+            runner: Runner that has the Diagram.
+            memory: Belief about materials.
+            duration: Duration of each presentation, at least a period of the samples, [s].
             remembered: Colours that are remembered beyond a presentation; all if empty.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
         """
+        check_duration(duration, runner.settings)
+        check_kind("memory", memory, Memory, _MEMORIES)
         self._trial = runner.get_diagram(duration)
         self._context = self._trial.diagram.CreateDefaultContext()
         self._memory_context = self._trial.memory.GetMyMutableContextFromRoot(self._context)
@@ -164,8 +193,13 @@ class Observer:
         """What is believed of materials now."""
         return self._trial.memory.get_memory(self._memory_context)
 
-    def hold(self, tool: Tool, seed: tuple[int, ...]) -> TrialRecord:
-        """Holds an object in the arm's home posture; the seed determines every random draw."""
+    def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
+        """Holds an object in the arm's home posture; the seed determines every random draw.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
+        """
+        _check_trial(tool, self.memory)
         trial = self._trial
         for system in trial.diagram.GetSystems():
             if system is not trial.memory:
@@ -182,9 +216,24 @@ def get_runner(settings: Settings) -> TrialRunner:
     return TrialRunner(settings)
 
 
-def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: tuple[int, ...]) -> Simulator:
+def check_duration(duration: float, settings: Settings) -> None:
+    """Checks that a presentation lasts long enough for a sample, without which nothing would be learned.
+
+    Raises:
+        BadArgumentError: It does not, or is longer than DURATION_MAX.
+    """
+    unit = "s, a period of the samples at least"
+    check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
+
+
+def _check_trial(tool: Tool, memory: Memory) -> None:
+    check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
+    check_kind("memory", memory, Memory, _MEMORIES)
+
+
+def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: Seed) -> Simulator:
     """Gives an object to the arm, in a Context at its beginning whose memory is set; ready to be advanced."""
-    settings = trial.settings
+    settings, seed = trial.settings, check_seed(seed)
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
     trial.arm.set_payload(plant_context, tool.parameters)
     settings.faults.change_arm(trial.arm, plant_context)
