@@ -95,7 +95,7 @@ def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
         BadArgumentError: The value is of another class.
     """
     if not isinstance(value, kind):
-        given = f"is a {type(value).__name__}, must be a {kind.__name__}"
+        given = f"is of type {type(value).__name__}, must be of type {kind.__name__}"
         raise BadArgumentError(name, "", f"{given}; {hint}" if hint else given)
     return value
 

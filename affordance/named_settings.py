@@ -55,13 +55,13 @@ def list_settings(settings: Settings = DEFAULT_SETTINGS) -> list[NamedSetting]:
     return list(_walk(settings, ""))
 
 
-def change_settings(settings: Settings, changes: Changes, source: Path | str = "--set") -> Settings:
+def change_settings(settings: Settings, changes: Changes, source: Path | str = "settings") -> Settings:
     """Changes settings by name.
 
     Args:
         settings: Settings to start from.
         changes: Values by name; a mapping stands for all names below its own.
-        source: File or option that asks for the changes, for errors; a file has them below its key ``settings``.
+        source: Source of the changes, for errors; a file has them below its key ``settings``.
 
     Raises:
         BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.

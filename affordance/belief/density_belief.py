@@ -23,6 +23,10 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.data_model import Within
 from affordance.objects.tool import DENSITY_MAX
 
+# Densities that a line shows.
+_MOST_SHOWN = 8
+# Densities from here on are shown without decimals, [kg/m^3].
+_WHOLE = 10.0
 # Largest difference of what is symmetric but for rounding, over the largest entry, 1.
 _SYMMETRY = 1e-6
 # More than ten times the densest solid, [kg/m^3].
@@ -106,6 +110,18 @@ class DensityBelief:
         information_vector.setflags(write=False)
         object.__setattr__(self, "precision", precision)
         object.__setattr__(self, "information_vector", information_vector)
+
+    def __repr__(self) -> str:
+        return f"DensityBelief({self.describe()})"
+
+    def describe(self) -> str:
+        """Mean and standard deviation of each density of the unrestricted normal distribution, in a line."""
+        sds = np.sqrt(np.diag(self.covariance))
+        texts = [
+            f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
+        ]
+        shown = texts if len(texts) <= _MOST_SHOWN else [*texts[: _MOST_SHOWN - 1], f"{len(texts)} in all"]
+        return f"{', '.join(shown)} kg/m^3" if texts else "of no density"
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
@@ -263,6 +279,11 @@ class DensityBelief:
             - posterior.information_vector @ posterior.untruncated_mean
         )
         return float(chi2.sf(distance, likelihood.num_values))
+
+
+def show_density(density: float) -> str:
+    """A density in kg/m^3 without decimals, or in two digits where it is small."""
+    return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

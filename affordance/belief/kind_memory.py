@@ -26,7 +26,7 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
-from affordance.belief.known_density import Density, describe_density
+from affordance.belief.known_density import Density, describe_density, tabulate_densities
 from affordance.belief.learner import Pick
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
@@ -103,6 +103,13 @@ class KindMemory:
     kinds: Kinds = NO_KINDS
     num_lifts: int = 0
     at_hand: ObjectAtHand | None = None
+
+    def __repr__(self) -> str:
+        counts = f"{len(self.kinds.colours)} kinds of {len(self.colours)} colours, {len(self.kinds.objects)} objects"
+        return f"KindMemory({counts} in {self.num_lifts} lifts: {self.belief.describe()})"
+
+    def _repr_html_(self) -> str:
+        return tabulate_densities("Memory of materials, most populous kinds", self.colours, self.belief)
 
     @cached_property
     def belief(self) -> DensityBelief:

@@ -6,8 +6,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from affordance.belief.density_belief import DensityBelief
+from affordance.belief.density_belief import DensityBelief, show_density
 from affordance.exceptions import BadArgumentError
+from affordance.notebook import build_table
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.named_colour import MaterialLike, find_colour
 from affordance.objects.tool import Material
@@ -39,8 +40,8 @@ class Density(NamedTuple):
     p95: float
 
     def __repr__(self) -> str:
-        interval = f"90 % from {self.p05:.4g} to {self.p95:.4g}"
-        return f"Density({self.mean:.4g} ± {self.sd:.2g} kg/m^3, {interval})"
+        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
+        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
 
 
 def describe_density(
@@ -75,3 +76,13 @@ def describe_density(
     sd = float(np.sqrt(weights @ squares / weights.sum()))
     p05, p25, median, p75, p95 = (float(value) for value in percentiles[: len(_FRACTIONS)])
     return Density(mean, sd, p05, p25, median, p75, p95)
+
+
+def tabulate_densities(caption: str, colours: Sequence[Colour], belief: DensityBelief) -> str:
+    """The densities of all colours as a table in HTML."""
+    low, median, high = belief.compute_percentiles([0.05, 0.5, 0.95]) if colours else np.zeros((3, 0))
+    rows = [
+        [show_colour(colour), f"{median[i]:.4g}", f"{low[i]:.4g} to {high[i]:.4g}"]
+        for i, colour in enumerate(colours)
+    ]
+    return build_table(caption, ["colour", "median (kg/m^3)", "90 % interval"], rows)

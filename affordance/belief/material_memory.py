@@ -12,11 +12,11 @@ import numpy as np
 from affordance.arguments import check_kind, check_number
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.known_density import Density, describe_density
+from affordance.belief.known_density import Density, describe_density, tabulate_densities
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
-from affordance.objects.colour import Colour, is_same_colour
+from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.named_colour import MaterialLike, find_colour
 from affordance.objects.tool import DENSITIES, Material
 
@@ -49,6 +49,12 @@ class MaterialMemory:
             problem = f"is about {self.belief.size} densities, must be about {len(self.colours)}, one for each colour"
             raise BadArgumentError("belief", "", problem)
 
+    def __repr__(self) -> str:
+        return f"MaterialMemory({', '.join(map(show_colour, self.colours)) or 'no colour'}: {self.belief.describe()})"
+
+    def _repr_html_(self) -> str:
+        return tabulate_densities("Memory of materials", self.colours, self.belief)
+
     @classmethod
     def from_densities[M: MaterialLike](
         cls, densities: Mapping[M, float], materials: Mapping[str, Material] | None = None
@@ -63,9 +69,7 @@ class MaterialMemory:
             BadArgumentError: There is no such material, it is no colour either, or a density is not positive.
         """
         if not isinstance(densities, Mapping):
-            problem = (
-                f"is a {type(densities).__name__}, must be a mapping from names of materials or colours to kg/m^3"
-            )
+            problem = f"is of type {type(densities).__name__}, must be a mapping from materials or colours to kg/m^3"
             raise BadArgumentError("densities", "", problem)
         colours = tuple(find_colour(material, materials, "densities") for material in densities)
         known = np.array(

@@ -41,7 +41,9 @@ def write_memory(path: StrPath, memory: Memory) -> Path:
         }
         write_json(path, content)
     else:
-        raise BadArgumentError("memory", "", f"is a {type(memory).__name__}, must be a MaterialMemory or KindMemory")
+        raise BadArgumentError(
+            "memory", "", f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
+        )
     return path
 
 

@@ -33,6 +33,9 @@ class Option:
         """
         object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
+    def __repr__(self) -> str:
+        return f"Option({self.name}, {len(self.features)} parts)"
+
     @property
     def name(self) -> str:
         """The object, and its grip if there is a choice."""

@@ -18,6 +18,7 @@ from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
 from affordance.files.data_model import Whole
+from affordance.notebook import build_table
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]
@@ -56,6 +57,10 @@ class RankedOption(NamedTuple):
     p_feasible: float
     infeasible_reason: str
 
+    def __repr__(self) -> str:
+        why = f", {self.infeasible_reason}" if self.infeasible_reason else ""
+        return f"RankedOption({self.option.name}: {self.work:.3g} J, best with {self.p_best:.2f}{why})"
+
 
 class Ranking(NamedTuple):
     """The options in the order of their expected cost.
@@ -74,6 +79,24 @@ class Ranking(NamedTuple):
     min_feasibility: float
     p_none: float
     flips: bool
+
+    def __repr__(self) -> str:
+        options = "; ".join(f"{each.option.name}, {each.work:.3g} J, {each.p_best:.2f}" for each in self.ranked)
+        return f"Ranking({self.num_usable} of {len(self.ranked)} usable: {options})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [
+                each.option.name,
+                f"{each.work:.3g}",
+                f"{each.p_best:.2f}",
+                f"{each.p_feasible:.2f}",
+                each.infeasible_reason,
+            ]
+            for each in self.ranked
+        ]
+        header = ["option", "expected work (J)", "P(best)", "P(feasible)", "not chosen, as it"]
+        return build_table("Ranking", header, rows)
 
     @property
     def best(self) -> RankedOption:

@@ -22,7 +22,7 @@ from affordance.identification.half_check import HalfCheck, check_halves
 from affordance.identification.identify import Runs, check_reference_mass, identify_in_detail
 from affordance.identification.inference import Identification
 from affordance.identification.part_posterior import SeenObject, find_box
-from affordance.identification.payload_belief import PayloadBelief
+from affordance.identification.payload_belief import UNITS, PayloadBelief
 from affordance.identification.payload_settings import list_payload_settings
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
@@ -127,10 +127,9 @@ def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
     """Says what is believed, in lines for a terminal."""
     m = belief.marginals
     lines = [f"{belief.source}: {belief.analysis}", ""]
-    units = ["kg", *["m"] * 3, *["kg m^2"] * 6]
     names = ["mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
     lines.append(f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}")
-    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+    for i, (name, unit) in enumerate(zip(names, UNITS, strict=True)):
         intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
         lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
     if halves is not None and belief.reference_mass is not None:

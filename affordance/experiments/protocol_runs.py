@@ -12,7 +12,7 @@ from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.holding import QUARTILES, HoldExperiment
 from affordance.experiments.lifting import build_lift_experiment
 from affordance.experiments.reach import ReachExperiment
-from affordance.experiments.shared.checks import check_tools_can_be_held
+from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
@@ -72,6 +72,7 @@ def build_hold_experiment(
         ModelFileError: The arm cannot be loaded or is not fit.
     """
     settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_durations(protocol, path, settings)
     objects = build_objects(protocol.objects, path, models)
     check_tools_can_be_held(objects.path, objects.tools, settings)
     measured = [block for block in protocol.blocks if block.measured]
@@ -107,6 +108,7 @@ def build_choice_experiment(
         ModelFileError: The arm cannot be loaded or is not fit.
     """
     settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_durations(protocol, path, settings)
     objects = build_objects(protocol.objects, path, models)
     told = list_told(protocol, path, objects, learners)
     *_, last = protocol.blocks

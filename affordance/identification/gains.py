@@ -46,6 +46,10 @@ class Gains:
     least_variance: Array
     source: str
 
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
+        return f"Gains({self.kind.value}: {means}; {self.source})"
+
     @property
     def load_friction(self) -> Array:
         """Mu of each joint, shape (n,)."""

@@ -126,7 +126,9 @@ def check_materials(materials: object) -> Mapping[str, Material]:
         BadArgumentError: It is something else.
     """
     if not isinstance(materials, Mapping):
-        problem = f"is a {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"
+        problem = (
+            f"is of type {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"
+        )
         raise BadArgumentError("materials", "", problem)
     return {name: check_kind(f"materials[{name!r}]", each, Material) for name, each in materials.items()}
 

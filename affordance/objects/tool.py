@@ -145,6 +145,12 @@ class Tool:
             problem = f"weigh {mass:.3g} kg, must weigh at most {MASS_MAX:g} kg; lengths are in metres"
             raise BadArgumentError("components", "", problem)
 
+    def __repr__(self) -> str:
+        held = f", held by {self.grip}" if self.grip else ""
+        grips = f", grips {', '.join(grip.name for grip in self.grips)}" if self.grips else ""
+        materials = ", ".join(dict.fromkeys(part.material.name for part in self.components))
+        return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
+
     def gripped_by(self, grip: Grip) -> "Tool":
         """Returns the same tool with one of its grips in the hand, and no choice of grip any more."""
         X_GT = np.linalg.inv(grip.X_TG)

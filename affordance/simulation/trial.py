@@ -15,6 +15,7 @@ from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
+from affordance.notebook import build_table
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
@@ -71,6 +72,26 @@ class TrialRecord(NamedTuple):
     samples: SampleCounts = SampleCounts(0, 0, 0, 0)
     overloaded: tuple[str, ...] = ()
     posteriors: tuple[LoggedPosterior, ...] = ()
+
+    def __repr__(self) -> str:
+        facts = ", ".join(f"{name} {value}" for name, value in self._list_facts())
+        return f"TrialRecord({facts})"
+
+    def _repr_html_(self) -> str:
+        return build_table("Trial", ["what", "value"], self._list_facts())
+
+    def _list_facts(self) -> list[tuple[str, str]]:
+        """The trial in a few lines: what, and how much."""
+        rows, joints = self.q.shape
+        farthest = max(self.height_centre, key=abs)
+        facts = [
+            ("duration", f"{self.times[-1]:g} s, {rows} rows, {joints} joints"),
+            ("farthest height", f"{100.0 * farthest:+.3g} cm"),
+            ("p-value", f"{self.p_value:.2g}{', a 5-sigma outlier' if self.is_outlier else ''}"),
+            ("samples", f"{self.samples.accepted} accepted, {self.samples.rejected} rejected"),
+            ("memory", repr(self.memory)),
+        ]
+        return [*facts, ("overloaded", ", ".join(self.overloaded))] if self.overloaded else facts
 
     @property
     def is_outlier(self) -> bool:

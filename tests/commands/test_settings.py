@@ -42,7 +42,7 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["run", "weight", "--set", "prior.sd=-1"], "--set: prior.sd: is -1, must be from 0.001 to 1000000"),
+        (["run", "weight", "--set", "prior.sd=-1"], "settings: prior.sd: is -1, must be from 0.001 to 1000000"),
         (["run", "weight", "--learner", "kinds_map", "--set", "learner=density"], "stands beside --learner"),
         (["run", "linear_plus", "--set", "noise.model=white"], "noise: is WhiteNoise, must be WeberNoise for lifts"),
         (["run", "linear_plus", "--set", "learner=density"], "settings.learner: stands beside observers.learners"),
@@ -50,9 +50,9 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
         (["rank", "hammer", "--set", "learner=kinds_map"], "--set: learner: changes nothing here"),
         (["robustness", "--set", "prior.sd=3"], "--set: prior.sd: changes nothing here: the sample varies it"),
         (["study", "people", "--set", "learner=density"], "--set: learner: changes nothing here"),
-        (["study", "learners", "--set", "accuracy=7"], "--set: accuracy: is 7, must be from 1e-12 to 1"),
-        (["study", "tools", "--set", "prior.mode=-7"], "--set: prior.mode: is -7, must be from 0 to 25000"),
-        (["study", "arms", "--robots", ".", "--set", "prior.mode=-7"], "--set: prior.mode: is -7"),
+        (["study", "learners", "--set", "accuracy=7"], "settings: accuracy: is 7, must be from 1e-12 to 1"),
+        (["study", "tools", "--set", "prior.mode=-7"], "settings: prior.mode: is -7, must be from 0 to 25000"),
+        (["study", "arms", "--robots", ".", "--set", "prior.mode=-7"], "settings: prior.mode: is -7"),
         (["fit-kappa", "--set", "noise.independent_samples=true"], "noise.independent_samples: is true, must be"),
         (
             ["identify", "r.urdf", "--loaded", "l.csv", "--set", "mpc.horizon=1"],

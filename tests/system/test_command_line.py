@@ -57,8 +57,11 @@ def check_refusal(run):
         (["--repeats", "many"], "--repeats: is 'many', must be a whole number"),
         (["--vision", "ears"], "--vision: is 'ears', must be one of features, pixels"),
         (["--repets", "3"], "; did you mean '--repeats'?"),
-        (["--set", "prior.sb=3"], "--set: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev"),
-        (["--set", "prior.sd=-3"], "--set: prior.sd: is -3, must be from 0.001 to 1000000"),
+        (
+            ["--set", "prior.sb=3"],
+            "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev",
+        ),
+        (["--set", "prior.sd=-3"], "settings: prior.sd: is -3, must be from 0.001 to 1000000"),
         (["--set", "faults.stuck_joint=knee"], "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
     ],
 )
