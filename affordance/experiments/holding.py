@@ -43,8 +43,7 @@ from affordance.vision.visual_prior import predict_object
 
 # Quantiles of the belief that are always kept.
 QUARTILES = (0.25, 0.5, 0.75)
-# Stands for observing an object without holding it, beside the draws of a trial, which count from 0.
-_PREDICTED = 9
+_PREDICTED = 9  # in a seed: an object is observed and not held; the draws of a trial count from 0
 
 
 class Done(NamedTuple):
@@ -103,6 +102,12 @@ class HoldExperiment:
         return self.objects.tools
 
     tools_observed = tools
+
+    @property
+    def files_read(self) -> tuple[Path, ...]:
+        """Paths that objects are moved along."""
+        reaches = (block.do.reach for block in self.blocks)
+        return tuple(find_file(each.path, self.section, self.models) for each in reaches if each is not None)
 
     @property
     def colours(self) -> tuple[Colour, ...]:
@@ -249,7 +254,9 @@ class HoldExperiment:
         figures = draw_figures(self.figures, self.objects, arrays, self.quantiles, self.seed)
         if not held:
             return Outputs(figures=figures)
-        more, writers = draw_within_trial(self.figures, self.study_within_trial())
+        seed = (self.seed, OBSERVER_SHOWN, 0)
+        study = WithinTrialStudy(self.settings, self.tools[0], duration=self.duration, seed=seed)
+        more, writers = draw_within_trial(self.figures, study)
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         names = [self.tools[each.presentation.tool].name for each in done]
@@ -263,11 +270,6 @@ class HoldExperiment:
             replay=lambda path: write_replay(path, self.settings.arm, scenes, title=f"{self.name}, seed {self.seed}"),
             writers=writers,
         )
-
-    def study_within_trial(self) -> WithinTrialStudy:
-        """What happens within the first trial of the observer that is shown."""
-        seed = (self.seed, OBSERVER_SHOWN, 0)
-        return WithinTrialStudy(self.settings, self.tools[0], duration=self.duration, seed=seed)
 
     def _begin(
         self, experience: Experience | None, repeat: int, learner: Learner

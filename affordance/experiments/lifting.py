@@ -92,6 +92,7 @@ class LiftExperiment:
 
     unit = "observer"
     tools_observed = ()
+    files_read = ()
 
     @property
     def tools(self) -> tuple[Tool, ...]:

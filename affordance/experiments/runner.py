@@ -19,6 +19,7 @@ from affordance.experiments.definition import OBSERVER_SHOWN, Experiment, Output
 from affordance.experiments.shared.camera_views import draw_camera_views_of
 from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
+from affordance.files.model_files import list_arm_files
 from affordance.files.netcdf import write_trajectories
 from affordance.proprioception.faults import Faults
 from affordance.reporting.diagram_picture import save_diagram
@@ -51,7 +52,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
     settings = experiment.settings
     experience = experiment.gain_experience(folder.parent / "experience", repeats=repeats, jobs=jobs)
     arrays = run_repeats(
-        folder / "repeats" / compute_key(experiment, settings.arm.parent),
+        folder / "repeats" / compute_key(experiment, [*list_arm_files(settings.arm), *experiment.files_read]),
         partial(experiment.run_observer, experiment.select_shared(plan), experience),
         repeats=experiment.count_repeats(repeats),
         jobs=jobs,

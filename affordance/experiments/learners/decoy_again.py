@@ -19,6 +19,7 @@ from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
+from affordance.files.model_files import list_arm_files
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
@@ -114,7 +115,7 @@ def run(
     arrays = {}
     for learner in Learner:
         config = DecoyConfig(weight, learner)
-        kept = folder / "repeats" / compute_key(config, weight.settings.arm.parent)
+        kept = folder / "repeats" / compute_key(config, list_arm_files(weight.settings.arm))
         arrays[learner] = run_repeats(
             kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
         )

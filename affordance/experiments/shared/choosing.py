@@ -60,6 +60,7 @@ class ChoiceExperiment:
     novel_file: Path
 
     unit = "observer"
+    files_read = ()
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:

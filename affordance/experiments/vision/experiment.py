@@ -85,6 +85,7 @@ class VisionExperiment:
 
     name = "vision"
     unit = "object"
+    files_read = ()
     section = Path(__file__).parents[1] / "sections" / "vision.yaml"
     tools_observed = ()
 
