@@ -7,6 +7,9 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+# Words that stand where an article would.
+_DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
+
 
 class AffordanceError(Exception):
     """Base of every error this package raises for what a user gave it or a file holds."""
@@ -18,6 +21,11 @@ def describe_choice(value: object, known: Iterable[str]) -> str:
     near = difflib.get_close_matches(str(value), names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
     return f"is {value!r}, must be one of {', '.join(names)}{hint}"
+
+
+def name_object(name: str) -> str:
+    """Names an object within a sentence: "the stick", but "my hammer"."""
+    return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
 class BadValueError(AffordanceError):
@@ -126,7 +134,7 @@ class StallError(AffordanceError):
     def __str__(self) -> str:
         touching = " and ".join(f"{one} on {other}" for one, other in self.touches) or "nothing touching"
         problem = f"stalls at t = {self.time:.4f} s with {touching}, must take at most {self.num_steps} steps"
-        return _on_one_line(f"the simulated blow with the {self.tool} {problem}")
+        return _on_one_line(f"the simulated blow with {name_object(self.tool)} {problem}")
 
 
 class SeeingError(AffordanceError):

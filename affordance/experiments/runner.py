@@ -20,7 +20,9 @@ from affordance.experiments.shared.camera_views import draw_camera_views_of
 from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
 from affordance.files.model_files import list_arm_files
+from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import write_trajectories
+from affordance.named_settings import describe_changes
 from affordance.proprioception.faults import Faults
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
@@ -92,11 +94,25 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "repeats": repeats,
         "run_shown": OBSERVER_SHOWN,
         "config": experiment,
+        "setup": describe_setup(experiment),
         "versions": list_versions(),
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
     write_json(folder / "metrics.json", {**numbers, **run})
+
+
+def describe_setup(experiment: Experiment) -> dict[str, Any]:
+    """What an experiment was run with, for the head of the report: arm, models, learners and changed settings."""
+    settings = experiment.settings
+    folder = settings.arm.parent
+    learners = getattr(experiment, "learners", (settings.learner,))
+    return {
+        "arm": settings.arm.name,
+        "models": "those of the program" if folder == MODELS else folder.name,
+        "learners": [learner.value for learner in learners],
+        "settings": describe_changes(settings),
+    }
 
 
 def describe_faults(faults: Faults) -> str:

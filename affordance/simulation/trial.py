@@ -15,6 +15,7 @@ from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
+from affordance.exceptions import name_object
 from affordance.notebook import build_table
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -324,7 +325,7 @@ def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[s
     ]
     if loads:
         texts = "; ".join(text for _, text in loads)
-        _LOG.warning("the arm cannot hold the %s: at rest its %.3g kg load %s", tool.name, tool.mass, texts)
+        _LOG.warning("the arm cannot hold %s: at rest its %.3g kg load %s", name_object(tool.name), tool.mass, texts)
     return tuple(name for name, _ in loads)
 
 
