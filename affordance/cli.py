@@ -90,8 +90,14 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         print(f"{program}: interrupted; the same command goes on where it was", file=sys.stderr)
         return 130
     except OSError as error:  # a full disk, a folder that was taken away
-        print(f"{program}: {error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"{program}: {describe_system_error(error)}", file=sys.stderr)
         return 2
+
+
+def describe_system_error(error: OSError) -> str:
+    """Names the file, if the system says which, and what is wrong with it, in a line."""
+    parts = (error.filename, error.strerror or str(error) or type(error).__name__)
+    return " ".join(": ".join(str(part) for part in parts if part).split())
 
 
 def _choose_study(words: list[str]) -> tuple[str, list[str]]:

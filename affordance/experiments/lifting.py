@@ -188,7 +188,7 @@ class LiftExperiment:
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
         """A figure of lifts for each that the protocol asks for, and all forces."""
         axes = ("observer", "lift")
-        variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "which object was lifted")}
+        variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "place of the object among the names")}
         for learner in self.learners:
             meaning = f"upward force before release, {LABELS[learner]}"
             variables[f"force_{learner.value}"] = LabelledArray(axes, arrays[f"{learner.value}: force"], "N", meaning)

@@ -3,6 +3,7 @@
 import json
 
 import pytest
+import xarray
 
 from affordance.cli import main
 
@@ -35,8 +36,16 @@ def test_unknown_name_is_answered_with_the_nearest(capsys):
 
 def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
     assert main(["run", "two_families", *SMALL, "--out", str(tmp_path), "--set", "noise.weber_fraction=0.13"]) == 0
-    config = json.loads((tmp_path / "two_families" / "metrics.json").read_text(encoding="utf-8"))["config"]
-    assert config["settings"]["noise"]["weber_fraction"] == 0.13
+    folder = tmp_path / "two_families"
+    numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
+    assert numbers["config"]["settings"]["noise"]["weber_fraction"] == 0.13
+    assert numbers["setup"]["settings"] == {"noise.weber_fraction": 0.13}
+    assert numbers["setup"]["models"] == "those of the program"
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "changed settings: noise.weber_fraction = 0.13<" in page
+    assert "<h1>Visual inertial affordances: the paper" not in page
+    with xarray.open_dataset(folder / "trajectories.nc", engine="scipy") as dataset:
+        assert len(dataset.to_dataframe()) == dataset["tool"].size  # a row a lift
 
 
 @pytest.mark.parametrize(
