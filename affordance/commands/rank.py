@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.arguments import check_whole
+from affordance.belief.memory_file import read_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.reach import Reach
@@ -66,6 +67,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what was held before (default: ours)",
     )
     parser.add_argument("--holds", type=int, default=2, metavar="N", help="how often each of it was (default: 2)")
+    parser.add_argument(
+        "--memory",
+        type=Path,
+        metavar="FILE",
+        help="densities learned before, as by identify --memory, in place of holding anything",
+    )
     parser.add_argument("--samples", type=int, default=4000, metavar="N", help="densities drawn (default: 4000)")
     add_seed(parser)
     add_set(parser)
@@ -85,7 +92,12 @@ def run(arguments: argparse.Namespace) -> int:
     materials = load_materials(arguments.materials)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
     held = load_tools(arguments.held, materials)
-    experience = gain_experience(held, settings, holds=arguments.holds, seed=arguments.seed)
+    titles = _BELIEFS
+    if arguments.memory is None:
+        experience = gain_experience(held, settings, holds=arguments.holds, seed=arguments.seed)
+    else:
+        experience = read_memory(arguments.memory)
+        titles = {**_BELIEFS, AFTER: f"by the memory {arguments.memory.name}"}
     beliefs = build_beliefs(select_known(materials, [*tools, *held]), experience, settings)
     rankings = rank_grips(
         list_options(tools, by_sight=arguments.by == "pictures", seed=arguments.seed),
@@ -96,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         num_samples=arguments.samples,
     )
     for name, ranking in rankings.items():
-        print("\n".join(describe_ranking(_BELIEFS[name], ranking)))
+        print("\n".join(describe_ranking(titles[name], ranking)))
     return 0
 
 

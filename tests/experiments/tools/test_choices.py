@@ -1,12 +1,14 @@
 """Which end of a hammer, what the eye may take a grey for, and what the study says of it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import write_memory
 from affordance.choice.reach import Reach
 from affordance.cli import main
 from affordance.commands import rank
@@ -162,6 +164,18 @@ def test_bad_arguments_of_rank_are_refused_in_one_line(change, message):
     with pytest.raises(AffordanceError) as caught:
         rank.run(arguments)
     assert message in str(caught.value)
+
+
+def test_what_another_command_learned_carries_over(tmp_path, capsys):
+    """A memory of steel and wood, as ``identify`` writes it, ranks as one who knows does."""
+    known = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
+    words = ["rank", "reach", "--only", "machinist hammer", "--samples", "50", "--memory", str(known)]
+    assert main(words) == 0
+    before, after, _ = re.split(r"\n(?=by|with one)", capsys.readouterr().out)
+    assert before.startswith("before any experience:")
+    assert after.startswith("by the memory m.json:")
+    lines = [line.split() for line in after.splitlines()[2:]]
+    assert [line[-3] for line in lines] == ["1.00", "0.00", "0.00"]  # of one who knows, one grip is best
 
 
 def test_tool_without_grips_cannot_be_ranked():
