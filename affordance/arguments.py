@@ -31,6 +31,8 @@ JOBS = Whole(1, 4096)
 _SEED = Whole(0, SEED_MAX)
 # Largest error of the entries of a rotation matrix that is only rounded, 1.
 _ROTATION_TOLERANCE = 1e-6
+# Largest difference of entries that are equal but for rounding, over the largest entry, 1.
+_SYMMETRY = 1e-6
 
 
 def check_number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, unit: str = "") -> float:
@@ -135,19 +137,28 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
     Raises:
         BadArgumentError: The array is of another shape, or a number is not finite.
     """
-    wanted = f"({', '.join('n' if size is None else str(size) for size in shape)}{',' if len(shape) == 1 else ''})"
     try:
         array = np.asarray(values, dtype=float)
     except (TypeError, ValueError) as error:
-        raise BadArgumentError(name, "", f"is {show_value(values)}, must be numbers of shape {wanted}") from error
-    fits = array.ndim == len(shape) and all(b in (None, a) for a, b in zip(array.shape, shape, strict=True))
-    if not fits:
-        raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {wanted}")
+        problem = f"is {show_value(values)}, must be numbers of shape {_show_shape(shape)}"
+        raise BadArgumentError(name, "", problem) from error
+    if array.ndim != len(shape) or any(b not in (None, a) for a, b in zip(array.shape, shape, strict=True)):
+        raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {_show_shape(shape)}")
     if not np.isfinite(array).all():
         place = tuple(int(each) for each in np.argwhere(~np.isfinite(array))[0])
         where = "".join(f"[{each}]" for each in place)
         raise BadArgumentError(f"{name}{where}", "", f"is {array[place]}, must be finite")
     return array
+
+
+def check_symmetry(name: str, matrix: Array) -> None:
+    """Checks that a square matrix is symmetric but for rounding.
+
+    Raises:
+        BadArgumentError: It is not.
+    """
+    if (matrix != matrix.T).any() and np.abs(matrix - matrix.T).max() > _SYMMETRY * np.abs(matrix).max():
+        raise BadArgumentError(name, "", "is not symmetric, must be")
 
 
 def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
@@ -200,6 +211,11 @@ def check_pose(name: str, X: ArrayLike) -> Array:
         raise BadArgumentError(name, "", "is a reflection, must be a rotation: its determinant must be 1")
     pose.setflags(write=False)
     return pose
+
+
+def _show_shape(shape: Sequence[int | None]) -> str:
+    sizes = ["n" if size is None else str(size) for size in shape]
+    return f"({', '.join(sizes)}{',' if len(sizes) == 1 else ''})"
 
 
 def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:

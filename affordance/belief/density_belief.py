@@ -14,7 +14,7 @@ from typing import Annotated
 import numpy as np
 from scipy.stats import chi2
 
-from affordance.arguments import check_array, check_fractions
+from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
@@ -27,8 +27,6 @@ from affordance.objects.tool import DENSITY_MAX
 _MOST_SHOWN = 8
 # Densities from here on are shown without decimals, [kg/m^3].
 _WHOLE = 10.0
-# Largest difference of what is symmetric but for rounding, over the largest entry, 1.
-_SYMMETRY = 1e-6
 # More than ten times the densest solid, [kg/m^3].
 _SD_MAX = 1e6
 
@@ -102,8 +100,7 @@ class DensityBelief:
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
         precision = check_array("precision", self.precision, (size, size)).copy()
-        if size and np.abs(precision - precision.T).max() > _SYMMETRY * np.abs(precision).max():
-            raise BadArgumentError("precision", "", "is not symmetric, must be")
+        check_symmetry("precision", precision)
         if size and np.linalg.eigvalsh(precision)[0] <= 0.0:
             raise BadArgumentError("precision", "", "is not positive definite, must be")
         precision.setflags(write=False)
@@ -133,8 +130,7 @@ class DensityBelief:
         """
         mean = check_array("mean", mean, (None,))
         covariance = check_array("covariance", covariance, (mean.size, mean.size))
-        if mean.size and np.abs(covariance - covariance.T).max() > _SYMMETRY * np.abs(covariance).max():
-            raise BadArgumentError("covariance", "", "is not symmetric, must be")
+        check_symmetry("covariance", covariance)
         try:
             precision = np.linalg.inv(covariance)
         except np.linalg.LinAlgError as error:

@@ -7,6 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 
 from affordance.arguments import StrPath, check_kind, check_path
+from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
@@ -71,7 +72,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
         extract_arm(path, options)  # says what is wrong
         raise
     sources = sorted(_PROGRAM.glob("*.py"))
-    tasks = sorted(file for file in MODELS.rglob("*") if file.is_file())
+    tasks = list_model_files(MODELS)
     for file in (*sources, *tasks):
         digest.update(file.name.encode())
         digest.update(file.read_bytes())

@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from pydrake.systems.framework import Context, EventStatus
 
+from affordance.arguments import Seed
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
@@ -110,7 +111,7 @@ def simulate_blow(
 
 
 def run_blow(
-    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
     """Runs the trial of a blow, from rest to rest; arguments are those of ``TrialRunner.run``.
 

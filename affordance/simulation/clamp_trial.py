@@ -11,6 +11,7 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig
 from scipy.interpolate import PchipInterpolator
 
+from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
@@ -45,7 +46,7 @@ class ClampRecord(NamedTuple):
 
 
 def run_clamp_and_release(
-    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: Seed
 ) -> tuple[TrialRecord, ClampRecord]:
     """Pushes against a clamp with what an object is believed to weigh, then holds it.
 

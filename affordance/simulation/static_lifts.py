@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import Seed, check_seed
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.object_belief import Memory
@@ -102,7 +103,7 @@ class StaticLifter:
         self._gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self._tools = [self._see(tool) for tool in tools]
 
-    def run(self, lifts: Sequence[Lift], memory: Memory, seed: tuple[int, ...]) -> LiftRecord:
+    def run(self, lifts: Sequence[Lift], memory: Memory, seed: Seed) -> LiftRecord:
         """Simulates an observer.
 
         Costs, in each lift, what the memory's ``recall`` and ``learn`` cost.
@@ -112,6 +113,7 @@ class StaticLifter:
             memory: What the observer remembers before the first.
             seed: Determines the errors of feeling.
         """
+        seed = check_seed(seed)
         forces, memories = [], [memory]
         for number, lift in enumerate(lifts, start=1):  # a seed that ends in 0 is the same without it
             tool = self._tools[lift.tool]
