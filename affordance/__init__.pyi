@@ -26,7 +26,8 @@ from .robots.importer import ImportOptions
 from .robots.kept import import_arm
 from .robots.recorded_arm import load_robot
 from .settings import Settings
-from .simulation.trial import TrialRecord, TrialRunner
+from .simulation.trial import TrialRunner
+from .simulation.trial_record import TrialRecord
 from .version import __version__ as __version__
 
 __all__ = [

@@ -37,7 +37,8 @@ from affordance.random_streams import Stream
 from affordance.reporting.replay import Scene, write_replay
 from affordance.settings import Settings
 from affordance.simulation.clamp_trial import run_clamp_and_release
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 

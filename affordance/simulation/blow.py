@@ -27,7 +27,8 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import Nail, NailPlacement, NailRecord
 from affordance.settings import Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram
-from affordance.simulation.trial import TrialRecord, TrialRunner, finish, get_runner
+from affordance.simulation.trial import TrialRunner, finish, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 # A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
 # minute or two, the integrator has stalled.

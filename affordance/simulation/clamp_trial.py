@@ -18,7 +18,8 @@ from affordance.belief.object_belief import Memory
 from affordance.control.clamp import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool
-from affordance.simulation.trial import TrialRecord, TrialRunner, finish
+from affordance.simulation.trial import TrialRunner, finish
+from affordance.simulation.trial_record import TrialRecord
 
 # How long the hand pushes; the force settles within a third of it, [s].
 CLAMPED = 1.0

@@ -13,7 +13,8 @@ from affordance.choice.reach import Reach
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, finish, get_runner
+from affordance.simulation.trial import finish, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 
 class Rollout(NamedTuple):

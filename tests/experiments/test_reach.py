@@ -19,7 +19,7 @@ from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import Faults
 from affordance.simulation.rollout import Rollout
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import FeatureSource
 
 SHAPES = {

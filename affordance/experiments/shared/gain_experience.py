@@ -17,7 +17,8 @@ from affordance.experiments.shared.experience import Experience, ExperienceConfi
 from affordance.files.model_files import list_arm_files
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 _LOG = logging.getLogger(__name__)
 

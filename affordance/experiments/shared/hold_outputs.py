@@ -16,7 +16,7 @@ from affordance.protocols.number_entries import FigureEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.reporting import figures, statistics
 from affordance.reporting.object_drawings import Drawing, draw_objects
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 
 
 def draw_figures(
