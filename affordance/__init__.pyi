@@ -1,56 +1,65 @@
-# What the package offers at its top; __init__.py reads it.
-from .belief.density_belief import DensityBelief, PointEstimate, Prior
+# What the package offers at its top; __init__.py reads it. What else there is lies one level down (docs/python.md).
+from .belief.density_belief import Prior
+from .belief.kind_memory import KindMemory
+from .belief.learner import Learner
+from .belief.learners import start_memory
 from .belief.material_memory import MaterialMemory
+from .belief.memory_file import read_memory, write_memory
 from .choice.hammer import Hammer, load_hammer
 from .choice.observed_options import list_options
-from .choice.options import Option
-from .choice.ranking import RankedOption, Ranking, rank
+from .choice.ranking import Ranking, rank
 from .choice.reach import Reach
-from .control.timed_path import TimedPath, load_path
-from .exceptions import AffordanceError, BadValueError, ModelFileError
+from .control.timed_path import load_path
+from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelFileError
+from .experiments.suite import load_experiment, run_suite
 from .files.model_folder import MODELS
 from .identification.gains import Gains, read_gains, write_gains
 from .identification.identify import Runs, identify
 from .identification.payload_belief import PayloadBelief
-from .identification.run import Run, RunDescription
+from .identification.run import Run
 from .identification.run_file import read_run
+from .named_settings import change_settings
 from .objects.load import load_materials, load_tools
 from .objects.tool import Material, Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
+from .robots.importer import ImportOptions
+from .robots.kept import import_arm
 from .robots.recorded_arm import load_robot
 from .settings import Settings
-from .simulation.trial import TrialRecord, TrialRunner
+from .simulation.trial import TrialRunner
+from .simulation.trial_record import TrialRecord
 from .version import __version__ as __version__
 
 __all__ = [
     "MODELS",
     "AffordanceError",
+    "BadArgumentError",
     "BadValueError",
-    "DensityBelief",
     "Gains",
     "Hammer",
+    "ImportOptions",
+    "KindMemory",
+    "Learner",
     "Material",
     "MaterialMemory",
     "ModelFileError",
-    "Option",
     "PayloadBelief",
-    "PointEstimate",
     "Prior",
-    "RankedOption",
     "Ranking",
     "Reach",
     "Run",
-    "RunDescription",
     "Runs",
     "Settings",
-    "TimedPath",
     "Tool",
     "TrialRecord",
     "TrialRunner",
     "WeberNoise",
     "WhiteNoise",
+    "change_settings",
     "identify",
+    "import_arm",
     "list_options",
+    "load_experiment",
     "load_hammer",
     "load_materials",
     "load_path",
@@ -58,6 +67,10 @@ __all__ = [
     "load_tools",
     "rank",
     "read_gains",
+    "read_memory",
     "read_run",
+    "run_suite",
+    "start_memory",
     "write_gains",
+    "write_memory",
 ]

@@ -9,8 +9,9 @@ import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import NoReturn, Protocol, cast
+from typing import Protocol, cast
 
+from affordance.commands.parser import OneLineParser
 from affordance.commands.study import STUDIES
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.system_libraries import provide_libraries
@@ -23,6 +24,7 @@ COMMANDS = (
     "new-protocol",
     "predict",
     "rank",
+    "settings",
     "import-arm",
     "identify",
     "study",
@@ -49,14 +51,6 @@ class Command(Protocol):
         Raises:
             AffordanceError: The input is wrong; the message is one line.
         """
-
-
-class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line, without the usage in front."""
-
-    def error(self, message: str) -> NoReturn:
-        """Ends the program with exit status 2."""
-        self.exit(2, f"{self.prog}: {message}\n")
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
@@ -88,7 +82,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
         parser = OneLineParser(prog=f"{program} {name.replace('_', ' ')}", description=command.HELP)
         command.add_arguments(parser)
-        return command.run(parser.parse_args(words))
+        return command.run(parser.parse(words))
     except AffordanceError as error:
         print(f"{program}: {error}", file=sys.stderr)
         return 2
@@ -96,8 +90,14 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         print(f"{program}: interrupted; the same command goes on where it was", file=sys.stderr)
         return 130
     except OSError as error:  # a full disk, a folder that was taken away
-        print(f"{program}: {error.filename}: {error.strerror}", file=sys.stderr)
+        print(f"{program}: {describe_system_error(error)}", file=sys.stderr)
         return 2
+
+
+def describe_system_error(error: OSError) -> str:
+    """Names the file, if the system says which, and what is wrong with it, in a line."""
+    parts = (error.filename, error.strerror or str(error) or type(error).__name__)
+    return " ".join(": ".join(str(part) for part in parts if part).split())
 
 
 def _choose_study(words: list[str]) -> tuple[str, list[str]]:

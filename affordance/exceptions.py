@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 # Letters of a value, and of a whole message, that are shown.
 _SHOWN, _LONGEST = 100, 2000
+# Words that stand where an article would.
+_DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
 
 
 class AffordanceError(Exception):
@@ -25,6 +27,11 @@ def describe_choice(value: object, known: Iterable[str]) -> str:
     hint = f"; did you mean {near[0]!r}?" if near else ""
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
     return f"is {shown}, must be one of {', '.join(names)}{hint}"
+
+
+def name_object(name: str) -> str:
+    """Names an object within a sentence: "the stick", but "my hammer"."""
+    return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
 class BadValueError(AffordanceError):
@@ -45,6 +52,16 @@ class BadValueError(AffordanceError):
 
     def __str__(self) -> str:
         return _on_one_line(": ".join(part for part in (str(self.source), self.key, self.problem) if part))
+
+
+class BadArgumentError(BadValueError, ValueError):
+    """An argument of a public function is of the wrong kind or out of bounds; ``arguments`` raises it.
+
+    Attributes:
+        source: Name of the argument, or of the class whose field it is.
+        key: Where in the argument; empty for the whole.
+        problem: Description of the value and the bound that it breaks.
+    """
 
 
 class ModelFileError(AffordanceError):
@@ -123,7 +140,7 @@ class StallError(AffordanceError):
     def __str__(self) -> str:
         touching = " and ".join(f"{one} on {other}" for one, other in self.touches) or "nothing touching"
         problem = f"stalls at t = {self.time:.4f} s with {touching}, must take at most {self.num_steps} steps"
-        return _on_one_line(f"the simulated blow with the {self.tool} {problem}")
+        return _on_one_line(f"the simulated blow with {name_object(self.tool)} {problem}")
 
 
 class SeeingError(AffordanceError):

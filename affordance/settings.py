@@ -1,23 +1,34 @@
 """The one prior, noise model, controller and arm that serve all simulations, each with its source or reason.
 
 They were fixed before any experiment was run and are not tuned to its outcome; docs/decisions/ tells why each is
-what it is.
+what it is. A setting is a field with its bounds, its unit and its source; ``named_settings`` knows them by name.
 """
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from pydrake.systems.analysis import SimulatorConfig
+from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner
+from affordance.checked_fields import Among, Setting, check_fields
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
+from affordance.exceptions import BadArgumentError
+from affordance.files.data_model import Within
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.vision.features import FeatureSource, VisionError
+
+_PERIOD = Within(1e-4, 60.0)
+_ACCURACY = Within(1e-12, 1.0)
+_STEP = Within(1e-9, 10.0)
+_SCHEME = Among(tuple(GetIntegrationSchemes()))
+_INTEGRATION = "chosen by the table of docs/decisions/0007-integration.md"
+_CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
 
 
 @dataclass(frozen=True)
@@ -26,77 +37,110 @@ class Settings:
 
     Attributes:
         arm: Drake model directives of the arm.
-        prior: Of the density of a material that was never held.
-        learner: What observers learn by; the paper's has one density for each colour.
+        prior: Prior of the density of a material that was never held.
+        learner: Learner of all observers; the paper's has one density for each colour, and ``ARM_LEARNER`` of
+            ``belief.learners`` is the one for an arm that is to work.
         noise: Errors of measured joint torques.
         acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; the paper
             assumes that there is none.
-        cost_measure: By what options are compared.
+        cost_measure: Measure by which options are compared.
         vision_error: Errors of measured features; the paper assumes that there are none.
         feature_source: True features with errors, or features from pictures; vision_error is of the former.
         mpc: Horizon, steps and weights of the controller.
         angle_margin: Margin that the controller keeps to position limits, [rad].
         control_period: Time between two plans of the controller, [s].
-        point_estimate: Which density stands for the belief in control.
+        point_estimate: Density that stands for the belief in control.
         uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
             prior for the whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
         posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
-        integration_scheme: One of Drake's implicit integrators.
-        accuracy: Its target accuracy.
-        stiff_accuracy: The same for an arm that damping brings to rest within a tick of the controller.
-        max_step_size: Its largest step, [s].
-        contact_scheme: The integrator while a tool may touch a nail, and from a second touch on.
-        contact_accuracy: Its target accuracy.
-        contact_max_step_size: Its largest step while the peak is looked for, [s].
-        faults: What is wrong with sensors and arm; nothing, unless a user switches it on.
+        integration_scheme: Integrator of Drake, an implicit one.
+        accuracy: Target accuracy of the integrator.
+        stiff_accuracy: Target accuracy for an arm that damping brings to rest within a control period.
+        max_step_size: Largest step of the integrator, [s].
+        contact_scheme: Integrator while a tool may touch a nail, and from a second touch on.
+        contact_accuracy: Target accuracy of that integrator.
+        contact_max_step_size: Largest step of that integrator while the peak is looked for, [s].
+        faults: Faults of sensors and arm; none, unless a user switches one on.
         learns_from_outliers: Whether a 5-sigma outlier teaches what Bayes' rule says (the paper), or
             nothing; it is flagged either way.
     """
 
     arm: Path = ARM
-    # 1000: the density of water is about the average density of objects (Ross & Gregory 1970). 4000: broad; copper,
-    # the densest metal in common use, lies two standard deviations above. 100: the spread within woods, brasses and
-    # steels is 60 to 90 kg/m^3. docs/decisions/0003-prior.md
-    prior: Prior = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
-    # The paper's. For an arm that is to work: belief.learners.ARM_LEARNER.
-    learner: Learner = Learner.DENSITY
-    # 0.07: force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992). 0.097 N m: smallest
-    # torque felt at the elbow (Kim & Asbeck 2021). docs/decisions/0004-noise.md
-    noise: NoiseModel = WeberNoise(weber_fraction=0.07, threshold=0.097)
-    acceleration_sd: float = 0.0
-    cost_measure: CostMeasure = CostMeasure.WORK
+    prior: Prior = Prior()
+    learner: Annotated[Learner, Setting("", "the paper's (docs/decisions/0026-kinds.md)")] = Learner.DENSITY
+    noise: NoiseModel = WeberNoise()
+    acceleration_sd: Annotated[float, Within(0.0, 100.0), Setting("rad/s^2", "the paper assumes none")] = 0.0
+    cost_measure: Annotated[CostMeasure, Setting("", "paper, eq. 4")] = CostMeasure.WORK
     vision_error: VisionError = VisionError()
-    feature_source: FeatureSource = FeatureSource.FEATURES
-    # 0.24 s: one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983).
-    # docs/decisions/0005-controller.md
-    mpc: MpcSettings = MpcSettings(horizon=0.24, num_steps=12)
-    # A limit is kept only as well as the believed inertia is right: without a margin it is violated by up to 2.3
-    # mrad. docs/decisions/0009-limits-as-met.md
-    angle_margin: float = math.radians(0.25)
-    # Stable for a believed inertia 16 times the true one, with half as much again to spare: T > 2 x period x 16.
-    control_period: float = 0.005
-    point_estimate: PointEstimate = PointEstimate.MODE
-    uses_posterior: bool = False
-    # Every sample is an exact linear observation of the same object: at 10 Hz the mean differs from that at 100 Hz
-    # by a thousandth, a hundredth of its own uncertainty. docs/decisions/0008-percept-as-state.md
-    sample_period: float = 0.1
-    log_period: float = 0.01
-    posterior_log_period: float | None = None
-    # Chosen by the table of docs/decisions/0007-integration.md.
-    integration_scheme: str = "radau3"
-    accuracy: float = 1e-4
-    # Each tick's step of torque starts a transient that is over before it moves anything: an integrator that is to
-    # follow it takes three times as many steps. Chosen by the table of docs/decisions/0023-stiff-arms.md.
-    stiff_accuracy: float = 1e-3
-    max_step_size: float = 0.1
-    # Chosen by the table of docs/decisions/0013-nail.md.
-    contact_scheme: str = "implicit_euler"
-    contact_accuracy: float = 1e-3
-    contact_max_step_size: float = 1e-4
+    feature_source: Annotated[FeatureSource, Setting("", "paper, IV-A")] = FeatureSource.FEATURES
+    mpc: MpcSettings = MpcSettings()
+    angle_margin: Annotated[
+        float,
+        Within(0.0, 1.0),
+        Setting(
+            "rad",
+            "a limit is kept only as well as the believed inertia is right: without a margin it is violated by up to "
+            "2.3 mrad (docs/decisions/0009-limits-as-met.md)",
+        ),
+    ] = math.radians(0.25)
+    control_period: Annotated[
+        float,
+        Within(1e-4, 0.1),
+        Setting(
+            "s",
+            "stable for a believed inertia 16 times the true one, with half as much again to spare: "
+            "horizon > 2 x period x 16 (docs/decisions/0005-controller.md)",
+        ),
+    ] = 0.005
+    point_estimate: Annotated[PointEstimate, Setting("", "the most probable density (paper, IV-A)")] = (
+        PointEstimate.MODE
+    )
+    uses_posterior: Annotated[bool, Setting("", "the paper controls by the visual prior (docs/learning.md)")] = False
+    sample_period: Annotated[
+        float,
+        _PERIOD,
+        Setting(
+            "s",
+            "every sample is an exact linear observation of the same object: at 10 Hz the mean differs from that at "
+            "100 Hz by a thousandth, a hundredth of its own uncertainty (docs/decisions/0008-percept-as-state.md)",
+        ),
+    ] = 0.1
+    log_period: Annotated[float, _PERIOD, Setting("s", "fine enough for figures; decides no number")] = 0.01
+    posterior_log_period: Annotated[
+        Annotated[float, _PERIOD] | None, Setting("s", "no log unless it is asked for (docs/learning.md)")
+    ] = None
+    integration_scheme: Annotated[str, _SCHEME, Setting("", _INTEGRATION)] = "radau3"
+    accuracy: Annotated[float, _ACCURACY, Setting("1", _INTEGRATION)] = 1e-4
+    stiff_accuracy: Annotated[
+        float,
+        _ACCURACY,
+        Setting(
+            "1",
+            "each tick's step of torque starts a transient that is over before it moves anything; an integrator that "
+            "is to follow it takes three times as many steps (table of docs/decisions/0023-stiff-arms.md)",
+        ),
+    ] = 1e-3
+    max_step_size: Annotated[float, _STEP, Setting("s", _INTEGRATION)] = 0.1
+    contact_scheme: Annotated[str, _SCHEME, Setting("", _CONTACT)] = "implicit_euler"
+    contact_accuracy: Annotated[float, _ACCURACY, Setting("1", _CONTACT)] = 1e-3
+    contact_max_step_size: Annotated[float, _STEP, Setting("s", _CONTACT)] = 1e-4
     faults: Faults = NO_FAULTS
-    learns_from_outliers: bool = True
+    learns_from_outliers: Annotated[bool, Setting("", "Bayes' rule (docs/decisions/0016-faults-and-surprise.md)")] = (
+        True
+    )
+
+    def __post_init__(self) -> None:
+        """Checks all fields; texts become what they name.
+
+        Raises:
+            BadArgumentError: A field is of the wrong kind or out of bounds, or the percept has no error at all.
+        """
+        check_fields(self)
+        if isinstance(self.noise, WeberNoise) and self.noise.threshold == 0.0:
+            problem = "is 0, must be more than 0: a joint without torque would be felt exactly"
+            raise BadArgumentError("Settings", "noise.threshold", problem)
 
     @property
     def simulator(self) -> SimulatorConfig:

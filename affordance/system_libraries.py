@@ -8,9 +8,14 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import NamedTuple
 
 from affordance.exceptions import AffordanceError
+
+_STDERR = 2  # its number, by which libraries in C know it
 
 
 class SystemLibrary(NamedTuple):
@@ -39,6 +44,25 @@ LIBRARIES = (
 )
 # For the tests: Pinocchio, which they compare with.
 TEST_LIBRARIES = (SystemLibrary("libgomp.so.1", "libgomp1", "Pinocchio, for tests", False),)
+
+
+@contextmanager
+def hide_font_warnings() -> Iterator[None]:
+    """Keeps fontconfig's warnings about the system's own files off the terminal; what else is written there stays."""
+    sys.stderr.flush()
+    terminal = os.dup(_STDERR)
+    with tempfile.TemporaryFile() as caught:
+        os.dup2(caught.fileno(), _STDERR)
+        try:
+            yield
+        finally:
+            sys.stderr.flush()
+            os.dup2(terminal, _STDERR)
+            os.close(terminal)
+            caught.seek(0)
+            for line in caught:
+                if not line.startswith(b"Fontconfig "):
+                    os.write(_STDERR, line)
 
 
 def find_missing(for_tests: bool = False) -> list[SystemLibrary]:

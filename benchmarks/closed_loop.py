@@ -32,7 +32,8 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, TrialRunner
+from affordance.simulation.trial import TrialRunner
+from affordance.simulation.trial_record import TrialRecord
 from benchmarks.timing import time_by_turns
 
 NUM_TURNS = 15

@@ -15,7 +15,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, TrialRunner
+from affordance.simulation.trial import TrialRunner
+from affordance.simulation.trial_record import TrialRecord
 from benchmarks.tables import format_table
 
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")

@@ -24,10 +24,11 @@ from affordance.plant.arm_model import ArmModel
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 from benchmarks.tables import format_table
 
-BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=DEFAULT_SETTINGS.mpc._replace(always_program=True))
+BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 HEADER = [
     "simulation",
     "trials",

@@ -9,18 +9,31 @@ import enum
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Annotated
 
 import numpy as np
 from scipy.stats import chi2
 
+from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
+from affordance.checked_fields import Setting, check_fields
+from affordance.exceptions import BadArgumentError
+from affordance.files.data_model import Within
+from affordance.objects.tool import DENSITY_MAX
+
+# Densities that a line shows.
+_MOST_SHOWN = 8
+# Densities from here on are shown without decimals, [kg/m^3].
+_WHOLE = 10.0
+# More than ten times the densest solid, [kg/m^3].
+_SD_MAX = 1e6
 
 
-class Prior(NamedTuple):
-    """Prior of the density of a material that was never held, the same for all of them.
+@dataclass(frozen=True)
+class Prior:
+    """Prior of the density of a material that was never held, the same for all (docs/decisions/0003-prior.md).
 
     Attributes:
         mode: Most probable density, [kg/m^3].
@@ -28,9 +41,29 @@ class Prior(NamedTuple):
         deviation_sd: Standard deviation of one object's density about its material's mean (s_m), [kg/m^3].
     """
 
-    mode: float
-    sd: float
-    deviation_sd: float
+    mode: Annotated[
+        float,
+        Within(0.0, DENSITY_MAX),
+        Setting("kg/m^3", "the density of water is about the average density of objects (Ross & Gregory 1970)"),
+    ] = 1000.0
+    sd: Annotated[
+        float,
+        Within(1e-3, _SD_MAX),
+        Setting("kg/m^3", "broad: copper, the densest metal in common use, lies two standard deviations above"),
+    ] = 4000.0
+    deviation_sd: Annotated[
+        float,
+        Within(0.0, _SD_MAX),
+        Setting("kg/m^3", "spread within woods, brasses and steels, 60 to 90 kg/m^3 (docs/decisions/0003-prior.md)"),
+    ] = 100.0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
 
 class PointEstimate(enum.Enum):
@@ -62,25 +95,46 @@ class DensityBelief:
         """Keeps read-only copies.
 
         Raises:
-            ValueError: Something is not finite, or the precision is not positive definite.
+            BadArgumentError: Something is not finite, or the precision is not symmetric and positive definite.
         """
-        precision, information_vector = (
-            np.array(self.precision, dtype=float),
-            np.array(self.information_vector, dtype=float),
-        )
-        if not (np.isfinite(precision).all() and np.isfinite(information_vector).all()):
-            raise ValueError("precision and shift of a belief must be finite")
-        if information_vector.size and np.linalg.eigvalsh(precision)[0] <= 0.0:
-            raise ValueError("precision of a belief must be positive definite")
+        information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
+        size = information_vector.size
+        precision = check_array("precision", self.precision, (size, size)).copy()
+        check_symmetry("precision", precision)
+        if size and np.linalg.eigvalsh(precision)[0] <= 0.0:
+            raise BadArgumentError("precision", "", "is not positive definite, must be")
         precision.setflags(write=False)
         information_vector.setflags(write=False)
         object.__setattr__(self, "precision", precision)
         object.__setattr__(self, "information_vector", information_vector)
 
+    def __repr__(self) -> str:
+        return f"DensityBelief({self.describe()})"
+
+    def describe(self) -> str:
+        """Mean and standard deviation of each density of the unrestricted normal distribution, in a line."""
+        sds = np.sqrt(np.diag(self.covariance))
+        texts = [
+            f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
+        ]
+        shown = texts if len(texts) <= _MOST_SHOWN else [*texts[: _MOST_SHOWN - 1], f"{len(texts)} in all"]
+        return f"{', '.join(shown)} kg/m^3" if texts else "of no density"
+
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M)."""
-        precision = np.linalg.inv(covariance)
+        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M).
+
+        Raises:
+            BadArgumentError: Shapes do not fit, something is not finite, or the covariance is not that of a normal
+                distribution.
+        """
+        mean = check_array("mean", mean, (None,))
+        covariance = check_array("covariance", covariance, (mean.size, mean.size))
+        check_symmetry("covariance", covariance)
+        try:
+            precision = np.linalg.inv(covariance)
+        except np.linalg.LinAlgError as error:
+            raise BadArgumentError("covariance", "", "is singular, must be positive definite") from error
         precision = 0.5 * (precision + precision.T)
         return cls(precision, precision @ mean)
 
@@ -169,8 +223,16 @@ class DensityBelief:
         return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
 
     def compute_percentiles(self, fractions: Sequence[float]) -> Array:
-        """Percentiles of each density, shape (len(fractions), M), [kg/m^3]."""
-        return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, np.asarray(fractions))
+        """Percentiles of each density, shape (len(fractions), M), [kg/m^3].
+
+        Args:
+            fractions: Probabilities of less, from 0 to 1.
+
+        Raises:
+            BadArgumentError: One is not from 0 to 1.
+        """
+        chosen = check_fractions("fractions", fractions)
+        return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Independent samples, shape (num_samples, M), [kg/m^3]."""
@@ -215,6 +277,11 @@ class DensityBelief:
             - posterior.information_vector @ posterior.untruncated_mean
         )
         return float(chi2.sf(distance, likelihood.num_values))
+
+
+def show_density(density: float) -> str:
+    """A density in kg/m^3 without decimals, or in two digits where it is small."""
+    return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

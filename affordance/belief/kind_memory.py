@@ -6,13 +6,14 @@ its own; if it never was, that of the most populous kind of its colour. What a t
 kinds it names learn by Bayes' rule.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import check_member, check_number, check_seed
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.kinds import NO_KINDS, KindPrior, Kinds, KnownObject, Membership, OwnDensities
@@ -26,10 +27,16 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
+from affordance.belief.known_density import Density, describe_density, tabulate_densities
 from affordance.belief.learner import Pick
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
+from affordance.objects.named_colour import MaterialLike
+from affordance.objects.tool import Material
+
+# Bounds of the numbers that the gate goes by, 1.
+_LEAST, _MOST = 1e-9, 1e9
 
 
 @dataclass(frozen=True)
@@ -50,11 +57,12 @@ class KindSettings:
         """Checks the gate's numbers.
 
         Raises:
-            ValueError: One is not finite and positive.
+            BadArgumentError: One is not finite and positive, the pick is none, or the seed is none.
         """
         for name, value in self.gate._asdict().items():
-            if not (np.isfinite(value) and value > 0.0):
-                raise ValueError(f"{name} is {value}, must be finite and greater than 0")
+            check_number(name, value, _LEAST, _MOST)
+        object.__setattr__(self, "pick", check_member("pick", self.pick, Pick))
+        object.__setattr__(self, "seed", check_seed(self.seed))
 
     def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
         """Picks a verdict; lift is the number of the lift, from 1, which with the seed determines what is drawn."""
@@ -97,6 +105,13 @@ class KindMemory:
     num_lifts: int = 0
     at_hand: ObjectAtHand | None = None
 
+    def __repr__(self) -> str:
+        counts = f"{len(self.kinds.colours)} kinds of {len(self.colours)} colours, {len(self.kinds.objects)} objects"
+        return f"KindMemory({counts} in {self.num_lifts} lifts: {self.belief.describe()})"
+
+    def _repr_html_(self) -> str:
+        return tabulate_densities("Memory of materials, most populous kinds", self.colours, self.belief)
+
     @cached_property
     def belief(self) -> DensityBelief:
         """Belief about a thing of each colour that was never lifted: that about the colour's most populous kind."""
@@ -105,6 +120,14 @@ class KindMemory:
             return self.kinds.belief
         mean, covariance = self.kinds.belief.untruncated_mean, self.kinds.belief.covariance
         return DensityBelief.from_moments(mean[kinds], covariance[np.ix_(kinds, kinds)])
+
+    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
+        """What is believed of a thing of a material that was never lifted; see ``MaterialMemory.density``.
+
+        Raises:
+            BadArgumentError: There is no such material, or nothing of its colour was met.
+        """
+        return describe_density(self.colours, self.belief, material, materials)
 
     def find(self, appearance: Sequence[PartAppearance]) -> int | None:
         """Index of the object of an appearance; None if it was never lifted."""

@@ -1,5 +1,6 @@
 """The memory that an observer begins with, by what learns."""
 
+from affordance.arguments import Seed, check_member, check_seed
 from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Learner, Pick
@@ -16,15 +17,18 @@ KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.27}
 ARM_LEARNER = Learner.KINDS_MAP
 
 
-def start_memory(learner: Learner, seed: tuple[int, ...], kappa: float | None = None) -> Memory:
+def start_memory(learner: Learner | str = Learner.DENSITY, seed: Seed = 0, kappa: float | None = None) -> Memory:
     """The memory of an observer before anything was met.
 
     Args:
-        learner: What learns.
-        seed: Determines what a learner that draws will draw; another one for each observer.
+        learner: Learner, or its name.
+        seed: Seed of what a learner that draws will draw; another one for each observer.
         kappa: Breadth of a category over its mean density; None for the fitted one.
+
+    Raises:
+        BadArgumentError: There is no such learner, the seed is none, or kappa is not positive.
     """
-    pick = learner.pick
+    pick, seed = check_member("learner", learner, Learner).pick, check_seed(seed)
     if pick is None:
         return MaterialMemory()
     return KindMemory(KindSettings(GateSettings(KAPPA[pick] if kappa is None else kappa), pick, seed))

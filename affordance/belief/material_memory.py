@@ -9,11 +9,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from affordance.arguments import check_kind, check_number
 from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
+from affordance.belief.known_density import Density, describe_density, tabulate_densities
 from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
+from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
-from affordance.objects.colour import Colour, is_same_colour
+from affordance.objects.colour import Colour, is_same_colour, show_colour
+from affordance.objects.named_colour import MaterialLike, find_colour
+from affordance.objects.tool import DENSITIES, Material
 
 # What is more probable than this is taken for certain; the rest of the probability is let go.
 CERTAIN = 0.95
@@ -33,11 +38,60 @@ class MaterialMemory:
     colours: tuple[Colour, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
 
+    def __post_init__(self) -> None:
+        """Checks that there is one density for each colour.
+
+        Raises:
+            BadArgumentError: There is not.
+        """
+        check_kind("belief", self.belief, DensityBelief)
+        if self.belief.size != len(self.colours):
+            problem = f"is about {self.belief.size} densities, must be about {len(self.colours)}, one for each colour"
+            raise BadArgumentError("belief", "", problem)
+
+    def __repr__(self) -> str:
+        return f"MaterialMemory({', '.join(map(show_colour, self.colours)) or 'no colour'}: {self.belief.describe()})"
+
+    def _repr_html_(self) -> str:
+        return tabulate_densities("Memory of materials", self.colours, self.belief)
+
     @classmethod
-    def from_densities(cls, densities: Mapping[Colour, float]) -> "MaterialMemory":
-        """The memory of one who knows materials as well as can be, by colour, [kg/m^3]."""
-        known = np.array(list(densities.values()), dtype=float)
-        return cls(tuple(densities), DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+    def from_densities[M: MaterialLike](
+        cls, densities: Mapping[M, float], materials: Mapping[str, Material] | None = None
+    ) -> "MaterialMemory":
+        """The memory of one who knows materials as well as can be.
+
+        Args:
+            densities: Densities by name of the material, material or colour, [kg/m^3].
+            materials: Materials by name; those that come with the program if None.
+
+        Raises:
+            BadArgumentError: There is no such material, it is no colour either, or a density is not positive.
+        """
+        if not isinstance(densities, Mapping):
+            problem = f"is of type {type(densities).__name__}, must be a mapping from materials or colours to kg/m^3"
+            raise BadArgumentError("densities", "", problem)
+        colours = tuple(find_colour(material, materials, "densities") for material in densities)
+        known = np.array(
+            [
+                check_number(f"densities[{material!r}]", value, DENSITIES.low, DENSITIES.high, "kg/m^3")
+                for material, value in densities.items()
+            ],
+            dtype=float,
+        )
+        return cls(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
+
+    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
+        """What is believed of a material that was met: mean, standard deviation and percentiles, [kg/m^3].
+
+        Args:
+            material: Name of a material, a material, or a colour.
+            materials: Materials by name; those that come with the program if None.
+
+        Raises:
+            BadArgumentError: There is no such material, or nothing of its colour was met.
+        """
+        return describe_density(self.colours, self.belief, material, materials)
 
     def find(self, colour: Colour) -> int | None:
         """Returns the index of a colour, or None if it was never met."""

@@ -1,37 +1,68 @@
 """Memories of materials as files, so that what one run taught is known before the next."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 
+from affordance.arguments import StrPath, check_path
+from affordance.belief import memory_record
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
-from affordance.exceptions import BadValueError
-from affordance.files.atomic import write_json
-from affordance.files.bounded import SETTINGS, read_json
+from affordance.belief.object_belief import Memory
+from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.files.atomic import write_json, write_text
+from affordance.files.bounded import RESULTS, read_text
+
+# Key that the file of a learner with kinds has, and that of one density for each colour has not.
+_OF_KINDS = "gate"
 
 
-def write_memory(path: Path, memory: MaterialMemory) -> None:
-    """Writes a memory as JSON, whole: colours, and the normal distribution of their densities in kg/m^3."""
-    content = {
-        "colours": [list(colour) for colour in memory.colours],
-        "precision": memory.belief.precision,
-        "information_vector": memory.belief.information_vector,
-    }
-    write_json(path, content)
+def write_memory(path: StrPath, memory: Memory) -> Path:
+    """Writes a memory as JSON, whole; numbers keep all their digits.
+
+    Args:
+        path: File; its folder is made if need be.
+        memory: Memory of a learner with one density for each colour, or with kinds.
+
+    Returns: The file.
+
+    Raises:
+        BadArgumentError: It is no memory.
+    """
+    path = check_path("path", path)
+    if isinstance(memory, KindMemory):
+        write_text(path, memory_record.write_memory(memory) + "\n")
+    elif isinstance(memory, MaterialMemory):
+        content = {
+            "colours": [list(colour) for colour in memory.colours],
+            "precision": memory.belief.precision,
+            "information_vector": memory.belief.information_vector,
+        }
+        write_json(path, content)
+    else:
+        raise BadArgumentError(
+            "memory", "", f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
+        )
+    return path
 
 
-def read_memory(path: Path) -> MaterialMemory:
+def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
     """Reads what ``write_memory`` wrote.
 
     Raises:
         BadValueError: The file cannot be read, or holds no memory.
     """
-    content = read_json(path, SETTINGS)
+    path = check_path("path", path)
+    text = read_text(path, RESULTS)
     try:
+        content = json.loads(text)
+        if _OF_KINDS in content:
+            return memory_record.read_memory(text)
         colours = tuple((float(r), float(g), float(b)) for r, g, b in content["colours"])
         precision = np.array(content["precision"], dtype=float).reshape(len(colours), len(colours))
         belief = DensityBelief(precision, np.array(content["information_vector"], dtype=float).reshape(len(colours)))
-    except (ValueError, TypeError, KeyError, OverflowError) as error:
+        return MaterialMemory(colours, belief)
+    except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
-    return MaterialMemory(colours, belief)

@@ -5,19 +5,22 @@ only; which learner an observer has is decided by the memory it starts with (``M
 colour, or ``KindMemory``, one or more kinds for each colour).
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.known_density import Density
 from affordance.belief.likelihood import Likelihood
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.geometry import Geometry
+from affordance.objects.named_colour import MaterialLike
+from affordance.objects.tool import Material
 
 # Finds the likelihood of an object's densities, given what is believed of them before it is felt: the size of errors
 # that grow with torque depends on it.
@@ -52,6 +55,7 @@ class Lesson[M](NamedTuple):
     likelihood: Likelihood
 
 
+@runtime_checkable
 class Memory(Protocol):
     """What an observer believes of materials and objects, and how it is updated."""
 
@@ -62,6 +66,9 @@ class Memory(Protocol):
     @property
     def belief(self) -> DensityBelief:
         """Belief about the mean density of objects of each colour that were never seen before."""
+
+    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
+        """What is believed of a material that was met; see ``MaterialMemory.density``."""
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
         """Returns the memory extended by the prior for those colours that were never met."""

@@ -3,12 +3,12 @@
 import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
+from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
@@ -122,13 +122,13 @@ class HammerEntry(NailEntry):
         return Hammer(nail, self.blow.offset, (a, b, c), self.blow.duration, nail.force_demanded, start)
 
 
-def load_hammer(path: Path) -> Hammer:
+def load_hammer(path: StrPath) -> Hammer:
     """Reads a nail file: the nail, and under ``blow`` where it stands and how it is struck.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    return load_model(path, HammerEntry).build_task()
+    return load_model(check_path("path", path), HammerEntry).build_task()
 
 
 def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:

@@ -4,7 +4,7 @@ For every density that is believed possible, the motions planned once for each o
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class OptionCost(Protocol):
         """Costs for inertial parameters of shape (S, 10)."""
 
 
+@runtime_checkable
 class TaskCostModel(Protocol):
     """A task whose cost can be computed for any option."""
 

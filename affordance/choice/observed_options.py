@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from affordance.arguments import Seed, check_kind, check_member, check_seed
 from affordance.choice.options import Option
 from affordance.objects.tool import Grip, Tool
 from affordance.random_streams import Stream
@@ -9,28 +10,32 @@ from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.observe import observe
 
 
-def seed_observation(tool: Tool, seed: int) -> list[int]:
+def seed_observation(tool: Tool, seed: Seed) -> list[int]:
     """Seed of the one observation of a tool that is chosen about, so that each has noise of its own."""
-    return [seed, Stream.OBSERVATION, *tool.name.encode()]
+    return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 
 def list_options(
     tool: Tool,
     error: VisionError = VisionError(),
-    seed: int = 0,
+    seed: Seed = 0,
     feature_source: FeatureSource = FeatureSource.FEATURES,
 ) -> tuple[Option, ...]:
     """Observes a tool once and lists the ways of holding it.
 
     Args:
         tool: The tool.
-        error: Of features that are measured.
-        seed: Determines the errors of the measurement, or the noise of the picture.
-        feature_source: Whether features are measured, or detected in a picture.
+        error: Errors of features that are measured.
+        seed: Seed of the errors of the measurement, or of the noise of the picture.
+        feature_source: Features that are measured, or detected in a picture; a text names one too.
 
     Raises:
+        BadArgumentError: An argument is of the wrong kind.
         SeeingError: The picture does not show what is needed.
     """
+    check_kind("tool", tool, Tool, "load_tools(PATH) reads some, each has options of its own")
+    check_kind("error", error, VisionError)
+    feature_source = check_member("feature_source", feature_source, FeatureSource)
     rng = np.random.default_rng(seed_observation(tool, seed))
     features = observe(tool, feature_source, error, rng)
     grips = tool.grips or (Grip("", np.eye(4)),)

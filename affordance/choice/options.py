@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from affordance.arguments import check_pose
 from affordance.arrays import Array
 from affordance.vision.features import ComponentFeatures
 
@@ -23,6 +24,17 @@ class Option:
     grip: str
     features: tuple[ComponentFeatures, ...]
     X_TG: Array
+
+    def __post_init__(self) -> None:
+        """Checks the pose, and keeps a read-only copy of it.
+
+        Raises:
+            BadArgumentError: The pose scales or mirrors.
+        """
+        object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
+
+    def __repr__(self) -> str:
+        return f"Option({self.name}, {len(self.features)} parts)"
 
     @property
     def name(self) -> str:

@@ -10,12 +10,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.arguments import Seed, check_kind, check_number, check_seed, check_whole
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
+from affordance.files.data_model import Whole
+from affordance.notebook import build_table
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]
@@ -26,6 +29,7 @@ NO_OPTION = -1
 # An option counts if it is feasible with at least this probability, unless another is asked for: one in twenty is the
 # risk by which intervals of 95 % are drawn everywhere.
 MIN_FEASIBILITY = 0.95
+_NUM_SAMPLES = Whole(1, 1_000_000)
 
 
 class RankedOption(NamedTuple):
@@ -53,6 +57,10 @@ class RankedOption(NamedTuple):
     p_feasible: float
     infeasible_reason: str
 
+    def __repr__(self) -> str:
+        why = f", {self.infeasible_reason}" if self.infeasible_reason else ""
+        return f"RankedOption({self.option.name}: {self.work:.3g} J, best with {self.p_best:.2f}{why})"
+
 
 class Ranking(NamedTuple):
     """The options in the order of their expected cost.
@@ -71,6 +79,24 @@ class Ranking(NamedTuple):
     min_feasibility: float
     p_none: float
     flips: bool
+
+    def __repr__(self) -> str:
+        options = "; ".join(f"{each.option.name}, {each.work:.3g} J, {each.p_best:.2f}" for each in self.ranked)
+        return f"Ranking({self.num_usable} of {len(self.ranked)} usable: {options})"
+
+    def _repr_html_(self) -> str:
+        rows = [
+            [
+                each.option.name,
+                f"{each.work:.3g}",
+                f"{each.p_best:.2f}",
+                f"{each.p_feasible:.2f}",
+                each.infeasible_reason,
+            ]
+            for each in self.ranked
+        ]
+        header = ["option", "expected work (J)", "P(best)", "P(feasible)", "not chosen, as it"]
+        return build_table("Ranking", header, rows)
 
     @property
     def best(self) -> RankedOption:
@@ -92,27 +118,37 @@ def rank(
     settings: Settings = DEFAULT_SETTINGS,
     *,
     num_samples: int = 10_000,
-    seed: int = 0,
+    seed: Seed = 0,
     min_feasibility: float = MIN_FEASIBILITY,
 ) -> Ranking:
     """Ranks objects and grips by what a task is believed to cost with them.
 
     Args:
-        options: What there is to choose from, at least one; different objects as well as different grips.
-        task: What is to be done, such as Reach.
-        belief: What is believed of materials; those never met get the prior of the settings.
-        settings: Those of arm, prior and controller.
-        num_samples: How many densities are drawn from the belief.
-        seed: Determines what is drawn.
-        min_feasibility: With which probability at least an option must be feasible to count.
+        options: Options to choose from, at least one; different objects as well as different grips.
+        task: Task, such as Reach.
+        belief: Belief about materials; those never met get the prior of the settings.
+        settings: Settings of arm, prior and controller.
+        num_samples: Number of densities that are drawn from the belief.
+        seed: Seed of what is drawn: a whole number, or several.
+        min_feasibility: Probability with which an option must be feasible at least to count.
 
     Returns: The options, least expected work first.
 
     Raises:
-        ValueError: num_samples is not positive, or min_feasibility not a probability.
+        BadArgumentError: An argument is of the wrong kind or out of bounds.
         AffordanceError: There is no option, two are of one name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """
+    hint = "list_options(tool) lists those of a tool"
+    options = [
+        check_kind(f"options[{i}]", each, Option, hint)
+        for i, each in enumerate(check_kind("options", options, Sequence, hint))
+    ]
+    check_kind("task", task, TaskCostModel, "such as Reach(load_path(PATH)) or load_hammer(PATH)")
+    check_kind("belief", belief, Memory, "such as MaterialMemory.from_densities({'brass': 8500})")
+    check_kind("settings", settings, Settings)
+    _check_sampling(num_samples, min_feasibility)
+    seed = check_seed(seed)
     choice = plan_choice(options, task, settings)
     return rank_options(choice, belief, np.random.default_rng(seed), num_samples, min_feasibility)
 
@@ -127,12 +163,9 @@ def rank_options(
     """Ranks options whose motions are planned already; see ``rank``.
 
     Raises:
-        ValueError: num_samples is not positive, or min_feasibility not a probability.
+        BadArgumentError: num_samples is out of bounds, or min_feasibility is no probability.
     """
-    if num_samples < 1:
-        raise ValueError(f"num_samples is {num_samples}, must be at least 1")
-    if not 0.0 <= min_feasibility <= 1.0:
-        raise ValueError(f"min_feasibility is {min_feasibility}, must be from 0 to 1")
+    _check_sampling(num_samples, min_feasibility)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
     chosen = pick_cheapest(costs, rng)
     p_feasible = costs.feasible.mean(axis=1)
@@ -167,6 +200,11 @@ def rank_options(
         p_none=float((chosen == NO_OPTION).mean()),
         flips=bool(efforts and entries[order[0]].effort > min(efforts) * (1.0 + TIE)),
     )
+
+
+def _check_sampling(num_samples: int, min_feasibility: float) -> None:
+    check_whole("num_samples", num_samples, _NUM_SAMPLES)
+    check_number("min_feasibility", min_feasibility, 0.0, 1.0)
 
 
 def _describe_risk(p_feasible: float, least: float) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.choice.motion_cost import MotionCost, PlannedMotion, plan_motion
 from affordance.control.path_following import PathFollowing
@@ -25,6 +26,14 @@ class Reach:
     """What is asked of any tool: to follow a path with its free end F, from where the start posture holds it."""
 
     path: TimedPath
+
+    def __post_init__(self) -> None:
+        """Checks that the path is one.
+
+        Raises:
+            BadArgumentError: It is something else.
+        """
+        check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
 
     @property
     def duration(self) -> float:

@@ -4,13 +4,14 @@ import argparse
 import importlib
 import importlib.metadata
 import importlib.util
+import logging
 import platform
 import time
 from collections.abc import Callable
 
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.system_libraries import find_missing, provide_libraries, write_command
+from affordance.system_libraries import find_missing, hide_font_warnings, provide_libraries, write_command
 from affordance.version import __version__
 
 HELP = "say which parts work on this machine, and how to get the others"
@@ -64,6 +65,7 @@ def _try(check: Callable[[], str]) -> tuple[bool, str]:
 
 def _check_drake() -> str:
     importlib.import_module("pydrake.multibody.plant")
+    logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
     return f"works, version {importlib.metadata.version('drake')}"
 
 
@@ -87,7 +89,8 @@ def _check_renderer() -> str:
 
 def _check_graphviz() -> str:
     graphviz = importlib.import_module("pygraphviz")
-    graphviz.AGraph("digraph { a -> b }").draw(format="svg", prog="dot")
+    with hide_font_warnings():
+        graphviz.AGraph("digraph { a -> b }").draw(format="svg", prog="dot")
     return "works"
 
 

@@ -2,25 +2,32 @@
 
 import argparse
 import time
-from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 from scipy.stats import chi2
 
 from affordance.belief.learner import Learner
-from affordance.commands.run import check_bounds
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
 from affordance.exceptions import BadValueError
 from affordance.experiments.people.fit import KappaFit, simulate_and_fit
 from affordance.experiments.people.fraction import Fraction, estimate_people_fraction
 from affordance.experiments.people.linear_plus import GROUPS
 from affordance.files.atomic import write_json
-from affordance.files.model_folder import MODELS
 from affordance.reporting.figures import save_figure
 from affordance.reporting.people_figures import Interval, draw_kappa_fit
 from affordance.runs.repeats import list_versions, prepare_folder
-from affordance.settings import DEFAULT_SETTINGS
+from affordance.simulation.static_lifts import check_closed_form
 
 HELP = "fit kappa, the breadth of a category, to Linear+ and Linear++"
 _LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
@@ -28,14 +35,15 @@ _LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("--repeats", type=int, default=100, help="simulated observers at each kappa (default 100)")
-    parser.add_argument("--seed", type=int, default=1, help="root of every random draw (default 1)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
+    add_repeats(parser, 100, "simulated observers at each kappa")
+    add_seed(parser, 1)
+    add_jobs(parser)
+    add_set(parser)
     parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
     parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
     parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with people/, the published values")
+    add_out(parser)
+    add_models(parser, "people/, the published values")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -48,6 +56,9 @@ def run(arguments: argparse.Namespace) -> int:
         problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
         raise BadValueError("--lowest", "", problem)
     check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "kappa is fitted to every learner with kinds")
+    settings = change_by_name(arguments)
+    check_closed_form(settings)
     for option, value, least in (("--count", arguments.count, 3), ("--repeats", arguments.repeats, 2)):
         if value < least:
             raise BadValueError(option, "", f"is {value}, must be at least {least}")
@@ -61,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
             learner,
             kappas,
             people,
-            DEFAULT_SETTINGS,
+            settings,
             repeats=arguments.repeats,
             seed=arguments.seed,
             jobs=arguments.jobs,

@@ -7,29 +7,31 @@ from pathlib import Path
 
 import numpy as np
 
+from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory, write_memory
+from affordance.commands.options import add_set, change_by_name, check_bounds, list_groups, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.gains import read_gains, write_gains
 from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Runs, identify_in_detail
+from affordance.identification.identify import Runs, check_reference_mass, identify_in_detail
 from affordance.identification.inference import Identification
 from affordance.identification.part_posterior import SeenObject, find_box
-from affordance.identification.payload_belief import PayloadBelief
+from affordance.identification.payload_belief import UNITS, PayloadBelief
 from affordance.identification.payload_settings import list_payload_settings
 from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.run_file import read_run
-from affordance.identification.settings import IdentificationSettings
+from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.objects.load import load_materials, load_tools
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
 from affordance.robots.recorded_arm import load_robot
-from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
@@ -43,7 +45,6 @@ NUISANCES = {
     "floor": "floor",
     "correlated-noise": "correlated_noise",
 }
-_MASSES = (1e-3, 1e3)  # [kg]
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -71,6 +72,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--seed", type=int, default=0, help="of the samples (default 0)")
     add("--out", type=Path, help="folder for belief.json, samples.nc, gains.yaml and figures (default: none)")
     add("--json", action="store_true", help="print the belief as JSON")
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -80,15 +82,17 @@ def run(arguments: argparse.Namespace) -> int:
         AffordanceError: An argument, a file or a run is wrong.
     """
     settings = _build_settings(arguments)
+    refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a seen object has the prior's only")
+    prior = change_by_name(arguments).prior
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
     memory = MaterialMemory() if arguments.memory is None else read_memory(arguments.memory)
-    seen = None if arguments.object is None else _see(arguments, memory)
+    seen = None if arguments.object is None else _see(arguments, memory, prior)
     mass = arguments.reference_mass
-    if mass is not None and not _MASSES[0] <= mass <= _MASSES[1]:
-        raise BadValueError("--reference-mass", "", f"is {mass:g}, must be from {_MASSES[0]:g} to {_MASSES[1]:g} kg")
+    if mass is not None:
+        check_reference_mass("--reference-mass", mass)
     found = identify_in_detail(
         robot,
         Runs(loaded, empty),
@@ -96,7 +100,7 @@ def run(arguments: argparse.Namespace) -> int:
         gains=gains,
         reference_mass=mass,
         seen=seen,
-        deviation_sd=DEFAULT_SETTINGS.prior.deviation_sd,
+        deviation_sd=prior.deviation_sd,
         settings=settings,
     )
     belief = found.belief
@@ -109,7 +113,11 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _write(arguments.out, found, content)
     learned = arguments.learned or arguments.memory
-    if belief.seen is not None and learned is not None and isinstance(belief.seen.memory, MaterialMemory):
+    if (
+        belief.seen is not None
+        and learned is not None
+        and isinstance(belief.seen.memory, MaterialMemory | KindMemory)
+    ):
         write_memory(learned, belief.seen.memory)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief, halves))
     return 0
@@ -119,10 +127,9 @@ def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
     """Says what is believed, in lines for a terminal."""
     m = belief.marginals
     lines = [f"{belief.source}: {belief.analysis}", ""]
-    units = ["kg", *["m"] * 3, *["kg m^2"] * 6]
     names = ["mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
     lines.append(f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}")
-    for i, (name, unit) in enumerate(zip(names, units, strict=True)):
+    for i, (name, unit) in enumerate(zip(names, UNITS, strict=True)):
         intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
         lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
     if halves is not None and belief.reference_mass is not None:
@@ -142,14 +149,11 @@ def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
-    if not 100 <= arguments.samples <= 1_000_000:
-        raise BadValueError("--samples", "", f"is {arguments.samples}, must be from 100 to 1000000")
-    if not 0 <= arguments.seed < 2**32:
-        raise BadValueError("--seed", "", f"is {arguments.seed}, must be from 0 to {2**32 - 1}")
+    check_bounds(arguments)
+    check_whole("--samples", arguments.samples, NUM_SAMPLES)
     settings = IdentificationSettings(num_samples=arguments.samples, seed=arguments.seed)
     if arguments.min_speed is not None:
-        if not 0.0 <= arguments.min_speed <= 10.0:
-            raise BadValueError("--min-speed", "", f"is {arguments.min_speed:g}, must be from 0 to 10 rad/s")
+        check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
     off = {NUISANCES[name]: False for name in arguments.off}
     return replace(settings, **off)  # type: ignore[arg-type]
@@ -162,7 +166,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
     return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
 
 
-def _see(arguments: argparse.Namespace, memory: MaterialMemory) -> SeenObject:
+def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
     """What a camera says of the object: the features of a tools file, exact."""
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     names = [tool.name for tool in tools]
@@ -171,7 +175,6 @@ def _see(arguments: argparse.Namespace, memory: MaterialMemory) -> SeenObject:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(names)}")
     tool = tools[names.index(name)]
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    prior: Prior = DEFAULT_SETTINGS.prior
     return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
 
 

@@ -1,15 +1,12 @@
 """``affordance predict PROTOCOL``: what every learner would do, before there are data."""
 
 import argparse
-from pathlib import Path
 
-import joblib
-
-from affordance.commands.run import check_bounds
+from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.people.prediction import format_predictions
 from affordance.experiments.prediction import predict_protocol
-from affordance.files.model_folder import MODELS
+from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.runs.repeats import check_folder
@@ -24,20 +21,14 @@ HELP = "say before there are data what each learner would do in a protocol, and 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("protocol", help="path of a protocol, or the name of a shipped one")
-    parser.add_argument(
-        "--repeats",
-        type=int,
-        help=f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})",
+    add_repeats(
+        parser, None, f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})"
     )
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument(
-        "--out",
-        type=Path,
-        default=Path("results"),
-        help="folder for what is predicted (default results/); a run there simulates no observer again",
-    )
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    add_models(parser)
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -60,6 +51,7 @@ def run(arguments: argparse.Namespace) -> int:
         repeats=arguments.repeats,
         seed=arguments.seed,
         jobs=arguments.jobs,
+        changes=parse_changes(arguments.changes),
     )
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
     print(f"The predictions: {found.path}")

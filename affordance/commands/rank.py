@@ -4,9 +4,12 @@ import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
+from affordance.arguments import check_whole
+from affordance.belief.memory_file import read_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.reach import Reach
+from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.experiments.tools.which_end import (
@@ -19,10 +22,11 @@ from affordance.experiments.tools.which_end import (
     list_options,
     rank_grips,
 )
+from affordance.experiments.tools.workshop import select_known
+from affordance.files.data_model import Whole
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import MATERIALS, load_materials, load_tools
 from affordance.objects.tool import Tool
-from affordance.settings import Settings
 
 HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"
 TASKS = ("hammer", "reach", "mash")
@@ -31,7 +35,7 @@ _BELIEFS = {
     AFTER: "after holding other things",
     ONE_DENSITY: "with one density for everything",
 }
-_MAX_SAMPLES, _MAX_HOLDS = 1_000_000, 100
+_SAMPLES, _HOLDS = Whole(1, 1_000_000), Whole(1, 100)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -48,7 +52,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--materials",
         type=Path,
-        default=workshop / "materials.yaml",
+        default=MATERIALS,
         metavar="FILE",
         help="materials (default: ours)",
     )
@@ -63,8 +67,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what was held before (default: ours)",
     )
     parser.add_argument("--holds", type=int, default=2, metavar="N", help="how often each of it was (default: 2)")
+    parser.add_argument(
+        "--memory",
+        type=Path,
+        metavar="FILE",
+        help="densities learned before, as by identify --memory, in place of holding anything",
+    )
     parser.add_argument("--samples", type=int, default=4000, metavar="N", help="densities drawn (default: 4000)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="root of every random draw (default: 0)")
+    add_seed(parser)
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -73,18 +84,21 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong, or a motion cannot be planned.
     """
-    for name, high in (("samples", _MAX_SAMPLES), ("holds", _MAX_HOLDS)):
-        if not 1 <= getattr(arguments, name) <= high:
-            raise BadValueError(f"--{name}", "", f"is {getattr(arguments, name)}, must be from 1 to {high}")
-    if arguments.seed < 0:
-        raise BadValueError("--seed", "", f"is {arguments.seed}, must be at least 0")
-    settings = Settings()
+    check_bounds(arguments)
+    check_whole("--samples", arguments.samples, _SAMPLES)
+    check_whole("--holds", arguments.holds, _HOLDS)
+    refuse_changes(arguments, ["learner"], "what was held is learned about with one density for each colour")
+    settings = change_by_name(arguments)
     materials = load_materials(arguments.materials)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    experience = gain_experience(
-        load_tools(arguments.held, materials), settings, holds=arguments.holds, seed=arguments.seed
-    )
-    beliefs = build_beliefs(materials, experience, settings)
+    held = load_tools(arguments.held, materials)
+    titles = _BELIEFS
+    if arguments.memory is None:
+        experience = gain_experience(held, settings, holds=arguments.holds, seed=arguments.seed)
+    else:
+        experience = read_memory(arguments.memory)
+        titles = {**_BELIEFS, AFTER: f"by the memory {arguments.memory.name}"}
+    beliefs = build_beliefs(select_known(materials, [*tools, *held]), experience, settings)
     rankings = rank_grips(
         list_options(tools, by_sight=arguments.by == "pictures", seed=arguments.seed),
         load_task(arguments.task),
@@ -94,7 +108,7 @@ def run(arguments: argparse.Namespace) -> int:
         num_samples=arguments.samples,
     )
     for name, ranking in rankings.items():
-        print("\n".join(describe_ranking(_BELIEFS[name], ranking)))
+        print("\n".join(describe_ranking(titles[name], ranking)))
     return 0
 
 

@@ -1,35 +1,47 @@
 """``affordance robustness``: every claim over a sample of everything that the paper does not give."""
 
 import argparse
-from pathlib import Path
 from typing import Any
 
-import joblib
 import numpy as np
 
-from affordance.exceptions import BadValueError
+from affordance.arguments import check_whole
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
 from affordance.experiments.robustness.evaluate import Outcome
 from affordance.experiments.robustness.experiment import DEFAULT_NUM_SETTINGS, load
 from affordance.experiments.suite import run_suite
-from affordance.files.model_folder import MODELS
+from affordance.files.data_model import Whole
+from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.settings import Settings
 
 HELP = "judge every claim over a sample of all that the paper does not give"
-_BOUNDS = {"settings": (1, 8192), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
-_LAST_SETTING = 8191
+# As many as the sample has.
+_REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
+# Settings that the sample varies, and settings that the study does not use.
+_VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
+_UNUSED = ("learner", "feature_source", "vision_error")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    parser.add_argument(
-        "--settings", type=int, default=DEFAULT_NUM_SETTINGS, help=f"settings (default {DEFAULT_NUM_SETTINGS})"
-    )
+    add_repeats(parser, DEFAULT_NUM_SETTINGS, "settings of the sample", former=["--settings"])
     parser.add_argument("--setting", type=int, metavar="N", help="evaluate setting N alone, and print what it gives")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials, path and nail")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    add_models(parser, "arm, materials, path and nail")
+    add_set(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
 
 
@@ -39,14 +51,14 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
-    for name, (low, high) in _BOUNDS.items():
-        value = getattr(arguments, name)
-        if not low <= value <= high:
-            raise BadValueError(f"--{name}", "", f"is {value}, must be from {low} to {high}")
+    check_bounds(arguments)
+    check_whole("--repeats", arguments.repeats, _REPEATS)
+    refuse_changes(arguments, _VARIED, "the sample varies it")
+    refuse_changes(arguments, _UNUSED, "observers see true features and learn one density for each colour")
     if arguments.setting is not None:
-        if not 0 <= arguments.setting <= _LAST_SETTING:
-            raise BadValueError("--setting", "", f"is {arguments.setting}, must be from 0 to {_LAST_SETTING}")
-        experiment = load(arguments.models, arguments.seed, Settings(arm=arguments.models / ARM.name))
+        check_whole("--setting", arguments.setting, _SETTING)
+        settings = change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
+        experiment = load(arguments.models, arguments.seed, settings)
         setting, outcome = experiment.evaluate(arguments.setting)
         labels = {each.name: each.label for each in experiment.assumptions}
         print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
@@ -56,9 +68,10 @@ def run(arguments: argparse.Namespace) -> int:
         arguments.out,
         models=arguments.models,
         seed=arguments.seed,
-        repeats=arguments.settings,
+        repeats=arguments.repeats,
         jobs=arguments.jobs,
         cluster=arguments.cluster,
+        changes=parse_changes(arguments.changes),
     )
     print(f"The report: {report}")
     return 0

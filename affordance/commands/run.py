@@ -2,24 +2,25 @@
 
 import argparse
 from pathlib import Path
-
-import joblib
+from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
+from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
 from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
-# Of these the number of repeats stands in no file.
+# The number of repeats of these stands in no file.
 NOT_PROTOCOLS = ("vision",)
-# Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
 _REPEATS, _STUDY_REPEATS = 200, 300
-BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
+# Settings that have an option of their own.
+_OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -30,26 +31,21 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="all",
         help=f"{', '.join(EXPERIMENTS)}, all of these (default), {', '.join(STUDIES)}, or a protocol (path or name)",
     )
-    parser.add_argument(
-        "--repeats",
-        type=int,
-        help=f"simulated observers, for vision objects (default: as many as a protocol says, or {_REPEATS}); for "
-        f"robustness settings (default {_STUDY_REPEATS})",
-    )
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    what = "simulated observers, for vision objects (default: as many as a protocol says, or "
+    add_repeats(parser, None, f"{what}{_REPEATS}); for robustness settings (default {_STUDY_REPEATS})")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    add_models(parser)
+    add_set(parser)
     parser.add_argument(
         "--vision",
         choices=[source.value for source in FeatureSource],
-        default=FeatureSource.FEATURES.value,
         help="true features of objects (default), or from a picture of each; vision always takes pictures",
     )
     parser.add_argument(
         "--learner",
         choices=[learner.value for learner in Learner],
-        default=Learner.DENSITY.value,
         help="one density for each colour (default; the paper's), or kinds within a colour, most probable or drawn",
     )
     parser.add_argument(
@@ -79,8 +75,7 @@ def run(arguments: argparse.Namespace) -> int:
         jobs=arguments.jobs,
         faults=arguments.fault,
         cluster=arguments.cluster,
-        feature_source=FeatureSource(arguments.vision),
-        learner=Learner(arguments.learner),
+        changes=list_changes(arguments),
     )
     print(f"The report: {report}")
     return 0
@@ -96,6 +91,22 @@ def find_repeats(arguments: argparse.Namespace) -> int:
         return _REPEATS
     check_experiment(arguments)
     return find_number_of_observers(arguments.experiment, arguments.models) or _REPEATS
+
+
+def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Settings that are asked for, by ``--set`` or by options of their own.
+
+    Raises:
+        BadValueError: A setting is asked for twice, or a word is not of the form NAME=VALUE.
+    """
+    changes = parse_changes(arguments.changes)
+    for option, name in _OPTIONS.items():
+        value = getattr(arguments, option)
+        if value is not None:
+            if name in changes:
+                raise BadValueError("--set", name, f"stands beside --{option}, one of them must be given")
+            changes[name] = value
+    return changes
 
 
 def find_models(arguments: argparse.Namespace) -> Path:
@@ -147,15 +158,3 @@ def check_experiment(arguments: argparse.Namespace) -> None:
         )
         if arguments.experiment not in known:
             raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
-
-
-def check_bounds(arguments: argparse.Namespace) -> None:
-    """Checks the numbers that all commands share.
-
-    Raises:
-        BadValueError: An argument is out of bounds.
-    """
-    for name, (low, high) in BOUNDS.items():
-        value = getattr(arguments, name)
-        if not low <= value <= high:
-            raise BadValueError(f"--{name}", "", f"is {value}, must be from {low} to {high}")

@@ -3,7 +3,17 @@
 import argparse
 from pathlib import Path
 
+from affordance.commands.options import (
+    add_jobs,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+)
 from affordance.experiments.arms.study import StudyConfig, check_config, run_study
+from affordance.named_settings import parse_changes
 
 HELP = "the paper's claims on the arms of the wheel example-robot-data"
 
@@ -14,12 +24,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--robots", type=Path, required=True, help="folder that the wheel was installed into, or its folder robots/"
     )
     parser.add_argument("--only", nargs="+", default=[], metavar="ROBOT", help="some of the robots (default: all)")
-    parser.add_argument("--repeats", type=int, default=20, help="simulated observers of each experiment (default 20)")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=1, help="processes (default 1)")
-    parser.add_argument(
-        "--out", type=Path, default=Path("results/arms"), help="folder for the results (default results/arms)"
-    )
+    add_repeats(parser, 20, "simulated observers of each experiment")
+    add_seed(parser)
+    add_jobs(parser, 1)
+    add_out(parser, "results/arms")
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -28,7 +37,16 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument is not what it must be; nothing was written.
     """
-    config = StudyConfig(arguments.robots, arguments.seed, arguments.repeats, arguments.jobs, tuple(arguments.only))
+    check_bounds(arguments)
+    change_by_name(arguments)
+    config = StudyConfig(
+        arguments.robots,
+        arguments.seed,
+        arguments.repeats,
+        arguments.jobs,
+        tuple(arguments.only),
+        tuple(parse_changes(arguments.changes).items()),
+    )
     check_config(config)
     print(f"The numbers: {run_study(config, arguments.out)}")
     return 0

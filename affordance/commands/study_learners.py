@@ -1,26 +1,35 @@
 """`affordance study learners`: the paper's simulations with each learner, and the decoy of the first lifted again."""
 
 import argparse
-from pathlib import Path
 
-import joblib
-
-from affordance.commands.run import check_bounds
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
 from affordance.experiments.learners import results
 from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.files.model_folder import MODELS
+from affordance.plant.arm import ARM
 from affordance.runs.repeats import prepare_folder
+from affordance.settings import Settings
 
 HELP = "run the paper's simulations with each learner, and lift the decoy of Simulation I again"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("--repeats", type=int, default=20, help="simulated observers of each learner (default 20)")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with arm, materials and tools to use")
+    add_repeats(parser, 20, "simulated observers of each learner")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    add_models(parser, "arm, materials and tools to use")
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -31,8 +40,12 @@ def run(arguments: argparse.Namespace) -> int:
         ModelFileError: The arm cannot be loaded or is not fit.
     """
     check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "every learner is simulated")
+    settings = change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
+    weight, com = (
+        load_hold_experiment(name, arguments.models, arguments.seed, settings) for name in ("weight", "com")
+    )
     folder = prepare_folder(arguments.out) / "learners"
-    weight, com = (load_hold_experiment(name, arguments.models, arguments.seed) for name in ("weight", "com"))
     numbers = results.run(weight, com, arguments.models, folder, repeats=arguments.repeats, jobs=arguments.jobs)
     if results.add_to_simulation(numbers, arguments.out / weight.name):
         print(f"{arguments.out / weight.name / 'metrics.json'} has brass_after_decoy too")

@@ -1,26 +1,34 @@
 """`affordance study people`: Linear+ and Linear++ with every learner, beside people."""
 
 import argparse
-from pathlib import Path
 
-import joblib
-
-from affordance.commands.run import check_bounds
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
 from affordance.experiments.people import results
 from affordance.experiments.people.linear_plus import GROUPS
-from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import prepare_folder
+from affordance.simulation.static_lifts import check_closed_form
 
 HELP = "lift families of objects with an odd member, as people did; every learner beside their published numbers"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    parser.add_argument("--repeats", type=int, default=50, help="simulated observers of each learner (default 50)")
-    parser.add_argument("--seed", type=int, default=0, help="root of every random draw (default 0)")
-    parser.add_argument("--jobs", type=int, default=joblib.cpu_count(), help="processes (default: one a core)")
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results (default results/)")
-    parser.add_argument("--models", type=Path, default=MODELS, help="folder with people/, the published values")
+    add_repeats(parser, 50, "simulated observers of each learner")
+    add_seed(parser)
+    add_jobs(parser)
+    add_out(parser)
+    add_models(parser, "people/, the published values")
+    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,9 +38,12 @@ def run(arguments: argparse.Namespace) -> int:
         BadValueError: An option is out of bounds, or a file with people's values is wrong.
     """
     check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "every learner is simulated")
+    settings = change_by_name(arguments)
+    check_closed_form(settings)
     folder = prepare_folder(arguments.out)
     for group in GROUPS:
-        config = results.PeopleConfig(group, arguments.models, arguments.seed)
+        config = results.PeopleConfig(group, arguments.models, arguments.seed, settings)
         numbers = results.run(config, folder / group.name, repeats=arguments.repeats, jobs=arguments.jobs)
         print(f"{group.title}, {arguments.repeats} observers, {numbers['wall_s']:.0f} s")
         rows = {**numbers["learners"], "people": numbers["people"]}

@@ -4,7 +4,17 @@ import argparse
 import logging
 from pathlib import Path
 
-from affordance.exceptions import BadValueError
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
 from affordance.experiments.tools import study
 from affordance.experiments.tools.data_set import Half
 from affordance.experiments.tools.drawings import save_figures
@@ -13,8 +23,9 @@ from affordance.experiments.tools.pictures import save_pictures
 from affordance.experiments.tools.section import describe
 from affordance.experiments.tools.study import ToolsConfig, ToolsResult
 from affordance.files.atomic import write_json
-from affordance.files.model_folder import MODELS
+from affordance.plant.arm import ARM
 from affordance.reporting.report import write_report, write_section
+from affordance.settings import Settings
 
 HELP = "meshes, materials by part, masses before first touch, and which end of a hammer to hold"
 NAME = "tools"
@@ -31,17 +42,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a clone of github.com/utiasSTARS/inertial-identification-with-part-segmentation; without it, only what "
         "needs no data is run: our own hammers, and figure 1",
     )
-    parser.add_argument("--observers", type=int, default=10, metavar="N", help="who hold and predict (default: 10)")
-    parser.add_argument("--seed", type=int, default=0, metavar="N", help="root of everything random (default: 0)")
-    parser.add_argument("--jobs", type=int, default=1, metavar="N", help="processes (default: 1)")
+    add_repeats(parser, 10, "simulated observers, who hold and predict", former=["--observers"])
+    add_seed(parser)
+    add_jobs(parser, 1)
     parser.add_argument(
         "--half",
         choices=("learning", "both"),
         default="both",
         help="of which tools masses are predicted; everything was chosen on the learning half (default: both)",
     )
-    parser.add_argument("--models", type=Path, default=MODELS, metavar="DIR", help="the folder of models")
-    parser.add_argument("--out", type=Path, default=Path("results"), metavar="DIR", help="(default: results)")
+    add_models(parser)
+    add_out(parser)
+    add_set(parser)
 
 
 def run_study(config: ToolsConfig, folder: Path) -> int:
@@ -73,28 +85,23 @@ def write_study(result: ToolsResult, folder: Path) -> int:
     return missed
 
 
-def check_count(option: str, value: int) -> None:
-    """Refuses a number that is not positive.
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the command; claims that are not met are reported, and are no failure of the program.
 
     Raises:
-        BadValueError: It is not.
+        AffordanceError: An argument or a file is wrong.
     """
-    if value < 1:
-        raise BadValueError(option, "", f"is {value}, must be at least 1")
-
-
-def run(arguments: argparse.Namespace) -> int:
-    """Runs the command; claims that are not met are reported, and are no failure of the program."""
-    check_count("--observers", arguments.observers)
-    check_count("--jobs", arguments.jobs)
+    check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "tools are learned about with one density for each colour")
     halves = (Half.LEARNING,) if arguments.half == "learning" else (Half.LEARNING, Half.TEST)
     config = ToolsConfig(
         data=arguments.data,
         models=arguments.models,
         seed=arguments.seed,
-        observers=arguments.observers,
+        observers=arguments.repeats,
         jobs=arguments.jobs,
         halves=halves,
+        settings=change_by_name(arguments, Settings(arm=arguments.models / ARM.name)),
     )
     missed = run_study(config, arguments.out / NAME)
     _LOG.info("%d claims are not met", missed)

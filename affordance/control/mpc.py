@@ -58,15 +58,7 @@ class MinimumAccelerationMpc:
     """
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
-        """Prepares the closed form.
-
-        Raises:
-            ValueError: A setting is not positive.
-        """
-        for name in ("horizon", "num_steps", "goal_weight"):
-            value = getattr(settings, name)
-            if not value > 0:
-                raise ValueError(f"{name} is {value}, must be greater than 0")
+        """Prepares the closed form."""
         self.settings = settings
         self.limits = limits
         T, N = settings.horizon, settings.num_steps

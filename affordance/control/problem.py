@@ -1,27 +1,51 @@
 """What a controller plans: the settings of its horizon, and the goal at the horizon's end."""
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
+from affordance.files.data_model import Whole, Within
 
 
-class MpcSettings(NamedTuple):
-    """What the controller is free to choose; the same for all tasks.
+@dataclass(frozen=True)
+class MpcSettings:
+    """What the controller is free to choose; the same for all tasks (docs/decisions/0005-controller.md).
 
     Attributes:
-        horizon: T, [s].
-        num_steps: N.
+        horizon: Time that is planned ahead, T, [s].
+        num_steps: Number of steps of a plan, N.
         goal_weight: Weight of missing the goal against acceleration, dimensionless.
         always_program: Whether every plan is found by the quadratic program, also where no limit is active and the
-            closed form gives the same plan in a tenth of the time or less (docs/decisions/0005-controller.md).
+            closed form gives the same plan in a tenth of the time or less.
     """
 
-    horizon: float
-    num_steps: int
-    goal_weight: float = 1e6
-    always_program: bool = False
+    horizon: Annotated[
+        float,
+        Within(1e-3, 60.0),
+        Setting("s", "one cycle of perceiving, deciding and moving in a correction (Card, Moran & Newell 1983)"),
+    ] = 0.24
+    num_steps: Annotated[
+        int, Whole(1, 10_000), Setting("1", "steps of four control periods (docs/decisions/0005-controller.md)")
+    ] = 12
+    goal_weight: Annotated[
+        float,
+        Within(1e-6, 1e18),
+        Setting("1", "the goal is missed by a millionth of the way (docs/decisions/0005-controller.md)"),
+    ] = 1e6
+    always_program: Annotated[
+        bool, Setting("", "the closed form gives the same plan (docs/decisions/0005-controller.md)")
+    ] = False
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
 
 class TerminalGoal(NamedTuple):

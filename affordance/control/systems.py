@@ -1,5 +1,6 @@
 """The control system of the paper's figure 2: model predictive control with the believed inertia."""
 
+import dataclasses
 import logging
 import math
 from typing import NamedTuple
@@ -135,7 +136,7 @@ class MpcController(SampledSystem):
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
         ticks = round(horizon / self._control_period)
         if ticks not in self._mpcs:
-            settings = self._settings._replace(horizon=ticks * self._control_period)
+            settings = dataclasses.replace(self._settings, horizon=ticks * self._control_period)
             self._mpcs[ticks] = MinimumAccelerationMpc(self._limits, settings)
         return self._mpcs[ticks]
 

@@ -1,12 +1,13 @@
 """What every task offers to a controller."""
 
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
 from affordance.plant.arm_model import ArmModel
 
 
+@runtime_checkable
 class Task(Protocol):
     """States where it starts, and its goal at the end of a controller's horizon."""
 

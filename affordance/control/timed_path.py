@@ -1,19 +1,22 @@
 """Paths in space with their timing, read from YAML files in models/paths/."""
 
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 from pydrake.trajectories import PathParameterizedTrajectory, PiecewisePolynomial, Trajectory
 
+from affordance.arguments import StrPath, check_array, check_path
+from affordance.checked_fields import check_fields
 from affordance.control.start_posture import Start, StartEntry
+from affordance.exceptions import BadArgumentError
 from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
 
 # What an arm can be asked for: points within two metres, in a twentieth of a second to a minute.
 _REACH_MAX = 2.0
-_DURATION_MIN, _DURATION_MAX = 0.05, 60.0
+_DURATION = Within(0.05, 60.0)
+_TOLERANCE = Within(1e-4, _REACH_MAX)
 # Points closer than this make a path that stands still, [m].
 _SEPARATION_MIN = 1e-3
 
@@ -30,9 +33,21 @@ class TimedPath:
     """
 
     points: tuple[tuple[float, float, float], ...]
-    duration: float
-    tolerance: float
+    duration: Annotated[float, _DURATION]
+    tolerance: Annotated[float, _TOLERANCE]
     start: Start = ()
+
+    def __post_init__(self) -> None:
+        """Checks points and numbers.
+
+        Raises:
+            BadArgumentError: One is not finite or out of bounds, or there is no point.
+        """
+        points = check_array("points", self.points, (None, 3))
+        if not len(points):
+            raise BadArgumentError("points", "", "is empty, must hold at least one point")
+        object.__setattr__(self, "points", tuple((float(x), float(y), float(z)) for x, y, z in points))
+        check_fields(self)
 
     def describe_error(self, error: float) -> str:
         """Says that a motion leaves the path by an error, [m]; empty if it keeps within the tolerance."""
@@ -71,8 +86,8 @@ class TimedPath:
 class PathEntry(DataModel):
     """A path as a file has it."""
 
-    duration: Annotated[float, Within(_DURATION_MIN, _DURATION_MAX), Field(description="From rest to rest, [s].")]
-    tolerance: Annotated[float, Within(1e-4, _REACH_MAX), Field(description="How far from it counts as on it, [m].")]
+    duration: Annotated[float, _DURATION, Field(description="From rest to rest, [s].")]
+    tolerance: Annotated[float, _TOLERANCE, Field(description="How far from it counts as on it, [m].")]
     points: Annotated[
         list[Annotated[tuple[float, float, float], Vector(3, Within(-_REACH_MAX, _REACH_MAX))]],
         Field(min_length=1, description="After the start, relative to it: forward, left, up, [m]."),
@@ -97,10 +112,10 @@ class PathEntry(DataModel):
         return TimedPath(tuple(self.points), self.duration, self.tolerance, tuple(self.start.items()))
 
 
-def load_path(path: Path) -> TimedPath:
+def load_path(path: StrPath) -> TimedPath:
     """Reads a path file: ``duration``, ``tolerance``, ``points``, a list of three coordinates each, and ``start``.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    return load_model(path, PathEntry).build()
+    return load_model(check_path("path", path), PathEntry).build()

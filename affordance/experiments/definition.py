@@ -74,6 +74,10 @@ class Experiment(Protocol):
     def tools_observed(self) -> tuple[Tool, ...]:
         """Objects that the camera sees, for the report."""
 
+    @property
+    def files_read(self) -> tuple[Path, ...]:
+        """Files that are read while it runs, besides the arm's: what they hold is not in the configuration."""
+
     def with_settings(self, settings: Settings) -> "Experiment":
         """Returns the experiment with other settings."""
 

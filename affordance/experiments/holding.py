@@ -43,12 +43,12 @@ from affordance.protocols.presentations import Presentation, draw_presentations
 from affordance.random_streams import Stream
 from affordance.reporting.replay import Scene, write_replay
 from affordance.simulation.clamp_trial import run_clamp_and_release
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 
-# Stands for observing an object without holding it, beside the draws of a trial, which count from 0.
-_PREDICTED = 9
+_PREDICTED = 9  # in a seed: an object is observed and not held; the draws of a trial count from 0
 
 
 class Presented(NamedTuple):
@@ -239,7 +239,9 @@ class HoldExperiment(PresentedExperiment):
         lifts = {"lifts": partial(self.write_presentations, arrays)}
         if not held:
             return Outputs(figures=figures, writers=lifts)
-        more, writers = draw_within_trial(self.figures, self.study_within_trial())
+        seed = (self.seed, OBSERVER_SHOWN, 0)
+        study = WithinTrialStudy(self.settings, self.tools[0], duration=self.duration, seed=seed)
+        more, writers = draw_within_trial(self.figures, study)
         trial = get_runner(self.settings).get_diagram(self.duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         return Outputs(
@@ -252,11 +254,6 @@ class HoldExperiment(PresentedExperiment):
             replay=lambda path: write_replay(path, self.settings.arm, scenes, title=f"{self.name}, seed {self.seed}"),
             writers={**lifts, **writers},
         )
-
-    def study_within_trial(self) -> WithinTrialStudy:
-        """What happens within the first trial of the observer that is shown."""
-        seed = (self.seed, OBSERVER_SHOWN, 0)
-        return WithinTrialStudy(self.settings, self.tools[0], duration=self.duration, seed=seed)
 
     def _begin(
         self, experience: Experience | None, repeat: int, learner: Learner

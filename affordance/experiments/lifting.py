@@ -127,7 +127,7 @@ class LiftExperiment(PresentedExperiment):
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
         """The figures that the protocol asks for, all forces, and lifts.csv."""
         axes = ("observer", "lift")
-        variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "which object was lifted")}
+        variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "place of the object among the names")}
         for learner in self.learners:
             meaning = f"upward force before release, {LABELS[learner]}"
             force = self.select(arrays, learner)["force"]

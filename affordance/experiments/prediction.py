@@ -15,6 +15,7 @@ from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_observers
 from affordance.experiments.shared.presented import PresentedExperiment
 from affordance.files.atomic import write_json
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.protocols.people import Spread, list_spreads
 from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.settings import Settings
@@ -42,7 +43,15 @@ class Predicted(NamedTuple):
 
 
 def predict_protocol(
-    name: str, models: Path, settings: Settings, out: Path, *, repeats: int, seed: int, jobs: int
+    name: str,
+    models: Path,
+    settings: Settings,
+    out: Path,
+    *,
+    repeats: int,
+    seed: int,
+    jobs: int,
+    changes: Changes = NO_CHANGES,
 ) -> Predicted:
     """Simulates the observers of a protocol with each of its learners, or with all there are if it names but one.
 
@@ -56,12 +65,13 @@ def predict_protocol(
         repeats: Observers, at least 2.
         seed: Root of every random draw.
         jobs: Processes.
+        changes: Settings by name, which come after those of the protocol.
 
     Raises:
         BadValueError: The file is wrong, or the protocol is about choices, which every learner makes on a run of its
             own, or tells observers what learners would have to learn.
     """
-    experiment = load_protocol_experiment(name, models, seed, settings)
+    experiment = load_protocol_experiment(name, models, seed, settings, changes)
     if not isinstance(experiment, PresentedExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)

@@ -14,11 +14,12 @@ from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.lifting import LiftExperiment
 from affordance.experiments.reach import ReachExperiment
-from affordance.experiments.shared.checks import check_tools_can_be_held
+from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
 from affordance.experiments.shared.presented import QUARTILES
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.protocols.block_checks import check_blocks, list_changed
@@ -30,11 +31,12 @@ from affordance.protocols.people_lifts import load_people_lifts
 from affordance.protocols.protocol import Protocol
 from affordance.protocols.published import load_published
 from affordance.settings import Settings
+from affordance.simulation.static_lifts import check_closed_form
 from affordance.vision.features import FeatureSource
 
 
 def build_hold_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> HoldExperiment:
     """Builds the experiment of a protocol of simulated presentations.
 
@@ -42,7 +44,8 @@ def build_hold_experiment(
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_durations(protocol, path, settings)
     common = build_common(protocol, path, models, settings, learners)
     quantiles = {entry.quantile for entry in protocol.numbers.values()}
     paths = {}
@@ -63,7 +66,7 @@ def build_hold_experiment(
 
 
 def build_lift_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> LiftExperiment:
     """Builds the experiment of a protocol of lifts in closed form.
 
@@ -73,7 +76,8 @@ def build_lift_experiment(
     """
     if protocol.observers.vision == FeatureSource.PIXELS.value:
         raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {protocol.name}, in closed form")
     if settings.faults != NO_FAULTS:
@@ -152,7 +156,7 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
 
 
 def build_choice_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> ReachExperiment | HammerExperiment:
     """Builds the experiment of a protocol of choices.
 
@@ -160,7 +164,8 @@ def build_choice_experiment(
         BadValueError: A file is wrong, or objects or blocks are not as they must be.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
-    settings, learners = apply_observers(protocol, path, models, settings)
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
+    check_durations(protocol, path, settings)
     objects = build_objects(protocol.objects, path, models)
     told = list_told(protocol, path, objects, learners)
     *_, last = protocol.blocks

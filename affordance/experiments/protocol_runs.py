@@ -23,6 +23,7 @@ from affordance.experiments.shared.report_names import (
     list_number_names,
 )
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
 from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -31,9 +32,13 @@ type ProtocolExperiment = HoldExperiment | LiftExperiment | ReachExperiment | Ha
 
 
 def load_protocol_experiment(
-    name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
+    name: str,
+    models: Path = MODELS,
+    seed: int = 0,
+    settings: Settings = DEFAULT_SETTINGS,
+    changes: Changes = NO_CHANGES,
 ) -> Experiment:
-    """Loads a protocol, by its name or path.
+    """Loads a protocol, by its name or path; changes are settings by name, which come after those of the protocol.
 
     Raises:
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
@@ -42,7 +47,7 @@ def load_protocol_experiment(
     path = find_protocol(name, models)
     protocol = load_protocol(path)
     check_folder_is_free(protocol.name, path, models)
-    experiment = build_experiment(protocol, path, models, seed, settings)
+    experiment = build_experiment(protocol, path, models, seed, settings, changes)
     if isinstance(experiment, PresentedExperiment):
         check_number_names(experiment, list_given(experiment))
     check_names(experiment.report, list_names(experiment))
@@ -52,14 +57,19 @@ def load_protocol_experiment(
 
 
 def build_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings
+    protocol: Protocol,
+    path: Path,
+    models: Path,
+    seed: int,
+    settings: Settings,
+    changes: Changes = NO_CHANGES,
 ) -> ProtocolExperiment:
     """Builds the experiment of a protocol; see ``load_protocol_experiment``."""
     if protocol.is_closed_form:
-        return build_lift_experiment(protocol, path, models, seed, settings)
+        return build_lift_experiment(protocol, path, models, seed, settings, changes)
     if protocol.has_choices:
-        return build_choice_experiment(protocol, path, models, seed, settings)
-    return build_hold_experiment(protocol, path, models, seed, settings)
+        return build_choice_experiment(protocol, path, models, seed, settings, changes)
+    return build_hold_experiment(protocol, path, models, seed, settings, changes)
 
 
 def load_hold_experiment(

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
-from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.correct_grip import (
@@ -89,12 +89,14 @@ class ReachExperiment(ChoiceExperiment):
         for choice in choices.values():
             for option, cost in zip(choice.options, choice.cost_models, strict=True):
                 if cost.infeasible_reason:
-                    problem = f"cannot be followed: the {option.name} {cost.infeasible_reason}"
+                    problem = f"cannot be followed: {name_object(option.name)} {cost.infeasible_reason}"
                     raise BadValueError(path, "points", problem)
         for tool in self.novel:
             for grip, rollout in simulated[tool.name].items():
                 if problem := self.task.path.describe_error(rollout.error):
-                    raise BadValueError(path, "points", f"cannot be followed: the {tool.name} by {grip} {problem}")
+                    raise BadValueError(
+                        path, "points", f"cannot be followed: {name_object(tool.name)} by {grip} {problem}"
+                    )
             works = [rollout.work for rollout in simulated[tool.name].values()]
             check_one_grip_is_cheaper(self.novel_file, tool, works)
         work = partial(compute_reach_work, self.task, remove_errors(self.settings))

@@ -20,7 +20,10 @@ from affordance.experiments.shared.camera_views import draw_camera_views_of
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
+from affordance.files.model_files import list_arm_files
+from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import write_trajectories
+from affordance.named_settings import describe_changes
 from affordance.proprioception.faults import Faults
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
@@ -85,6 +88,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "repeats": repeats,
         "run_shown": OBSERVER_SHOWN,
         "config": experiment,
+        "setup": describe_setup(experiment),
         "versions": list_versions(),
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
@@ -105,7 +109,7 @@ def run_observers(
     for prefix, part in parts:
         experience = part.gain_experience(folder.parent / "experience", repeats=repeats, jobs=jobs)
         arrays = run_repeats(
-            folder / "repeats" / compute_key(part, part.settings.arm.parent),
+            folder / "repeats" / compute_key(part, [*list_arm_files(part.settings.arm), *part.files_read]),
             partial(part.run_observer, part.select_shared(plan), experience),
             repeats=part.count_repeats(repeats),
             jobs=jobs,
@@ -121,6 +125,19 @@ def describe(experiment: Experiment, numbers: Mapping[str, Any], facts: Mapping[
     if experiment.report is None:
         return render_section(experiment.section, numbers, facts)
     return render_report(experiment.report, numbers, facts)
+
+
+def describe_setup(experiment: Experiment) -> dict[str, Any]:
+    """What an experiment was run with, for the head of the report: arm, models, learners and changed settings."""
+    settings = experiment.settings
+    folder = settings.arm.parent
+    learners = getattr(experiment, "learners", (settings.learner,))
+    return {
+        "arm": settings.arm.name,
+        "models": "those of the program" if folder == MODELS else folder.name,
+        "learners": [learner.value for learner in learners],
+        "settings": describe_changes(settings),
+    }
 
 
 def describe_faults(faults: Faults) -> str:

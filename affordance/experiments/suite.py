@@ -8,27 +8,30 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from affordance.belief.learner import Learner
+from affordance.arguments import JOBS, REPEATS, StrPath, check_kind, check_path, check_seed, check_whole
 from affordance.exceptions import SeeingError, UnavailableError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
+from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM, load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import write_report
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.failed_frames import save_frame
 
 _LOG = logging.getLogger(__name__)
 
 # Those of `affordance run all`, in order; all but the last are protocols that come with the models.
 EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
+# Observers that are simulated unless another number is asked for.
+DEFAULT_REPEATS = 200
 # Modules with a function ``load``, by their names on the command line; no part of "all".
 STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
 # The study of vision, which is of "all".
@@ -36,40 +39,53 @@ _VISION = "affordance.experiments.vision.experiment"
 
 
 def load_experiment(
-    name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
+    name: StrPath,
+    models: StrPath = MODELS,
+    seed: int = 0,
+    settings: Settings = DEFAULT_SETTINGS,
+    changes: Changes = NO_CHANGES,
 ) -> Experiment:
     """Loads the study of vision, or a protocol by its name or path; imported here, as vision takes long.
 
+    Args:
+        name: Name of an experiment, or name or path of a protocol.
+        models: Folder with arm, materials and tools.
+        seed: Root of every random draw.
+        settings: Settings that all simulations share; a protocol may change them.
+        changes: Settings by name, which come after those of the protocol.
+
     Raises:
-        BadValueError: A file is wrong, or the objects do not make the experiment.
+        BadValueError: A file or a setting is wrong, or the objects do not make the experiment.
         ModelFileError: The arm cannot be loaded or is not fit.
     """
+    name, models = str(check_path("name", name)), check_path("models", models)
+    (seed,) = check_seed(check_kind("seed", seed, int))
+    check_kind("settings", settings, Settings)
     if name != "vision" and name not in STUDIES:
         protocols: Any = importlib.import_module("affordance.experiments.protocol_runs")
-        found: Experiment = protocols.load_protocol_experiment(name, models, seed, settings)
+        found: Experiment = protocols.load_protocol_experiment(name, models, seed, settings, changes)
         return found
     module: Any = importlib.import_module(STUDIES.get(name, _VISION))
-    experiment: Experiment = module.load(models, seed, settings)
+    experiment: Experiment = module.load(models, seed, change_settings(settings, changes))
     return experiment
 
 
 def run_suite(
     names: Sequence[str],
-    out: Path,
+    out: StrPath,
     *,
-    models: Path,
-    seed: int,
-    repeats: int,
-    jobs: int,
+    models: StrPath = MODELS,
+    seed: int = 0,
+    repeats: int = DEFAULT_REPEATS,
+    jobs: int = 1,
     faults: Sequence[str] = (),
     cluster: str | None = None,
-    feature_source: FeatureSource = FeatureSource.FEATURES,
-    learner: Learner = Learner.DENSITY,
+    changes: Changes = NO_CHANGES,
 ) -> Path:
     """Runs experiments and writes the report of all that the folder holds.
 
     Args:
-        names: Of EXPERIMENTS or STUDIES, or names or paths of protocols.
+        names: Names of EXPERIMENTS or STUDIES, or names or paths of protocols; one may stand alone.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
@@ -77,8 +93,7 @@ def run_suite(
         jobs: Processes, at least 1; ignored with a cluster.
         faults: Names of what is to be wrong, from faults.yaml of the models.
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
-        feature_source: Where the features of objects come from.
-        learner: What observers learn by.
+        changes: Settings that are not as they are by default, by name: ``{"learner": "kinds_map"}``.
 
     Returns: Path of the report.
 
@@ -89,12 +104,17 @@ def run_suite(
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
         UnavailableError: The only experiment that is asked for does not work on this machine.
     """
+    names = [names] if isinstance(names, str | Path) else list(names)
+    out, models = check_path("out", out), check_path("models", models)
+    repeats, jobs = check_whole("repeats", repeats, REPEATS), check_whole("jobs", jobs, JOBS)
     check_folder(out)  # before plans are made, which takes minutes
-    settings = Settings(arm=models / ARM.name, feature_source=feature_source, learner=learner)
+    settings = Settings(arm=models / ARM.name)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
-    experiments = [load_experiment(name, models, seed, settings) for name in names]
+    experiments = [load_experiment(name, models, seed, settings, changes) for name in names]
+    for experiment in experiments:
+        check_stuck_joint(experiment.settings)
     try:
         with use_cluster(cluster, models) if cluster is not None else nullcontext():
             plans = [experiment.plan(jobs) for experiment in experiments]

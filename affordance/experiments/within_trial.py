@@ -24,7 +24,8 @@ from affordance.proprioception.torque_noise import NoiseModel, WhiteNoise
 from affordance.protocols.number_entries import FigureEntry
 from affordance.reporting.within_trial_figures import Growth, Sinking, draw_growth, draw_sinking
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, get_runner
+from affordance.simulation.trial import get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 QUARTILES = (0.25, 0.5, 0.75)
 # One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].

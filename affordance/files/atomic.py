@@ -4,6 +4,7 @@ import json
 import logging
 import os
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Any
@@ -20,14 +21,22 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
     Args:
         path: Where the file is to appear; its folder is made if need be.
         write: Writes the file at the path it is given, which has the same suffix.
+
+    Raises:
+        OSError: The file cannot be written; names it, and not the temporary one.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
     try:
         write(temporary)
         temporary.replace(path)
+    except OSError as error:
+        if error.filename is not None and Path(error.filename) != temporary:
+            raise
+        raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # of a folder that may not be written to; what went wrong is said already
+            temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:

@@ -57,7 +57,8 @@ class Within:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise complain(f"is {show_value(value)}, must be a number", at)
         if not self.low <= value <= self.high:  # before float(), which a whole number of 400 digits would overflow
-            bounds = f"from {self.low:g} to {self.high:g}" if math.isfinite(self.high) else f"at least {self.low:g}"
+            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # whole ones in full
+            bounds = f"from {low} to {high}" if math.isfinite(self.high) else f"at least {low}"
             bounds = bounds if math.isfinite(self.low) else "finite"
             raise complain(f"is {show_value(value)}, must be {bounds}", at)
         try:

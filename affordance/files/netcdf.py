@@ -1,5 +1,6 @@
 """Trajectories in NetCDF 3, an open format of labelled arrays that most languages read."""
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -34,7 +35,8 @@ class Trajectories(NamedTuple):
     Attributes:
         variables: Arrays by name; those that share a dimension agree in its length. One whose only dimension has its
             own name is the coordinate of that dimension.
-        names: For dimensions without such a coordinate, the name of each entry, in any script.
+        names: Names of entries, in any script: of a dimension without such a coordinate, or, where no array has that
+            dimension, of what an array of indices refers to; the latter stand in an attribute, as JSON.
     """
 
     variables: Mapping[str, LabelledArray]
@@ -54,5 +56,8 @@ def write_trajectories(path: Path, trajectories: Trajectories) -> None:
     coordinates = {name: array for name, array in arrays.items() if array[0] == (name,)}
     variables = {name: array for name, array in arrays.items() if name not in coordinates}
     names = {name: list(entries) for name, entries in trajectories.names.items()}
-    dataset = xarray.Dataset(variables, coords={**coordinates, **names})
+    axes = {axis for each in arrays.values() for axis in each[0]}
+    # A dimension that no array has would multiply the rows of a data frame.
+    unused = {name: json.dumps(names.pop(name), ensure_ascii=False) for name in set(names) - axes}
+    dataset = xarray.Dataset(variables, coords={**coordinates, **names}, attrs=unused)
     write_atomic(path, lambda temporary: dataset.to_netcdf(temporary, engine="scipy", format="NETCDF3_64BIT"))

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from affordance.arguments import StrPath, check_kind, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
@@ -45,6 +46,10 @@ class Gains:
     least_variance: Array
     source: str
 
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
+        return f"Gains({self.kind.value}: {means}; {self.source})"
+
     @property
     def load_friction(self) -> Array:
         """Mu of each joint, shape (n,)."""
@@ -76,8 +81,13 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
     return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros((num, 3)), None, np.zeros(num), source)
 
 
-def write_gains(path: Path, gains: Gains) -> None:
-    """Writes gains as YAML, whole, for ``read_gains``."""
+def write_gains(path: StrPath, gains: Gains) -> None:
+    """Writes gains as YAML, whole, for ``read_gains``.
+
+    Raises:
+        BadArgumentError: They are no gains.
+    """
+    check_kind("gains", gains, Gains)
     lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
     for name, mean, covariance, variance in zip(
         gains.joint_names, gains.mean, gains.covariance, gains.least_variance, strict=True
@@ -95,19 +105,20 @@ def write_gains(path: Path, gains: Gains) -> None:
                 f"    friction: {_list(gains.friction[place])}  # direction, velocity, offset",
                 f"    friction_sd: {_list(gains.friction_sd[place])}",
             ]
-    write_text(path, "\n".join(lines) + "\n")
+    write_text(check_path("path", path), "\n".join(lines) + "\n")
 
 
 def _list(values: Array) -> str:
     return f"[{', '.join(repr(float(value)) for value in values)}]"
 
 
-def read_gains(path: Path) -> Gains:
+def read_gains(path: StrPath) -> Gains:
     """Reads what ``write_gains`` wrote.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
+    path = check_path("path", path)
     record = read_record(path)
     source, kind = record.text("source"), record.text("signal")
     kinds: Mapping[str, Any] = {kind.value: kind for kind in SignalKind}

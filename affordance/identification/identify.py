@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from affordance.arguments import check_kind, check_number
 from affordance.exceptions import BadValueError
 from affordance.identification.calibration import calibrate_gains
 from affordance.identification.evidence import Evidence
@@ -20,6 +21,10 @@ from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationS
 from affordance.identification.solid_prior import SolidPrior
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
 from affordance.identification.wrist_sensor import build_wrist_evidence, build_wrist_gains
+
+# A load that is weighed, and the largest spread of densities within a material, [kg], [kg/m^3].
+_MASSES = (1e-3, 1e3)
+_DEVIATION_MAX = 1e6
 
 
 class Runs(NamedTuple):
@@ -62,6 +67,7 @@ def identify(
     Returns: The belief.
 
     Raises:
+        BadArgumentError: An argument is of the wrong kind or out of bounds.
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
     return identify_in_detail(
@@ -90,12 +96,16 @@ def identify_in_detail(
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> Identification:
     """The same as ``identify``, with the fit beside the belief."""
+    _check_arguments(arm, runs, gains, seen, settings)
+    check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
     arm = arm.with_gravity(loaded.description.gravity)
     if reference_mass is None:
         reference_mass = loaded.description.reference_mass
+    if reference_mass is not None:
+        check_reference_mass("reference_mass", reference_mass)
     evidence, before = _build_evidence(arm, loaded, empty, paired, gains, reference_mass, settings)
     calibration = None
     if gains is None and reference_mass is not None and loaded.description.kind is SignalKind.CURRENT:
@@ -111,6 +121,30 @@ def identify_in_detail(
         deviation_sd=deviation_sd,
         settings=settings,
     )
+
+
+def check_reference_mass(name: str, mass: float) -> None:
+    """Checks what a load is said to weigh, [kg].
+
+    Raises:
+        BadArgumentError: It is out of bounds.
+    """
+    check_number(name, mass, *_MASSES, "kg")
+
+
+def _check_arguments(
+    arm: RobotChain, runs: Runs, gains: Gains | None, seen: SeenObject | None, settings: IdentificationSettings
+) -> None:
+    check_kind("arm", arm, RobotChain, "load_robot(PATH, TIP) reads one")
+    check_kind("runs", runs, Runs, "Runs(loaded, (empty,)) makes one")
+    check_kind("runs.loaded", runs.loaded, Run, "read_run(PATH) reads one")
+    for i, run in enumerate(check_kind("runs.empty", runs.empty, Sequence, "a tuple of runs, or ()")):
+        check_kind(f"runs.empty[{i}]", run, Run, "read_run(PATH) reads one")
+    if gains is not None:
+        check_kind("gains", gains, Gains, "read_gains(PATH) reads them")
+    if seen is not None:
+        check_kind("seen", seen, SeenObject)
+    check_kind("settings", settings, IdentificationSettings)
 
 
 def _build_evidence(

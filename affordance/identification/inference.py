@@ -32,6 +32,12 @@ class Identification(NamedTuple):
     fit: PayloadFit
     gains: Gains
 
+    def __repr__(self) -> str:
+        return f"Identification({self.belief!r})"
+
+    def _repr_html_(self) -> str:
+        return self.belief._repr_html_()
+
 
 def infer(
     evidence: Evidence,

@@ -11,6 +11,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.gains import Gains
+from affordance.notebook import build_table
 
 # Standard deviations above this share of the prior's: the run said next to nothing.
 _UNSEEN = 0.8
@@ -19,6 +20,7 @@ _VAGUE = 0.4
 # Samples that count for less than this are too few for the tails of an interval.
 _FEW_SAMPLES = 100.0
 QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
+UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
 _MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
 
 
@@ -77,6 +79,22 @@ class PayloadBelief:
     seen: ObjectBelief | None = None
     likelihood: Likelihood | None = None
     p_value: float | None = None
+
+    def __repr__(self) -> str:
+        x, y, z = self.centre_of_mass
+        return (
+            f"PayloadBelief({self.mass:.4g} ± {self.mass_sd:.2g} kg, centre of mass ({x:.3g}, {y:.3g}, {z:.3g}) m, "
+            f"{len(self.bodies.pi)} samples, {len(self.warnings)} warnings; {self.source})"
+        )
+
+    def _repr_html_(self) -> str:
+        m = self.marginals
+        rows = [
+            [name, f"{m.mean[i]:.4g}", f"{m.sd[i]:.2g}", f"{m.low90[i]:.4g} to {m.high90[i]:.4g}", unit]
+            for i, (name, unit) in enumerate(zip(QUANTITIES, UNITS, strict=True))
+        ]
+        header = ["quantity", "mean", "SD", "90 % interval", "unit"]
+        return build_table(f"{self.source}: {self.analysis}", header, rows)
 
     @cached_property
     def parameters(self) -> Array:

@@ -34,6 +34,9 @@ class RobotChain:
     chain: SerialChain
     link_parameters: Array
 
+    def __repr__(self) -> str:
+        return f"RobotChain({self.source} to {self.tip}: {', '.join(self.joint_names)})"
+
     @property
     def num_joints(self) -> int:
         """Number of joints."""

@@ -123,6 +123,10 @@ class Run:
             if self.vdot is not None:
                 self._check_rate("vdot", self.vdot, "v", self.v)
 
+    def __repr__(self) -> str:
+        rows, joints = self.q.shape
+        return f"Run({self.source}: {rows} samples of {joints} joints at {self.rate:.4g} Hz, {self.signal_name})"
+
     @property
     def signal_name(self) -> str:
         """Name of the signal's columns."""

@@ -22,6 +22,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.record import Record, read_record
@@ -58,7 +59,7 @@ class _Layout(NamedTuple):
     kind: SignalKind | None
 
 
-def read_run(path: Path, description: Path | None = None) -> Run:
+def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     """Reads a run.
 
     Args:
@@ -68,7 +69,8 @@ def read_run(path: Path, description: Path | None = None) -> Run:
     Raises:
         BadValueError: A file or one of its values is wrong; the message says which and how.
     """
-    beside = path.with_suffix(".yaml") if description is None else description
+    path = check_path("path", path)
+    beside = path.with_suffix(".yaml") if description is None else check_path("description", description)
     if not path.exists():
         raise BadValueError(path, "", "does not exist")
     if not beside.exists():

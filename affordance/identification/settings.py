@@ -5,6 +5,15 @@ Where a number was found on a recording, docs/decisions/0020-recorded-data.md sa
 
 import enum
 from dataclasses import dataclass
+from typing import Annotated
+
+from affordance.arguments import SEED_MAX
+from affordance.checked_fields import check_fields
+from affordance.files.data_model import Whole, Within
+
+NUM_SAMPLES = Whole(100, 1_000_000)
+MIN_SPEED = Within(0.0, 10.0)  # [rad/s]
+_SHARE = Within(0.0, 10.0)
 
 
 class SignalKind(enum.Enum):
@@ -87,21 +96,29 @@ class IdentificationSettings:
     floor: bool = True
     correlated_noise: bool = True
     signal_prior: SignalPrior | None = None
-    load_friction_drift: float = 0.02  # as the gains'
-    friction_drift: float = 0.1  # lubricants thin by some per cent a kelvin
+    load_friction_drift: Annotated[float, _SHARE] = 0.02  # as the gains'
+    friction_drift: Annotated[float, _SHARE] = 0.1  # lubricants thin by some per cent a kelvin
     # Currents of an empty UR10e against the torques of its URDF: gains of joints 1 to 3 are off by up to 50 %.
-    gain_common_sd: float = 0.20
-    gain_own_sd: float = 0.12
-    min_speed: float = 0.03  # below it the sign of a filtered velocity flickers
+    gain_common_sd: Annotated[float, _SHARE] = 0.20
+    gain_own_sd: Annotated[float, _SHARE] = 0.12
+    min_speed: Annotated[float, MIN_SPEED] = 0.03  # below it the sign of a filtered velocity flickers
     # A fourth-order Butterworth passes a quarter of its cut-off to 1e-5.
-    cutoff_factor: float = 4.0
-    trim: float = 1.0
-    block: float = 2.0  # errors agree over 0.3 to 1 s
-    max_rate: float = 100.0
-    repeat_tolerance: float = 0.02
-    num_samples: int = 2000
-    unseen_share: float = 0.2
-    seed: int = 0
+    cutoff_factor: Annotated[float, Within(0.1, 1e3)] = 4.0
+    trim: Annotated[float, Within(0.0, 1e3)] = 1.0
+    block: Annotated[float, Within(1e-3, 1e3)] = 2.0  # errors agree over 0.3 to 1 s
+    max_rate: Annotated[float, Within(1.0, 1e5)] = 100.0
+    repeat_tolerance: Annotated[float, Within(0.0, 10.0)] = 0.02
+    num_samples: Annotated[int, NUM_SAMPLES] = 2000
+    unseen_share: Annotated[float, _SHARE] = 0.2
+    seed: Annotated[int, Whole(0, SEED_MAX)] = 0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:
         """What is known of the signal; switched-off nuisances have no spread."""

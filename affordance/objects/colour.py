@@ -51,3 +51,8 @@ def find_nearest_colour(colour: Colour, colours: Mapping[str, Colour]) -> str:
     """The name of the colour that looks most like a given one; there must be at least one."""
     lab = convert_to_lab(np.array(colour))
     return min(colours, key=lambda name: float(np.linalg.norm(convert_to_lab(np.array(colours[name])) - lab)))
+
+
+def show_colour(colour: Colour) -> str:
+    """A colour in hexadecimal, as '#d4a017'."""
+    return "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)

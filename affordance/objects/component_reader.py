@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour
+from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
 from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
@@ -159,7 +159,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
             matching = [each for each in part.materials.values() if is_same_colour(each.colour, colour)]
             if len(matching) != 1:
                 nearest = find_nearest_colour(colour, {each.name: each.colour for each in part.materials.values()})
-                problem = f"{_show(colour)} is the colour of {len(matching)} materials, must be that of one"
+                problem = f"{show_colour(colour)} is the colour of {len(matching)} materials, must be that of one"
                 raise part.error("colour", f"{problem}; the nearest is {nearest}")
             pairs.append((matching[0], matching[0]))
         return pairs
@@ -173,7 +173,7 @@ def _read_look(part: Part, material: Material, colour: Colour | None) -> Materia
         return part.find_material("looks_like", part.entry.looks_like)
     if part.entry.colour is not None:
         (shown,) = _read_colours(part, [colour])
-        return Material(_show(shown), shown, material.density, material.density_sd, "the colour of the part")
+        return Material(show_colour(shown), shown, material.density, material.density_sd, "the colour of the part")
     return material
 
 
@@ -194,7 +194,3 @@ def _parse_colour(part: Part) -> Colour:
     if not is_colour(text):
         raise part.error("colour", f"is {text!r}, {COLOUR_FORM}")
     return parse_colour(text)
-
-
-def _show(colour: Colour) -> str:
-    return "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)

@@ -13,16 +13,18 @@ transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
 
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
+from affordance.arguments import check_lengths
 from affordance.arrays import Array
 
 NUM_PARAMETERS = 10
 
 
+@runtime_checkable
 class Shape(Hashable, Protocol):
     """A solid whose inertia at unit density is known; what draws it asks what kind of solid it is, nothing else."""
 
@@ -61,10 +63,9 @@ class Ellipsoid:
         """Rejects impossible ellipsoids.
 
         Raises:
-            ValueError: A semi-axis is not finite and positive.
+            BadArgumentError: A semi-axis is not finite and positive.
         """
-        if not all(np.isfinite(a) and a > 0 for a in self.semi_axes):
-            raise ValueError(f"semi_axes are {self.semi_axes}, each must be finite and greater than 0")
+        check_lengths("Ellipsoid", semi_axes=self.semi_axes)
 
     @property
     def sizes(self) -> Array:

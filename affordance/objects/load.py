@@ -7,13 +7,17 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field, RootModel
 
-from affordance.exceptions import BadValueError
+from affordance.arguments import StrPath, check_kind, check_path
+from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.data_model import DataModel, load_model
+from affordance.files.model_folder import MODELS
 from affordance.objects.component_reader import Part, read_components
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
 from affordance.objects.tool import Component, Grip, Material, Tool
 from affordance.objects.tool_entries import MaterialEntry, StrikeEntry, ToolEntry
 
+# The materials that come with the program.
+MATERIALS = MODELS / "materials.yaml"
 # Shorter vectors do not say a direction, [1].
 _MIN_LENGTH = 0.01
 
@@ -28,34 +32,53 @@ class _ToolsFile(DataModel):
     tools: Annotated[list[ToolEntry], Field(min_length=1)]
 
 
-def load_materials(path: Path) -> dict[str, Material]:
-    """Reads a materials file: a mapping from names to colour, density, density_sd and source.
+def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
+    """Reads a materials file: a mapping from names to colour, density, density_sd and, if it is known, source.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    return {name: entry.build(name) for name, entry in load_model(path, _MaterialsFile).root.items()}
+    return {
+        name: entry.build(name) for name, entry in load_model(check_path("path", path), _MaterialsFile).root.items()
+    }
 
 
 def load_tools(
-    path: Path,
-    materials: Mapping[str, Material],
-    meshes: Path | None = None,
+    path: StrPath,
+    materials: Mapping[str, Material] | None = None,
+    meshes: StrPath | None = None,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
     """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips and strikes.
 
     Args:
         path: The file.
-        materials: What components may be made of, by name.
+        materials: Materials that components may be made of, by name; those that come with the program if None.
         meshes: Paths of mesh files are relative to this folder; to that of the file if None.
         chosen: Says by its name whether a tool is read; the meshes of others are not opened.
 
     Raises:
         BadValueError: The file or one of its values is wrong, or a mesh file is; the message says which and how.
     """
-    folder = path.parent if meshes is None else meshes
+    path = check_path("path", path)
+    folder = path.parent if meshes is None else check_path("meshes", meshes)
+    materials = load_materials() if materials is None else check_materials(materials)
     return build_tools(path, "tools", load_model(path, _ToolsFile).tools, materials, folder, chosen)
+
+
+def list_materials(path: StrPath) -> tuple[str, ...]:
+    """Names of the materials that a tools file names, each once; no mesh is opened.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    named = [
+        name
+        for tool in load_model(check_path("path", path), _ToolsFile).tools
+        for part in tool.components
+        for name in (part.material, part.looks_like, *(part.materials or ()))
+    ]
+    return tuple(dict.fromkeys(name for name in named if name is not None))
 
 
 def build_tools(
@@ -89,8 +112,25 @@ def build_tools(
         for name, face in (entry.strikes or {}).items():
             components = _add_strike(components, name, face, path, f"{place}.strikes.{name}")
         grips = tuple(Grip(name, grip.build_pose()) for name, grip in (entry.grips or {}).items())
-        tools[entry.name] = Tool(entry.name, components, grips)
+        try:
+            tools[entry.name] = Tool(entry.name, components, grips)
+        except BadArgumentError as error:
+            raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
     return tuple(tools.values())
+
+
+def check_materials(materials: object) -> Mapping[str, Material]:
+    """Checks a mapping from names to materials, as ``load_materials`` returns.
+
+    Raises:
+        BadArgumentError: It is something else.
+    """
+    if not isinstance(materials, Mapping):
+        problem = (
+            f"is of type {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"
+        )
+        raise BadArgumentError("materials", "", problem)
+    return {name: check_kind(f"materials[{name!r}]", each, Material) for name, each in materials.items()}
 
 
 def _add_strike(

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from affordance.arguments import check_lengths
 from affordance.arrays import Array
 
 # A direction component that is smaller than this, of a unit vector, is rounding: without this the support point of a
@@ -28,9 +29,9 @@ class Box:
         """Refuses impossible boxes.
 
         Raises:
-            ValueError: A length is not finite and positive.
+            BadArgumentError: A length is not finite and positive.
         """
-        _check_lengths(lengths=self.lengths)
+        check_lengths(type(self).__name__, lengths=self.lengths)
 
     @property
     def sizes(self) -> Array:
@@ -76,9 +77,9 @@ class Cylinder:
         """Refuses impossible cylinders.
 
         Raises:
-            ValueError: Radius or length is not finite and positive.
+            BadArgumentError: Radius or length is not finite and positive.
         """
-        _check_lengths(radius=(self.radius,), length=(self.length,))
+        check_lengths(type(self).__name__, radius=(self.radius,), length=(self.length,))
 
     @property
     def sizes(self) -> Array:
@@ -124,9 +125,9 @@ class Capsule:
         """Refuses impossible capsules.
 
         Raises:
-            ValueError: Radius or length is not finite and positive.
+            BadArgumentError: Radius or length is not finite and positive.
         """
-        _check_lengths(radius=(self.radius,), length=(self.length,))
+        check_lengths(type(self).__name__, radius=(self.radius,), length=(self.length,))
 
     @property
     def sizes(self) -> Array:
@@ -161,13 +162,6 @@ class Capsule:
     def compute_curvature_radius(self, direction_E: Array) -> float:
         """The radius on the half balls; infinite on the side, which is flat along its axis, [m]."""
         return self.radius if _take_signs(direction_E)[2] else np.inf
-
-
-def _check_lengths(**lengths: tuple[float, ...]) -> None:
-    for name, values in lengths.items():
-        if not all(np.isfinite(value) and value > 0 for value in values):
-            shown = values if len(values) > 1 else values[0]
-            raise ValueError(f"{name} is {shown}, must be finite and greater than 0")
 
 
 def _take_signs(direction_E: Array) -> Array:

@@ -7,17 +7,25 @@ its material unless ``looks_like`` names another: that is how a decoy is made.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 
+from affordance.arguments import check_colour, check_kind, check_pose
 from affordance.arrays import Array
+from affordance.checked_fields import Checked, check_fields
+from affordance.exceptions import BadArgumentError
+from affordance.files.data_model import Within
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
 from affordance.objects.striking_face import StrikingFace
 
 # From aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
+# Densities that may be simulated or believed in, wider than those that there are, [kg/m^3].
+DENSITIES = Within(1e-3, 1e6)
+# Heavier than anything that an arm is given: more is a slip of units, and simulating it may not end, [kg].
+MASS_MAX = 1e4
 
 
 @dataclass(frozen=True)
@@ -33,10 +41,18 @@ class Material:
     """
 
     name: str
-    colour: Colour
-    density: float
-    density_sd: float
-    source: str
+    colour: Annotated[Colour, Checked(check_colour)]
+    density: Annotated[float, DENSITIES]
+    density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Checks colour and densities.
+
+        Raises:
+            BadArgumentError: One is not as it must be.
+        """
+        check_fields(self)
 
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
@@ -58,8 +74,15 @@ class Component:
     strikes: tuple[StrikingFace, ...] = ()
 
     def __post_init__(self) -> None:
-        """Keeps a read-only copy of the pose."""
-        object.__setattr__(self, "X_TE", _copy_read_only(self.X_TE))
+        """Checks the parts, and keeps a read-only copy of the pose.
+
+        Raises:
+            BadArgumentError: Shape or materials are none, or the pose scales or mirrors.
+        """
+        check_kind("shape", self.shape, Shape)
+        check_kind("material", self.material, Material)
+        check_kind("looks_like", self.looks_like, Material)
+        object.__setattr__(self, "X_TE", check_pose("X_TE", self.X_TE))
 
     def with_strike(self, face: StrikingFace) -> "Component":
         """Returns the part with one more striking face."""
@@ -79,8 +102,12 @@ class Grip:
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Keeps a read-only copy of the pose."""
-        object.__setattr__(self, "X_TG", _copy_read_only(self.X_TG))
+        """Checks the pose, and keeps a read-only copy of it.
+
+        Raises:
+            BadArgumentError: The pose scales or mirrors.
+        """
+        object.__setattr__(self, "X_TG", check_pose("X_TG", self.X_TG))
 
 
 @dataclass(frozen=True)
@@ -98,6 +125,31 @@ class Tool:
     components: tuple[Component, ...]
     grips: tuple[Grip, ...] = ()
     grip: str = ""
+
+    def __post_init__(self) -> None:
+        """Checks parts, grips and mass.
+
+        Raises:
+            BadArgumentError: There are no parts, two grips have one name, or the whole is heavier than MASS_MAX.
+        """
+        parts = tuple(check_kind(f"components[{i}]", part, Component) for i, part in enumerate(self.components))
+        if not parts:
+            raise BadArgumentError("components", "", "is empty, must hold at least one Component")
+        object.__setattr__(self, "components", parts)
+        object.__setattr__(self, "grips", tuple(self.grips))
+        names = [check_kind(f"grips[{i}]", grip, Grip).name for i, grip in enumerate(self.grips)]
+        if len(set(names)) < len(names):
+            raise BadArgumentError("grips", "", f"are called {', '.join(names)}, each must have a name of its own")
+        mass = sum(part.shape.volume * part.material.density for part in parts)
+        if not mass <= MASS_MAX:
+            problem = f"weigh {mass:.3g} kg, must weigh at most {MASS_MAX:g} kg; lengths are in metres"
+            raise BadArgumentError("components", "", problem)
+
+    def __repr__(self) -> str:
+        held = f", held by {self.grip}" if self.grip else ""
+        grips = f", grips {', '.join(grip.name for grip in self.grips)}" if self.grips else ""
+        materials = ", ".join(dict.fromkeys(part.material.name for part in self.components))
+        return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
 
     def gripped_by(self, grip: Grip) -> "Tool":
         """Returns the same tool with one of its grips in the hand, and no choice of grip any more."""
@@ -156,12 +208,6 @@ class Tool:
         """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
-
-
-def _copy_read_only(X: Array) -> Array:
-    copy = np.array(X, dtype=float)
-    copy.setflags(write=False)
-    return copy
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:

@@ -55,7 +55,7 @@ class MaterialEntry(DataModel):
     density_sd: Annotated[
         float, Within(0.0, DENSITY_MAX), Field(description="Between things that are made of it, [kg/m^3].")
     ]
-    source: Annotated[str, Text(), Field(description="Where the density comes from.")]
+    source: Annotated[str, Text(), Field(description="Where the density comes from.")] = "no source is given"
 
     def build(self, name: str) -> Material:
         """Builds the material."""

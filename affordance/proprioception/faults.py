@@ -15,15 +15,19 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, Text, Whole, Within, load_model
 from affordance.plant.arm import Arm
 
 # Bounds of what a file may ask for; beyond them an arm is no longer the arm, or a slip of units was made.
 _TORQUE_MAX = 1e4  # [N m]
-_BIAS_MAX = 100.0
-_DELAY_MAX = 100
-_MASS_FACTORS = (0.5, 2.0)
+_TORQUE = Within(-_TORQUE_MAX, _TORQUE_MAX)
+_PROBABILITY = Within(0.0, 1.0)
+_BIAS = Within(-100.0, 100.0)
+_DELAY = Whole(0, 100)
+_MASS_FACTOR = Within(0.5, 2.0)
+_NONE = "no fault, unless one is switched on (docs/decisions/0016-faults-and-surprise.md)"
 
 
 @dataclass(frozen=True)
@@ -31,26 +35,34 @@ class Faults:
     """What is wrong; several can be at once.
 
     Attributes:
-        nan_probability: That in a sample one joint, any, reads NaN.
-        drop_probability: That a sample does not arrive.
-        spike_probability: That in a sample one joint, any, reads a spike.
-        spike_height: A spike adds something between minus and plus this, each equally probable, [N m].
+        nan_probability: Probability that in a sample one joint, any, reads NaN.
+        drop_probability: Probability that a sample does not arrive.
+        spike_probability: Probability that in a sample one joint, any, reads a spike.
+        spike_height: Bound of spikes, which add something between minus and plus it, each equally probable, [N m].
         stuck_joint: Name of a joint whose sensor reads one torque whatever it carries; empty for none.
-        stuck_torque: What it reads, [N m].
-        bias_sd: Every joint reads this many standard deviations of its noise too much.
-        delay_samples: Torques arrive this many samples late, beside angles and velocities that do not.
+        stuck_torque: Torque that this sensor reads, [N m].
+        bias_sd: Bias of every joint, in standard deviations of its noise.
+        delay_samples: Number of samples by which torques arrive late; angles and velocities do not.
         arm_mass_factor: Mass and inertia of the arm that is moved, over those of its models.
     """
 
-    nan_probability: float = 0.0
-    drop_probability: float = 0.0
-    spike_probability: float = 0.0
-    spike_height: float = 0.0
-    stuck_joint: str = ""
-    stuck_torque: float = 0.0
-    bias_sd: float = 0.0
-    delay_samples: int = 0
-    arm_mass_factor: float = 1.0
+    nan_probability: Annotated[float, _PROBABILITY, Setting("1", _NONE)] = 0.0
+    drop_probability: Annotated[float, _PROBABILITY, Setting("1", _NONE)] = 0.0
+    spike_probability: Annotated[float, _PROBABILITY, Setting("1", _NONE)] = 0.0
+    spike_height: Annotated[float, Within(0.0, _TORQUE_MAX), Setting("N m", _NONE)] = 0.0
+    stuck_joint: Annotated[str, Setting("", _NONE)] = ""
+    stuck_torque: Annotated[float, _TORQUE, Setting("N m", _NONE)] = 0.0
+    bias_sd: Annotated[float, _BIAS, Setting("1", _NONE)] = 0.0
+    delay_samples: Annotated[int, _DELAY, Setting("1", _NONE)] = 0
+    arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
         """Returns what the sensors report in place of the torques felt, shape (num_joints,), [N m].
@@ -106,15 +118,15 @@ NO_FAULTS = Faults()
 class _FaultsEntry(DataModel):
     """Faults as a file has them; what is left out is as it should be."""
 
-    nan_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
-    drop_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
-    spike_probability: Annotated[float, Within(0.0, 1.0)] = 0.0
+    nan_probability: Annotated[float, _PROBABILITY] = 0.0
+    drop_probability: Annotated[float, _PROBABILITY] = 0.0
+    spike_probability: Annotated[float, _PROBABILITY] = 0.0
     spike_height: Annotated[float, Within(0.0, _TORQUE_MAX)] = 0.0
     stuck_joint: Annotated[str, Text()] | None = None
-    stuck_torque: Annotated[float, Within(-_TORQUE_MAX, _TORQUE_MAX)] = 0.0
-    bias_sd: Annotated[float, Within(-_BIAS_MAX, _BIAS_MAX)] = 0.0
-    delay_samples: Annotated[int, Whole(0, _DELAY_MAX)] = 0
-    arm_mass_factor: Annotated[float, Within(*_MASS_FACTORS)] = 1.0
+    stuck_torque: Annotated[float, _TORQUE] = 0.0
+    bias_sd: Annotated[float, _BIAS] = 0.0
+    delay_samples: Annotated[int, _DELAY] = 0
+    arm_mass_factor: Annotated[float, _MASS_FACTOR] = 1.0
 
 
 class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1)]]):

@@ -6,16 +6,19 @@ that of the arm alone, and Y the payload regressor, every sample says  tau = tau
 """
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Annotated, Protocol, runtime_checkable
 
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
+from affordance.checked_fields import Setting, check_fields
+from affordance.files.data_model import Within
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 
 
+@runtime_checkable
 class NoiseModel(Protocol):
     """What proprioception adds to the true torques, and what its samples therefore say."""
 
@@ -59,14 +62,30 @@ class WeberNoise:
     exactly where the torque is constant, as at rest.
 
     Attributes:
-        weber_fraction: w, dimensionless.
-        threshold: s0, [N m].
+        weber_fraction: Weber fraction w, dimensionless.
+        threshold: Absolute threshold s0, [N m].
         independent_samples: Whether every sample is a percept of its own.
     """
 
-    weber_fraction: float
-    threshold: float
-    independent_samples: bool = False
+    weber_fraction: Annotated[
+        float,
+        Within(0.0, 1.0),
+        Setting("1", "force felt by hand and arm (Pang, Tan & Durlach 1991; Jones, Hunter & Irwin 1992)"),
+    ] = 0.07
+    threshold: Annotated[
+        float, Within(0.0, 1e3), Setting("N m", "smallest torque felt at the elbow (Kim & Asbeck 2021)")
+    ] = 0.097
+    independent_samples: Annotated[
+        bool, Setting("", "one measurement a trial was chosen after others were seen (docs/trust.md)")
+    ] = False
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
         """tau, tau_arm and Y, flattened."""
@@ -128,7 +147,19 @@ class WhiteNoise:
         sd: Standard deviation of a sample's error at every joint, [N m].
     """
 
-    sd: float
+    sd: Annotated[
+        float,
+        Within(1e-12, 1e4),
+        Setting("N m", "a hundredth of what the strongest joint bears (docs/decisions/0019-calibration.md)"),
+    ] = 0.7
+
+    def __post_init__(self) -> None:
+        """Checks the number.
+
+        Raises:
+            BadArgumentError: It is not finite, or out of bounds.
+        """
+        check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
         """Y^T Y, Y^T r and r^T r, flattened."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
@@ -101,6 +101,12 @@ class Protocol(DataModel):
     objects: ObjectsEntry
     novel: Annotated[ObjectsEntry | None, Field(description="Objects that are chosen about and never held.")] = None
     observers: ObserversEntry = Field(default_factory=ObserversEntry)
+    settings: Annotated[
+        dict[str, Any],
+        Field(
+            description="Settings that are not as they are by default, by name, as `affordance settings` lists them."
+        ),
+    ] = Field(default_factory=dict)
     blocks: Annotated[list[BlockEntry], Field(min_length=1, max_length=100, description="In order.")]
     numbers: Annotated[dict[str, NumberEntry], Field(description="Those of metrics.json.")] = Field(
         default_factory=dict

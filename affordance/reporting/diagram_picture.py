@@ -12,6 +12,7 @@ from pydrake.systems.framework import Diagram
 
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
+from affordance.system_libraries import hide_font_warnings
 
 # The parts of the paper's figure 2; systems of other names belong to the world.
 _GROUPS = {
@@ -79,7 +80,8 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
         import pygraphviz
     except ImportError as error:
         raise UnavailableError("pictures of Diagrams are", str(error)) from error
-    write_atomic(folder / f"{name}.svg", lambda path: pygraphviz.AGraph(string=text).draw(str(path), prog="dot"))
+    with hide_font_warnings():
+        write_atomic(folder / f"{name}.svg", lambda path: pygraphviz.AGraph(string=text).draw(str(path), prog="dot"))
 
 
 def _escape(name: str) -> str:

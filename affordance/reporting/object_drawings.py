@@ -5,11 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle, Ellipse
+from matplotlib.patches import Circle, Ellipse, Patch, Polygon
+from scipy.spatial import ConvexHull
 
 from affordance.arrays import Array
-from affordance.objects.tool import Tool
+from affordance.objects.colour import Colour
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Tool
+from affordance.objects.triangle_mesh import TriangleMesh
 from affordance.reporting.figures import count_columns
 from affordance.reporting.formatting import fold, label
 
@@ -17,6 +22,10 @@ _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
 _TITLE_WIDTH = 60  # of one object, in letters
 _HAND = 0.022  # radius it is drawn with, [m]
+_LINE = 0.8  # width of outlines
+# Directions in which the outline of a convex solid is found, none of them along an edge of a box that lies straight.
+_DIRECTIONS, _OFF_AXIS = 256, 1e-3
+_MANY = 5000  # triangles, from which on they are drawn as an image
 
 
 class Drawing(NamedTuple):
@@ -87,28 +96,55 @@ def _find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
     return places.min(axis=0) - 0.5, places.max(axis=0) + 0.5
 
 
+def _outline_ellipsoid(part: Component) -> Patch:
+    """What a solid ellipsoid shows along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
+    R_TE = part.X_TE[:3, :3]
+    shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
+    squares, directions = np.linalg.eigh(shadow[:2, :2])
+    width, height = 2.0 * _METRES_TO_CM * np.sqrt(squares)
+    angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
+    x, y = (float(value) for value in _METRES_TO_CM * part.X_TE[:2, 3])
+    return Ellipse((x, y), float(width), float(height), angle=angle)
+
+
+def _outline_solid(part: Component) -> Patch:
+    """What a convex solid shows along Tz: the hull of its points that lie farthest in every direction."""
+    R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
+    turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
+    points = [
+        p_TE + R_TE @ part.shape.find_support(R_TE.T @ np.array([np.cos(turn), np.sin(turn), 0.0])) for turn in turns
+    ]
+    places = _METRES_TO_CM * np.array(points)[:, :2]
+    return Polygon(places[ConvexHull(places, qhull_options="QJ").vertices], closed=True)
+
+
+def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
+    """Draws all that a mesh shows along Tz, dents and holes too, and the edges where it turns away."""
+    corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
+    triangles = corners[mesh.faces]
+    many = len(triangles) > _MANY
+    fill = PolyCollection(list(triangles), facecolor=colour, edgecolor=colour, linewidth=0.2, rasterized=many)
+    one, other = triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
+    towards = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] > 0.0
+    edges = np.sort(np.vstack([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]]), axis=1)
+    unique, index = np.unique(edges, axis=0, return_inverse=True)
+    counts = np.bincount(index.ravel(), weights=np.tile(towards, 3))
+    sides = np.bincount(index.ravel())
+    outline = LineCollection(list(corners[unique[(counts > 0) & (counts < sides)]]), color="#000000", linewidth=_LINE)
+    for collection in (fill, outline):
+        axes.add_collection(collection, autolim=False)
+
+
 def _draw_object(axes: Axes, drawing: Drawing) -> None:
     tool = drawing.tool
     for part in tool.components:
-        # What a solid ellipsoid shows along Tz is the ellipse of the upper left block of R diag(a^2) R^T.
-        R_TE = part.X_TE[:3, :3]
-        shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
-        squares, directions = np.linalg.eigh(shadow[:2, :2])
-        width, height = 2.0 * _METRES_TO_CM * np.sqrt(squares)
-        angle = float(np.degrees(np.arctan2(directions[1, 0], directions[0, 0])))
         colour = (part.material if drawing.as_made else part.looks_like).colour
-        centre = _METRES_TO_CM * part.X_TE[:2, 3]
-        axes.add_patch(
-            Ellipse(
-                (float(centre[0]), float(centre[1])),
-                float(width),
-                float(height),
-                angle=angle,
-                facecolor=colour,
-                edgecolor="#000000",
-                linewidth=0.8,
-            )
-        )
+        if isinstance(part.shape, TriangleMesh):
+            _draw_mesh(axes, part.shape, part.X_TE, colour)
+        else:
+            outline = _outline_ellipsoid(part) if isinstance(part.shape, Ellipsoid) else _outline_solid(part)
+            outline.set(facecolor=colour, edgecolor="#000000", linewidth=_LINE)
+            axes.add_patch(outline)
     hand = _METRES_TO_CM * _HAND
     axes.add_patch(Circle((-hand, 0.0), hand, facecolor="#DDDDDD", edgecolor="#666666"))
     x, y, _ = _METRES_TO_CM * tool.p_TTcm

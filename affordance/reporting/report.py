@@ -7,14 +7,15 @@ import base64
 import json
 import logging
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import jinja2
 
 from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.named_settings import show_setting
 from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.section import ReportFigure, Section, Table
 
@@ -60,32 +61,58 @@ def write_report(folder: Path) -> Path:
     template = environment.from_string(
         (files("affordance.reporting") / "templates/report.html.j2").read_text("utf-8")
     )
+    runs = read_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))])
     page = template.render(
         sections=sections,
+        heading=_find_heading(sections),
         num_claims=len(claims),
         num_met=sum(claim.met for claim in claims),
-        run_line=describe_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))]),
+        runs=[(", ".join(names), run) for run, names in runs.items()],
+        is_one_setup=len({run.setup for run in runs}) < 2,
     )
     path = folder / "report.html"
     write_text(path, page)
     return path
 
 
-def describe_runs(folders: Sequence[Path]) -> str:
-    """Says what was run, when, and by which version, from the metrics in folders; empty if there are none."""
-    runs: dict[str, list[str]] = {}
+class _Run(NamedTuple):
+    """What was run into a folder, in words: with which setup, and with how many observers by which versions."""
+
+    setup: str
+    done: str
+
+
+def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
+    """Names of the folders by what was run into them; those whose metrics do not say are left out."""
+    runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
-            line = (
+            done = (
                 f"{numbers['repeats']} observers or objects, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
-        except (OSError, ValueError, TypeError, LookupError):
+            run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)
+        except (OSError, ValueError, TypeError, LookupError, AttributeError):
             continue
-        runs.setdefault(line, []).append(folder.name)
-    return "; ".join(f"{', '.join(names)}: {line}" for line, names in runs.items())
+        runs.setdefault(run, []).append(folder.name)
+    return runs
+
+
+def _describe_setup(setup: Mapping[str, Any]) -> str:
+    """Arm, models, learners and changed settings in words."""
+    changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items()) or "none"
+    words = "learner" if len(setup["learners"]) == 1 else "learners"
+    learners = ", ".join(setup["learners"])
+    return f"arm {setup['arm']}, models {setup['models']}, {words} {learners}, changed settings: {changed}"
+
+
+def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
+    """The paper's heading if a claim of the paper is judged, and else that of the only section."""
+    if any(claim.source.startswith("paper") for section in sections for claim in section["claims"]):
+        return "the paper and what we find"
+    return str(sections[0]["title"]) if len(sections) == 1 else "results"
 
 
 def _read_section(path: Path) -> Section:

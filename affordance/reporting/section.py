@@ -17,7 +17,7 @@ import jinja2
 import jinja2.meta
 import jinja2.sandbox
 
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, name_object
 from affordance.files.yaml_reader import read_yaml
 from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
@@ -172,6 +172,8 @@ def _build_environment() -> jinja2.Environment:
         number=formatting.format_number,
         beside=formatting.format_beside,
         list=formatting.format_list,
+        the=name_object,
+        capitalise=lambda text: text[:1].upper() + text[1:],
         by_name=formatting.format_by_name,
         observers=formatting.count_observers,
         fixed=lambda value, digits=2: f"{value:.{digits}f}",

@@ -17,7 +17,7 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path
-from affordance.exceptions import AffordanceError
+from affordance.exceptions import AffordanceError, name_object
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import ARM, load_arm
@@ -98,7 +98,7 @@ def fit_objects(models: Path) -> Fit:
     if holding.load <= 1.0:
         return Fit(())
     too_heavy = (
-        f"the {holding.object_name} of {holding.mass:.2f} kg" if holding.object_name else "its own weight"
+        f"{name_object(holding.object_name)} of {holding.mass:.2f} kg" if holding.object_name else "its own weight"
     ) + f" loads {holding.joint} with {100.0 * holding.load:.0f} % of its torque limit"
     for factor in _FACTORS:
         if measure_holding(models, factor).load <= _ENOUGH:
@@ -181,7 +181,7 @@ def fit_blow(models: Path) -> Fit:
             if reached < depth:
                 depth, limiting = (
                     reached,
-                    f"with the {tool.name} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}",
+                    f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}",
                 )
         lack = lack or limiting
         if depth > best[0]:

@@ -6,7 +6,9 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 
+from affordance.arguments import StrPath, check_kind, check_path
 from affordance.files.bounded import ROBOT, read_bytes
+from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
@@ -16,7 +18,7 @@ _PROGRAM = Path(__file__).resolve().parent
 
 
 def import_arm(
-    path: Path, options: ImportOptions, folder: Path, *, with_meshes: bool = True, fits_tasks: bool = True
+    path: StrPath, options: ImportOptions, folder: StrPath, *, with_meshes: bool = True, fits_tasks: bool = True
 ) -> list[str]:
     """Imports an arm into a folder of models, with its report.
 
@@ -33,6 +35,8 @@ def import_arm(
         BadValueError: The file, or an option, does not say what an arm needs; nothing was written.
         ModelFileError: The file cannot be parsed, or the arm finds no posture; nothing was written.
     """
+    path, folder = check_path("path", path), check_path("folder", folder)
+    check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
     imported = extract_arm(path, options)
     looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder) if fits_tasks else None
@@ -65,7 +69,7 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     digest.update(read_bytes(path, ROBOT))
     sources = sorted(_PROGRAM.glob("*.py"))
-    tasks = sorted(file for file in MODELS.rglob("*") if file.is_file())
+    tasks = list_model_files(MODELS)
     for file in (*sources, *tasks):
         digest.update(file.name.encode())
         digest.update(file.read_bytes())

@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context
 
+from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.identification.robot_chain import RobotChain
@@ -25,7 +26,7 @@ from affordance.robots.reader import read_robot
 from affordance.robots.tree import RobotTree, build_tree, list_joints_above
 
 
-def load_robot(path: Path, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:
+def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:
     """Reads an arm.
 
     Args:
@@ -39,6 +40,7 @@ def load_robot(path: Path, tip: str = HAND_FRAME, base: str | None = None) -> Ro
             revolute, or a link of the chain has an impossible inertia.
         ModelFileError: Drake cannot parse it.
     """
+    path = check_path("path", path)
     is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))
     tree = _build_directives(path) if is_directives else build_tree(read_robot(path))
     chain = find_chain(tree, tip, base)

@@ -22,6 +22,7 @@ from tqdm import tqdm
 from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
 from affordance.files.atomic import quarantine, to_plain, write_atomic
 from affordance.files.bounded import MESH, read_bytes
+from affordance.files.model_files import list_model_files
 from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
@@ -43,8 +44,6 @@ _DAMAGE = (
 _PACKAGE = Path(__file__).parents[1]
 # Folders of the package that decide no number of a repeat: they say and draw what was found.
 _DECIDE_NOTHING = {"commands", "reporting"}
-# Folders of the models that do not either: what of a protocol decides stands in the configuration.
-_MODELS_DECIDE_NOTHING = {"protocols", "people"}
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
@@ -80,38 +79,34 @@ def list_versions() -> dict[str, str]:
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
-def compute_key(config: Any, model_folder: Path, *programs: Path) -> str:
+def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:
     """Computes what a repeat depends on besides its number: configuration, models, libraries and this program.
 
-    Of the program all counts but the folders that only report. A change of these keeps the repeats.
+    Of the program all counts but the folders that only report, of a folder of models what the program reads. A change
+    of anything else keeps the repeats.
 
     Args:
         config: A dataclass.
-        model_folder: The folder of the arm's model files.
+        models: Files that are read, or a folder of models.
         programs: Folders of further sources that it depends on.
 
     Returns: A short hexadecimal key.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
-    models = [
-        path
-        for path in model_folder.rglob("*")  # meshes too
-        if path.is_file()
-        and path.suffix != ".md"
-        and path.relative_to(model_folder).parts[0] not in _MODELS_DECIDE_NOTHING
-    ]
-    sources = [
-        (
-            program,
-            [path for path in program.rglob("*.py") if path.relative_to(program).parts[0] not in _DECIDE_NOTHING],
-        )
+    named = [
+        (str(path.relative_to(program)), path)
         for program in (_PACKAGE, *programs)
+        for path in sorted(program.rglob("*.py"))
+        if path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]
-    for folder, paths in (*sources, (model_folder, models)):
-        for path in sorted(paths):
-            digest.update(str(path.relative_to(folder)).encode())
-            digest.update(read_bytes(path, MESH))
+    if isinstance(models, Path):
+        named += [(str(path.relative_to(models)), path) for path in list_model_files(models)]
+    else:
+        named += [(path.name, path) for path in models]
+    for name, path in named:
+        digest.update(name.encode())
+        digest.update(read_bytes(path, MESH))
     return digest.hexdigest()[:16]
 
 

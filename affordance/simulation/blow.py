@@ -12,6 +12,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig, SimulatorStatus
 from pydrake.systems.framework import Context, EventStatus
 
+from affordance.arguments import Seed
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.choice.blow_cost import BlowCost
@@ -26,7 +27,8 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import Nail, NailPlacement, NailRecord
 from affordance.settings import Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram
-from affordance.simulation.trial import TrialRecord, TrialRunner, finish, get_runner
+from affordance.simulation.trial import TrialRunner, finish, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 # A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
 # minute or two, the integrator has stalled.
@@ -110,7 +112,7 @@ def simulate_blow(
 
 
 def run_blow(
-    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
     """Runs the trial of a blow, from rest to rest; arguments are those of ``TrialRunner.run``.
 

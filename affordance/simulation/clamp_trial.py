@@ -11,13 +11,15 @@ import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig
 from scipy.interpolate import PchipInterpolator
 
+from affordance.arguments import Seed
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.control.clamp import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool
-from affordance.simulation.trial import TrialRecord, TrialRunner, finish
+from affordance.simulation.trial import TrialRunner, finish
+from affordance.simulation.trial_record import TrialRecord
 
 # How long the hand pushes; the force settles within a third of it, [s].
 CLAMPED = 1.0
@@ -45,7 +47,7 @@ class ClampRecord(NamedTuple):
 
 
 def run_clamp_and_release(
-    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
+    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: Seed
 ) -> tuple[TrialRecord, ClampRecord]:
     """Pushes against a clamp with what an object is believed to weigh, then holds it.
 

@@ -13,7 +13,8 @@ from affordance.choice.reach import Reach
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord, get_runner
+from affordance.simulation.trial import finish, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 
 class Rollout(NamedTuple):
@@ -54,7 +55,7 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     trial = runner.get_diagram(task.duration, tool)
     following = task.begin(trial.model, tool.p_TTfree)
     memory = MaterialMemory.from_densities(densities)
-    record = runner.run(tool, following, memory, duration=task.duration, seed=(0,))
+    record = finish(trial, runner.prepare(trial, tool, following, memory, seed=0), tool)
     p_WF = trial.chain.compute_positions(record.q, tool.p_TTfree)
     work, effort = measure_cost(record.tau, record.v, settings.control_period)
     return Rollout(work, effort, p_WF, following.list_places(record.times), record)

@@ -10,11 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from affordance.arguments import Seed, check_seed
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import Memory
 from affordance.control.clamp import compute_clamp_force
+from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import build_inertia_map
 from affordance.objects.tool import Tool
@@ -80,6 +82,22 @@ class _SeenTool(NamedTuple):
     weight: float
 
 
+def check_closed_form(settings: Settings) -> WeberNoise:
+    """Returns the noise of settings under which lifts have a closed form: exact features, one percept a trial.
+
+    Raises:
+        BadArgumentError: Features are not exact, or joints do not feel by one percept of WeberNoise.
+    """
+    noise, where = settings.noise, "for lifts in closed form"
+    if not isinstance(noise, WeberNoise):
+        raise BadArgumentError("Settings", "noise", f"is {type(noise).__name__}, must be WeberNoise {where}")
+    if noise.independent_samples:
+        raise BadArgumentError("Settings", "noise.independent_samples", f"is true, must be false {where}")
+    if settings.vision_error != VisionError():
+        raise BadArgumentError("Settings", "vision_error", f"is {settings.vision_error}, must be zero {where}")
+    return noise
+
+
 class StaticLifter:
     """Simulates lifts of a set of objects; what does not change from lift to lift is computed once."""
 
@@ -87,21 +105,17 @@ class StaticLifter:
         """Takes the objects and what all simulations share.
 
         Raises:
-            ValueError: The closed form does not hold: features are not exact, or joints do not feel by WeberNoise.
+            BadArgumentError: The closed form does not hold; see ``check_closed_form``.
             ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
         """
-        if not isinstance(settings.noise, WeberNoise):
-            raise ValueError(f"noise is {type(settings.noise).__name__}, must be WeberNoise for lifts in closed form")
-        if settings.vision_error != VisionError():
-            raise ValueError(f"vision_error is {settings.vision_error}, must be zero for lifts in closed form")
+        self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
         self.settings = settings
-        self._noise = settings.noise
         self._hold = StaticHold(arm)
         self._gravity = float(np.linalg.norm(ArmModel(arm).gravity))
         self._tools = [self._see(tool) for tool in tools]
 
-    def run(self, lifts: Sequence[Lift], memory: Memory, seed: tuple[int, ...]) -> LiftRecord:
+    def run(self, lifts: Sequence[Lift], memory: Memory, seed: Seed) -> LiftRecord:
         """Simulates an observer.
 
         Costs, in each lift, what the memory's ``recall`` and ``learn`` cost.
@@ -111,6 +125,7 @@ class StaticLifter:
             memory: What the observer remembers before the first.
             seed: Determines the errors of feeling.
         """
+        seed = check_seed(seed)
         forces, expected, memories = [], [], [memory]
         beliefs: list[DensityBelief] = []
         likelihoods: list[Likelihood | None] = []

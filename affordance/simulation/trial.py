@@ -3,88 +3,63 @@
 import functools
 import logging
 from collections import OrderedDict
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import Context
 
+from affordance.arguments import Seed, check_kind, check_number, check_seed
 from affordance.arrays import Array
+from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
-from affordance.control.systems import ControlCounts
 from affordance.control.task import Task
+from affordance.exceptions import name_object
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
-from affordance.proprioception.systems import SampleCounts
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, OUTLIER_P_VALUE, TrialDiagram, build_trial_diagram
-from affordance.simulation.posterior_log import LoggedPosterior
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.observe import observe
 
 _LOG = logging.getLogger(__name__)
 
 # Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB to keep.
 _MAX_DIAGRAMS = 8
-
-
-class TrialRecord(NamedTuple):
-    """What happened in a trial of N logged times.
-
-    Attributes:
-        times: (N,), [s].
-        q: Joint angles, (N, num_joints), [rad].
-        v: Joint velocities, (N, num_joints), [rad/s].
-        tau: Torques over the control period that ends at each time (zero at t = 0), (N, num_joints), [N m].
-        height_centre: Height of the tool's geometric centre above where it was at t = 0, (N,), [m].
-        height_grip: The same of the grip To, (N,), [m].
-        height_com: The same of the true centre of mass, (N,), [m].
-        memory: What is believed of all materials after the trial.
-        log_evidence: Log probability density of the measurements before they were made.
-        counts: In how many control periods a limit was active, and in how many the solver failed to find a plan. A
-            plan is found whatever the object weighs; whether it can be held at all is said by ``overloaded``.
-        p_value: Probability of measurements as surprising as these, under what was believed before the trial.
-        samples: How many samples of the torques were accepted, and how many rejected and why.
-        overloaded: Names of joints that cannot bear the arm with the object at rest where the trial begins: it sinks
-            whatever is believed.
-        posteriors: What was believed of the object as the trial went on, if the settings ask for that log.
-    """
-
-    times: Array
-    q: Array
-    v: Array
-    tau: Array
-    height_centre: Array
-    height_grip: Array
-    height_com: Array
-    memory: Memory
-    log_evidence: float
-    counts: ControlCounts
-    p_value: float = 1.0
-    samples: SampleCounts = SampleCounts(0, 0, 0, 0)
-    overloaded: tuple[str, ...] = ()
-    posteriors: tuple[LoggedPosterior, ...] = ()
-
-    @property
-    def is_outlier(self) -> bool:
-        """Whether the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
-        return self.p_value < OUTLIER_P_VALUE
+# Longer presentations are a slip of units: 0.05 s of computing a second, [s].
+DURATION_MAX = 3600.0
+_MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
     """Runs trials. Diagrams are built at first use; those used last are kept, and reused with fresh Contexts."""
 
-    def __init__(self, settings: Settings) -> None:
-        """Takes what all trials share."""
-        self.settings = settings
+    def __init__(self, settings: Settings = DEFAULT_SETTINGS) -> None:
+        """Takes what all trials share.
+
+        Raises:
+            BadArgumentError: They are no Settings.
+        """
+        self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     @functools.cached_property
     def gravity(self) -> float:
         """Acceleration of gravity that the arm is in, [m/s^2]."""
         return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
+
+    def start_memory(self, seed: Seed = 0) -> Memory:
+        """The memory of an observer before anything was met, by the learner of the settings.
+
+        Args:
+            seed: Seed of what a learner that draws will draw; another one for each observer.
+
+        Raises:
+            BadArgumentError: The seed is none.
+        """
+        return start_memory(self.settings.learner, seed)
 
     def get_diagram(
         self,
@@ -107,28 +82,32 @@ class TrialRunner:
         self._diagrams.move_to_end(key)
         return self._diagrams[key]
 
-    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
+    def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Holds an object in the arm's home posture, where it touches nothing; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
-    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: tuple[int, ...]) -> TrialRecord:
+    def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
         """Runs one trial, from rest where the task starts and with the object attached.
 
         Args:
-            tool: The object; its true densities act in the plant.
-            task: What is to be done with it.
-            memory: What is believed of materials when the trial begins.
-            duration: How long it lasts, [s].
-            seed: Determines every random draw of the trial.
+            tool: Object, whose true densities act in the plant.
+            task: Task that is done with it.
+            memory: Belief about materials when the trial begins.
+            duration: Duration of the trial, at least a period of the samples, [s].
+            seed: Seed of every random draw of the trial: a whole number, or several.
 
-        Returns: What happened.
+        Returns: The record of the trial.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
         """
+        check_duration(duration, self.settings)
+        _check_trial(tool, memory)
+        check_kind("task", task, Task)
         trial = self.get_diagram(duration, tool)
         return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
-    def prepare(
-        self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: tuple[int, ...]
-    ) -> Simulator:
+    def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: Seed) -> Simulator:
         """Sets a trial up in a new Context, ready to be advanced; arguments are those of ``run``."""
         context = trial.diagram.CreateDefaultContext()
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
@@ -148,11 +127,16 @@ class Observer:
         """Sets the memory before the first presentation.
 
         Args:
-            runner: Has the Diagram.
-            memory: What is believed of materials.
-            duration: Of each presentation, [s].
+            runner: Runner that has the Diagram.
+            memory: Belief about materials.
+            duration: Duration of each presentation, at least a period of the samples, [s].
             remembered: Colours that are remembered beyond a presentation; all if empty.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
         """
+        check_duration(duration, runner.settings)
+        check_kind("memory", memory, Memory, _MEMORIES)
         self._trial = runner.get_diagram(duration)
         self._context = self._trial.diagram.CreateDefaultContext()
         self._memory_context = self._trial.memory.GetMyMutableContextFromRoot(self._context)
@@ -164,8 +148,13 @@ class Observer:
         """What is believed of materials now."""
         return self._trial.memory.get_memory(self._memory_context)
 
-    def hold(self, tool: Tool, seed: tuple[int, ...]) -> TrialRecord:
-        """Holds an object in the arm's home posture; the seed determines every random draw."""
+    def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
+        """Holds an object in the arm's home posture; the seed determines every random draw.
+
+        Raises:
+            BadArgumentError: An argument is of the wrong kind or out of bounds.
+        """
+        _check_trial(tool, self.memory)
         trial = self._trial
         for system in trial.diagram.GetSystems():
             if system is not trial.memory:
@@ -182,9 +171,24 @@ def get_runner(settings: Settings) -> TrialRunner:
     return TrialRunner(settings)
 
 
-def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: tuple[int, ...]) -> Simulator:
+def check_duration(duration: float, settings: Settings) -> None:
+    """Checks that a presentation lasts long enough for a sample, without which nothing would be learned.
+
+    Raises:
+        BadArgumentError: It does not, or is longer than DURATION_MAX.
+    """
+    unit = "s, a period of the samples at least"
+    check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
+
+
+def _check_trial(tool: Tool, memory: Memory) -> None:
+    check_kind("tool", tool, Tool, "load_tools(PATH) reads some")
+    check_kind("memory", memory, Memory, _MEMORIES)
+
+
+def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: Seed) -> Simulator:
     """Gives an object to the arm, in a Context at its beginning whose memory is set; ready to be advanced."""
-    settings = trial.settings
+    settings, seed = trial.settings, check_seed(seed)
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
     trial.arm.set_payload(plant_context, tool.parameters)
     settings.faults.change_arm(trial.arm, plant_context)
@@ -254,7 +258,7 @@ def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[s
     ]
     if loads:
         texts = "; ".join(text for _, text in loads)
-        _LOG.warning("the arm cannot hold the %s: at rest its %.3g kg load %s", tool.name, tool.mass, texts)
+        _LOG.warning("the arm cannot hold %s: at rest its %.3g kg load %s", name_object(tool.name), tool.mass, texts)
     return tuple(name for name, _ in loads)
 
 

@@ -6,31 +6,44 @@ features are handed over with a stated error, which by default is none.
 
 import enum
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Annotated
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
+from affordance.checked_fields import Setting, check_fields
+from affordance.files.data_model import Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
 from affordance.objects.striking_face import StrikingFace
 from affordance.objects.tool import Tool
 
+_NONE = "the paper assumes none (IV-A)"
 
-class VisionError(NamedTuple):
-    """Standard deviations of measured features.
+
+@dataclass(frozen=True)
+class VisionError:
+    """Standard deviations of the errors of measured features.
 
     Attributes:
-        size: Of each axis length, as a fraction of it.
-        position: Of each coordinate of a component's centre, [m].
-        rotation: About each axis, [rad].
+        size: Standard deviation of each axis length, as a fraction of it.
+        position: Standard deviation of each coordinate of a component's centre, [m].
+        rotation: Standard deviation of the rotation about each axis, [rad].
     """
 
-    size: float = 0.0
-    position: float = 0.0
-    rotation: float = 0.0
+    size: Annotated[float, Within(0.0, 1.0), Setting("1", _NONE)] = 0.0
+    position: Annotated[float, Within(0.0, 1.0), Setting("m", _NONE)] = 0.0
+    rotation: Annotated[float, Within(0.0, 3.0), Setting("rad", _NONE)] = 0.0
+
+    def __post_init__(self) -> None:
+        """Checks the numbers.
+
+        Raises:
+            BadArgumentError: One is not finite, or out of bounds.
+        """
+        check_fields(self)
 
 
 class FeatureSource(enum.Enum):

@@ -52,6 +52,7 @@ OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(
 # Likewise, in one file. Joints that a start does not name are as in the home posture.
 _START = frozenset({"start", *load_arm().joint_names})
 OPTIONAL_IN = {
+    "materials.yaml": frozenset({"source"}),
     "tools/uncommon.yaml": frozenset({"grips"}),
     "paths/reach.yaml": _START,
     "paths/mash.yaml": _START,

@@ -16,7 +16,7 @@ from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):

@@ -132,7 +132,7 @@ def test_equal_options_are_ranked_by_lot(choice):
 
 @pytest.mark.parametrize("num_samples", [0, -1])
 def test_number_of_samples_must_be_positive(choice, num_samples):
-    with pytest.raises(ValueError, match=rf"num_samples is {num_samples}, must be at least 1"):
+    with pytest.raises(ValueError, match=rf"num_samples: is {num_samples}, must be from 1 to 1000000"):
         rank_options(choice, MaterialMemory(), np.random.default_rng(0), num_samples)
 
 
@@ -209,7 +209,7 @@ def test_option_counts_from_the_stated_probability_on(offset, usable):
 
 @pytest.mark.parametrize("min_feasibility", [-0.1, 1.1, np.nan])
 def test_least_feasibility_must_be_a_probability(choice, min_feasibility):
-    with pytest.raises(ValueError, match=rf"min_feasibility is {min_feasibility}, must be from 0 to 1"):
+    with pytest.raises(ValueError, match=rf"min_feasibility: is {min_feasibility}, must be from 0 to 1"):
         rank_options(choice, MaterialMemory(), np.random.default_rng(0), 10, min_feasibility)
 
 

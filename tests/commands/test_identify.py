@@ -99,9 +99,9 @@ def test_a_seen_object_teaches_a_memory(folder, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--reference-mass", "-1"], "--reference-mass: is -1, must be from 0.001 to 1000 kg"),
+        (["--reference-mass", "-1"], "--reference-mass: is -1.0, must be from 0.001 to 1000 kg"),
         (["--samples", "5"], "--samples: is 5, must be from 100 to 1000000"),
-        (["--min-speed", "-1"], "--min-speed: is -1, must be from 0 to 10 rad/s"),
+        (["--min-speed", "-1"], "--min-speed: is -1.0, must be from 0 to 10 rad/s"),
         (["--tip", "flunge"], "--tip: is .flunge., which .* has not; nearest: flange"),
         (["--gains", "nowhere.yaml"], "nowhere.yaml: cannot be read"),
         (["--object", "nowhere.yaml"], "nowhere.yaml: cannot be read"),

@@ -119,7 +119,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
         return {learner.value: honest_objects.compute_metrics(arrays) for learner in Learner}
 
     monkeypatch.setattr(honest_objects, "run", pretend)
-    monkeypatch.setattr(study_learners, "load_hold_experiment", lambda name, models, seed: weight.with_duration(0.5))
+    monkeypatch.setattr(study_learners, "load_hold_experiment", lambda *_: weight.with_duration(0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
     study_learners.add_arguments(parser)

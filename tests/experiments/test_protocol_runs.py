@@ -15,6 +15,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment, load_prot
 from affordance.experiments.runner import run_experiment
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import describe_changes
 from affordance.settings import DEFAULT_SETTINGS
 
 PROTOCOL = """
@@ -29,6 +30,7 @@ objects:
     - name: long
       components: [{{semi_axes: [0.1, 0.02, 0.02], position: [0.1, 0, 0], material: oak}}]
 observers: {observers}
+settings: {settings}
 blocks:
 {blocks}
 numbers:
@@ -40,12 +42,47 @@ report: {{title: Mine, summary: Some objects.}}
 
 @pytest.fixture
 def load(tmp_path):
-    def load(blocks, observers="{}", numbers=""):
+    def load(blocks, observers="{}", numbers="", settings="{}", **options):
         path = tmp_path / "mine.yaml"
-        path.write_text(PROTOCOL.format(blocks=blocks, observers=observers, numbers=numbers))
-        return load_protocol_experiment(str(path))
+        path.write_text(PROTOCOL.format(blocks=blocks, observers=observers, numbers=numbers, settings=settings))
+        return load_protocol_experiment(str(path), **options)
 
     return load
+
+
+HOLD = "  - {name: a, do: {hold: {duration: 0.1}}}"
+
+
+def test_protocol_changes_settings_by_name_and_a_user_has_the_last_word(load):
+    written = "{prior.sd: 8000, noise: {weber_fraction: 0.1}}"
+    assert describe_changes(load(HOLD, settings=written).settings) == {
+        "prior.sd": 8000.0,
+        "noise.weber_fraction": 0.1,
+    }
+    asked = load(HOLD, settings=written, changes={"prior.sd": 2000.0, "mpc.num_steps": 6}).settings
+    assert describe_changes(asked) == {"prior.sd": 2000.0, "noise.weber_fraction": 0.1, "mpc.num_steps": 6}
+
+
+@pytest.mark.parametrize(
+    ("settings", "observers", "message"),
+    [
+        (
+            "{prior.sb: 8000}",
+            "{}",
+            r"mine\.yaml: settings\.prior\.sb: is 'prior\.sb', must be one of prior\.mode",
+        ),
+        ("{prior: {sd: -8}}", "{}", r"mine\.yaml: settings\.prior\.sd: is -8, must be from 0\.001 to 1000000"),
+        ("[1]", "{}", r"mine\.yaml: settings: is \[1\], must be a mapping"),
+        (
+            "{noise.threshold: 0.1}",
+            "{noise: {weber_fraction: 0.1, threshold: 0.1}}",
+            r"mine\.yaml: settings\.noise: stands beside observers\.noise, one of them must be given",
+        ),
+    ],
+)
+def test_wrong_settings_of_a_protocol_are_refused_by_file_and_key(load, settings, observers, message):
+    with pytest.raises(BadValueError, match=message):
+        load(HOLD, settings=settings, observers=observers)
 
 
 def test_kinds_of_protocols_are_told_by_what_is_done(load):

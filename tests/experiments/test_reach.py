@@ -19,7 +19,7 @@ from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import Faults
 from affordance.simulation.rollout import Rollout
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import FeatureSource
 
 SHAPES = {
@@ -285,3 +285,25 @@ def test_numbers_are_those_of_made_up_arrays(experiment, plan):
     assert numbers["path_error_m"] == {"wood": 0.01, "steel": 0.02}
     assert numbers["periods_limited"] == {"wood": 4, "steel": 5}
     assert numbers["density_true"] == {"beech": 720.0, "steel": 7850.0}
+
+
+def tell(section):
+    """All that a section says, in one text."""
+    figures = [figure.caption for figure in section.figures]
+    return "\n".join([section.summary, *figures, *(table.caption for table in section.tables), *section.remarks])
+
+
+def test_text_is_about_the_tools_that_there_are(experiment, plan, numbers):
+    """A user's one tool, of a name that begins with a pronoun and of two unlike ends."""
+    _, hammer, *_ = experiment.novel
+    own = dataclasses.replace(hammer, name="my hammer")
+    alone = dataclasses.replace(experiment, novel=(own,))
+    told = {"my hammer": numbers["tools"]["hammer"]}
+    text = tell(render(alone, plan, {**numbers, "tools": told}))
+    assert "which end of my hammer to hold" in text
+    assert "My hammer by two rules" in text
+    for wrong in ("the my", "The my", "also choose", "both ends look alike", "of the others", "about ."):
+        assert wrong not in text
+    whole = tell(render(experiment, plan, numbers))
+    assert "They also choose about hammer, uneven stick" in whole
+    assert "Of the stick both ends look alike, so that chance is a half by symmetry; of the others" in whole

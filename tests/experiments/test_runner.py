@@ -46,6 +46,7 @@ class MadeUp:
     outliers: tuple[int, ...] = (0, 0)
 
     name = "made_up"
+    files_read = ()
     unit = "draw"
     tools_observed = ()
     report = None

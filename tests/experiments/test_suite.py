@@ -10,6 +10,7 @@ from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, UnavailableError
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import change_settings
 from affordance.proprioception.faults import Faults
 from affordance.runs.repeats import compute_key
 from affordance.settings import DEFAULT_SETTINGS
@@ -36,7 +37,9 @@ def made_up(monkeypatch):
     monkeypatch.setattr(
         suite,
         "load_experiment",
-        lambda name, models, seed, settings: MadeUp(name, settings, f"{models.name}, {seed}"),
+        lambda name, models, seed, settings, changes: MadeUp(
+            name, change_settings(settings, changes), f"{models.name}, {seed}"
+        ),
     )
 
     def run_experiment(experiment, plan, folder, *, repeats, jobs):
@@ -63,7 +66,7 @@ def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_p
 def test_arm_faults_and_source_of_features_are_those_asked_for(made_up, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: seen.append(experiment.settings))
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "feature_source": FeatureSource.PIXELS}
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "changes": {"feature_source": "pixels"}}
     suite.run_suite(["one"], tmp_path, **arguments, faults=["bias", "dropped_samples"])
     (settings,) = seen
     assert settings.arm == MODELS / "arm.dmd.yaml"
@@ -78,7 +81,7 @@ def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch)
     )
     arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
     suite.run_suite(["one"], tmp_path, **arguments)
-    suite.run_suite(["one"], tmp_path, **arguments, learner=Learner.KINDS_MAP)
+    suite.run_suite(["one"], tmp_path, **arguments, changes={"learner": "kinds_map"})
     assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
 
 

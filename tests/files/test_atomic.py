@@ -1,5 +1,6 @@
 """Files that appear whole or not at all."""
 
+import errno
 import json
 import os
 from enum import Enum
@@ -9,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from affordance.cli import describe_system_error
 from affordance.files.atomic import remove_leftovers, to_plain, write_atomic, write_json, write_text
 
 
@@ -58,3 +60,43 @@ def test_configurations_become_plain_json(tmp_path):
     with pytest.raises(ValueError, match="not JSON compliant"):
         write_json(tmp_path / "y.json", {"bad": np.nan})
     assert not (tmp_path / "y.json").exists()
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        OSError(errno.ENOSPC, "No space left on device"),
+        OSError("not enough free space"),
+        PermissionError(13, "denied"),
+    ],
+)
+def test_error_of_the_system_names_the_file_and_not_the_temporary_one(tmp_path, error):
+    def fail(temporary):
+        raise error
+
+    with pytest.raises(OSError, match=f"{error.strerror or error}") as caught:
+        write_atomic(tmp_path / "numbers.txt", fail)
+    assert caught.value.filename == str(tmp_path / "numbers.txt")
+    assert caught.value.errno == error.errno
+    assert describe_system_error(caught.value) == f"{tmp_path / 'numbers.txt'}: {error.strerror or error}"
+
+
+def test_temporary_file_that_cannot_be_made_is_named_as_the_file(tmp_path):
+    def fail(temporary):
+        (temporary / "below a file that is not there").open("w", encoding="utf-8")
+
+    def fail_itself(temporary):
+        raise PermissionError(errno.EACCES, "Permission denied", str(temporary))
+
+    with pytest.raises(FileNotFoundError) as caught:
+        write_atomic(tmp_path / "numbers.txt", fail)
+    assert caught.value.filename.endswith("not there")  # another file, which is named as it is
+    with pytest.raises(PermissionError) as refused:
+        write_atomic(tmp_path / "numbers.txt", fail_itself)
+    assert refused.value.filename == str(tmp_path / "numbers.txt")
+
+
+def test_errors_without_a_file_are_described_without_one():
+    assert describe_system_error(OSError(errno.ENOSPC, "No space left on device")) == "No space left on device"
+    assert describe_system_error(OSError("odd\nthing")) == "odd thing"
+    assert describe_system_error(OSError()) == "OSError"

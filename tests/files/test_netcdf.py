@@ -1,3 +1,5 @@
+import json
+
 import numpy as np
 import pytest
 import xarray
@@ -79,3 +81,14 @@ def test_names_of_another_number_than_entries_leave_no_file(tmp_path):
     with pytest.raises(ValueError, match="conflicting sizes for dimension 'trial'"):
         write_trajectories(tmp_path / "t.nc", trajectories)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_names_that_no_array_is_along_make_no_dimension(tmp_path):
+    """Or a data frame of the file would have all its rows once for each of them."""
+    names = ["small", 'größer, "odd"']
+    lifts = LabelledArray(("observer", "lift"), np.zeros((3, 4)), "1", "place of the object among the names")
+    write_trajectories(tmp_path / "t.nc", Trajectories({"tool": lifts}, {"object": names}))
+    found = read(tmp_path / "t.nc")
+    assert dict(found.sizes) == {"observer": 3, "lift": 4}
+    assert len(found.to_dataframe()) == 12
+    assert json.loads(found.attrs["object"]) == names

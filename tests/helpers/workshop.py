@@ -1,9 +1,10 @@
 """The tools of models/workshop, for tests."""
 
+from affordance.experiments.tools.workshop import load_workshop_materials
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
 
-MATERIALS = load_materials(MODELS / "workshop" / "materials.yaml")
+MATERIALS = load_workshop_materials()
 HAMMERS = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "tools.yaml", MATERIALS)}
 UNCOMMON = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "uncommon.yaml", MATERIALS)}
 BLANKS = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "blanks.yaml", MATERIALS)}

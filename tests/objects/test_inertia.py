@@ -95,7 +95,7 @@ def test_impossible_inertia_is_refused_by_drake():
 
 @pytest.mark.parametrize("bad", [0.0, -0.01, np.nan, np.inf])
 def test_ellipsoid_needs_positive_semi_axes(bad):
-    with pytest.raises(ValueError, match=r"semi_axes are .* must be finite and greater than 0"):
+    with pytest.raises(ValueError, match=r"Ellipsoid: semi_axes: is .* must be finite and greater than 0"):
         Ellipsoid((0.1, bad, 0.1))
 
 

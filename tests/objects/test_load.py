@@ -1,9 +1,12 @@
+import itertools
+
 import numpy as np
 import pytest
 
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.colour import is_same_colour
+from affordance.objects.load import list_materials, load_materials, load_tools
 
 GOOD_MATERIALS = """
 brass: {colour: "#b5a642", density: 8500, density_sd: 87, source: a table}
@@ -30,6 +33,35 @@ def files(tmp_path):
         return load_tools(tmp_path / "tools.yaml", load_materials(tmp_path / "materials.yaml"))
 
     return write
+
+
+TOOL_FILES = sorted((MODELS / "tools").glob("*.yaml")) + [
+    MODELS / "workshop" / name for name in ("tools.yaml", "blanks.yaml", "uncommon.yaml")
+]
+
+
+@pytest.mark.parametrize("path", TOOL_FILES, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_one_materials_file_serves_all_tools_files(path):
+    assert load_tools(path, load_materials(MODELS / "materials.yaml"))
+    assert len(load_tools(path)) == len(load_tools(path, load_materials()))
+    assert set(list_materials(path)) <= set(load_materials())
+
+
+def test_data_set_needs_no_materials_of_its_own():
+    assert set(list_materials(MODELS / "workshop" / "hps.yaml")) <= set(load_materials())
+    assert not (MODELS / "workshop" / "materials.yaml").exists()
+
+
+def test_no_two_materials_are_of_one_colour():
+    """Or what was learned of one would be taken for knowledge of the other."""
+    for one, other in itertools.combinations(load_materials().values(), 2):
+        assert not is_same_colour(one.colour, other.colour), (one.name, other.name)
+
+
+def test_source_of_a_density_may_be_left_out(tmp_path):
+    path = tmp_path / "materials.yaml"
+    path.write_text('oak: {colour: "#b07a45", density: 563, density_sd: 56}', encoding="utf-8")
+    assert load_materials(path)["oak"].source == "no source is given"
 
 
 def test_tool_is_read_as_written(files):

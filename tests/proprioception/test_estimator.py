@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.seen_objects import BLUE, ONE_MATERIAL, RED, TWO_MATERIALS, detect_parts
@@ -249,7 +251,7 @@ def test_one_odd_object_moves_a_material_less_where_objects_are_known_to_differ(
     memory = learn(belief, statistics, FIXED).posterior.memory
     moved = []
     for deviation_sd in (0.0, 100.0, 2000.0):
-        seen = detect_parts(ONE_MATERIAL, PRIOR._replace(deviation_sd=max(deviation_sd, 1e-9)), memory)
+        seen = detect_parts(ONE_MATERIAL, replace(PRIOR, deviation_sd=max(deviation_sd, 1e-9)), memory)
         odd = hold.measure(seen, np.array([720.0]), FIXED, (2,))
         after = learn(seen, odd, FIXED, deviation_sd=deviation_sd).posterior.memory
         moved.append(memory.belief.untruncated_mean[0] - after.belief.untruncated_mean[0])

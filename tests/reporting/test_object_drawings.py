@@ -2,10 +2,14 @@
 
 import numpy as np
 import pytest
-from matplotlib.patches import Circle, Ellipse
+from matplotlib.patches import Circle, Ellipse, Polygon
+from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
+from affordance.objects.load import load_tools
+from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import Component, Grip, Material, Tool
 from affordance.reporting.object_drawings import Drawing, draw_objects
 
@@ -91,3 +95,69 @@ def test_object_is_drawn_as_it_looks_or_as_it_is_made():
     looks, made = draw_objects([Drawing(tool, "looks"), Drawing(tool, "made", as_made=True)]).axes
     assert looks.patches[0].get_facecolor()[:3] == STEEL.colour
     assert made.patches[0].get_facecolor()[:3] == WOOD.colour
+
+
+def draw_part(shape, X_TE):
+    part = Component(shape, X_TE, WOOD, STEEL)
+    (axes,) = draw_objects([Drawing(Tool("one", (part,)), "one")]).axes
+    return axes
+
+
+def list_meshes():
+    return [
+        (tool.name, part)
+        for file in ("tools", "uncommon")
+        for tool in load_tools(MODELS / "workshop" / f"{file}.yaml")
+        for part in tool.components
+    ]
+
+
+@pytest.mark.parametrize(("name", "part"), list_meshes())
+def test_mesh_is_drawn_as_its_triangles_within_the_limits(name, part):
+    axes = draw_part(part.shape, part.X_TE)
+    fill, outline = axes.collections
+    corners = 100.0 * (part.shape.vertices @ part.X_TE[:3, :3].T + part.X_TE[:3, 3])[:, :2]
+    drawn = np.concatenate([path.vertices for path in fill.get_paths()])
+    np.testing.assert_allclose(drawn.min(axis=0), corners[np.unique(part.shape.faces)].min(axis=0))
+    np.testing.assert_allclose(drawn.max(axis=0), corners[np.unique(part.shape.faces)].max(axis=0))
+    low, high = np.transpose([axes.get_xlim(), axes.get_ylim()])
+    assert (drawn > low).all()
+    assert (drawn < high).all()
+    edges = np.concatenate([path.vertices for path in outline.get_paths()])
+    np.testing.assert_allclose(edges.max(axis=0), drawn.max(axis=0))
+    assert [type(patch) for patch in axes.patches] == [Circle]  # the hand
+
+
+def test_dent_of_a_mesh_is_not_filled():
+    """A claw hammer's hull would be drawn over the gap below its claw."""
+    head = next(part for name, part in list_meshes() if name == "claw hammer" and part.material.name == "cast_steel")
+    (fill, _) = draw_part(head.shape, head.X_TE).collections
+    triangles = np.array([path.vertices[:3] for path in fill.get_paths()])
+    points = triangles.reshape(-1, 2)
+    hull = ConvexHull(points)
+    net = points.min(axis=0) + np.random.default_rng(0).random((4000, 2)) * np.ptp(points, axis=0)
+    in_hull = (hull.equations[:, :2] @ net.T + hull.equations[:, 2:] <= 0.0).all(axis=0)
+    in_drawing = np.array([any(path.contains_point(point) for path in fill.get_paths()) for point in net[in_hull]])
+    assert in_drawing.mean() < 0.9
+
+
+@pytest.mark.parametrize(
+    ("shape", "area"),
+    [
+        (Box((0.2, 0.1, 0.04)), 200.0),
+        (Cylinder(0.03, 0.2), np.pi * 9.0),
+        (Capsule(0.03, 0.2), np.pi * 9.0),
+    ],
+)
+def test_outline_of_a_solid_has_its_area(shape, area):
+    (outline,) = (patch for patch in draw_part(shape, np.eye(4)).patches if isinstance(patch, Polygon))
+    assert ConvexHull(outline.get_xy()).volume == pytest.approx(area, rel=2e-3)
+
+
+def test_outline_of_a_turned_box_is_its_turned_rectangle():
+    X_TE = place((1.0, 1.0, 1.0), (0.1, 0.0, 0.0), (0.0, 0.0, 30.0)).X_TE
+    (outline,) = (patch for patch in draw_part(Box((0.2, 0.1, 0.04)), X_TE).patches if isinstance(patch, Polygon))
+    corners = np.array([[x, y, z] for x in (-0.1, 0.1) for y in (-0.05, 0.05) for z in (-0.02, 0.02)])
+    expected = 100.0 * (corners @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
+    np.testing.assert_allclose(outline.get_xy().max(axis=0), expected.max(axis=0), rtol=1e-6)
+    assert ConvexHull(outline.get_xy()).volume == pytest.approx(200.0, rel=1e-6)

@@ -203,3 +203,62 @@ def test_report_of_nothing_is_still_a_page(tmp_path):
     page = write_report(tmp_path).read_text(encoding="utf-8")
     assert Page(page).open == []
     assert "0 of 0 claims" in page
+
+
+SETUP = {"arm": "arm.dmd.yaml", "models": "my_models", "learners": ["density"], "settings": {}}
+
+
+def write_metrics(folder, name, **changes):
+    versions = {"affordance": "0.2.0", "drake": "1.58.0"}
+    numbers = {
+        "repeats": 20,
+        "seed": 3,
+        "finished": "2026-11-22",
+        "versions": versions,
+        "setup": {**SETUP, **changes},
+    }
+    (folder / name / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
+
+
+def test_head_names_arm_models_learner_and_changed_settings(folder):
+    for name in ("weight", "com"):
+        write_metrics(folder, name, settings={"prior.sd": 8000.0, "uses_posterior": True})
+    page = write_both(folder)
+    said = "arm arm.dmd.yaml, models my_models, learner density, changed settings: prior.sd = 8000, uses_posterior ="
+    assert f"com, weight: {said} true</b>; 20 observers or objects, seed 3" in page
+    assert page.index(said) < page.index('<table class="summary">')
+    assert "One noise model, one prior" in page
+
+
+def test_head_tells_runs_apart_that_differ(folder):
+    write_metrics(folder, "weight", learners=["density", "kinds_map"])
+    write_metrics(folder, "com", settings={"noise.model": "white"})
+    page = write_both(folder)
+    assert "com: arm arm.dmd.yaml, models my_models, learner density, changed settings: noise.model = white<" in page
+    assert "weight: arm arm.dmd.yaml, models my_models, learners density, kinds_map, changed settings: none<" in page
+    assert "One noise model, one prior" not in page
+
+
+def find_heading(page):
+    (title,), (heading,) = re.findall("<title>(.*?)</title>", page), re.findall("<h1>(.*?)</h1>", page)
+    assert title == heading
+    return heading
+
+
+def test_only_the_papers_claims_are_headed_as_the_papers(folder):
+    section = make_section(1, "My experiment")._replace(figures=[])
+    write_section(folder / "weight", section)
+    assert (
+        find_heading(write_report(folder).read_text(encoding="utf-8")) == "Visual inertial affordances: My experiment"
+    )
+    write_section(folder / "com", section._replace(title="Another"))
+    assert find_heading(write_report(folder).read_text(encoding="utf-8")) == "Visual inertial affordances: results"
+    papers = section.claims[0]._replace(source="paper IV-A, figure 3")
+    write_section(folder / "com", section._replace(claims=[papers]))
+    heading = find_heading(write_report(folder).read_text(encoding="utf-8"))
+    assert heading == "Visual inertial affordances: the paper and what we find"
+
+
+def test_report_without_claims_counts_none(folder):
+    write_section(folder / "weight", make_section(1, "My experiment")._replace(figures=[], claims=[]))
+    assert "claims are met" not in write_report(folder).read_text(encoding="utf-8")

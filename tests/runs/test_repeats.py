@@ -12,6 +12,7 @@ import pytest
 
 import affordance
 from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
+from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
 
@@ -185,12 +186,42 @@ def test_key_changes_with_every_model(tmp_path):
         for path in sorted((copy / folder).iterdir()):
             path.write_bytes(path.read_bytes() + b" ")
     assert compute_key("", copy) == key
-    deciding = [path for path in copy.rglob("*") if path.parent.name not in ("protocols", "people")]
-    for path in sorted(path for path in deciding if path.is_file() and path.suffix != ".md"):
+    deciding = [path for path in copy.rglob("*") if path.parent.name not in ("protocols", "people", "__pycache__")]
+    for path in sorted(path for path in deciding if path.is_file() and path.suffix not in (".md", ".py")):
         path.write_bytes(path.read_bytes() + b" ")
         keys.append(compute_key("", copy))
     assert len(keys) > 8
     assert len(set(keys)) == len(keys)
+
+
+def test_key_stays_where_a_file_is_added_that_nothing_reads(tmp_path):
+    copy = tmp_path / "models"
+    shutil.copytree(MODELS, copy)
+    key = compute_key("", copy)
+    stray = (
+        "notes.txt",
+        "arm.sdf~",
+        "tools/__pycache__/weight.pyc",
+        "workshop/__pycache__/x.pyc",
+        "workshop/meshes/y.obj",
+    )
+    for name in (*stray, ".DS_Store", "tools/.weight.yaml.swp", "results/metrics.json"):
+        (copy / name).parent.mkdir(exist_ok=True)
+        (copy / name).write_bytes(b"stray")
+    assert compute_key("", copy) == key
+
+
+def test_key_of_an_experiment_is_of_what_it_reads(weight, tmp_path):
+    """What the configuration holds anyway, as its objects, is not read again from the folder."""
+    copy = tmp_path / "models"
+    shutil.copytree(MODELS, copy)
+    key = compute_key(weight, list_arm_files(copy / "arm.dmd.yaml"))
+    (copy / "tools" / "mine.yaml").write_text("tools: []", encoding="utf-8")
+    (copy / "nail.yaml").write_text("none", encoding="utf-8")
+    assert compute_key(weight, list_arm_files(copy / "arm.dmd.yaml")) == key
+    with (copy / "arm.sdf").open("a", encoding="utf-8") as file:
+        file.write("<!-- another arm -->")
+    assert compute_key(weight, list_arm_files(copy / "arm.dmd.yaml")) != key
 
 
 def test_key_changes_with_the_versions_of_libraries(monkeypatch):

@@ -9,7 +9,7 @@ from affordance.choice.motion_cost import measure_cost
 from affordance.control.systems import ControlCounts
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.rollout import Rollout, roll_out
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 
 
 def make_record(v, tau):

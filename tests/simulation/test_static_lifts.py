@@ -62,9 +62,9 @@ def test_a_lift_that_does_not_teach_changes_nothing(tools):
 
 
 def test_closed_form_wants_exact_features_and_the_noise_it_is_of(tools):
-    with pytest.raises(ValueError, match="noise is WhiteNoise, must be WeberNoise"):
+    with pytest.raises(ValueError, match="noise: is WhiteNoise, must be WeberNoise"):
         StaticLifter(tools, dataclasses.replace(DEFAULT_SETTINGS, noise=WhiteNoise(0.1)))
-    with pytest.raises(ValueError, match=r"vision_error is VisionError\(size=0.01.*must be zero"):
+    with pytest.raises(ValueError, match=r"vision_error: is VisionError\(size=0.01.*must be zero"):
         StaticLifter(tools, dataclasses.replace(DEFAULT_SETTINGS, vision_error=VisionError(size=0.01)))
 
 

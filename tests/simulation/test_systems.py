@@ -1,5 +1,6 @@
 """Each system alone, with fixed ports."""
 
+import dataclasses
 import logging
 
 import numpy as np
@@ -275,7 +276,7 @@ def test_two_contexts_of_one_controller_do_not_disturb_each_other(controller, ar
     alone = evaluate(system, context, "tau").copy()
     _, other = controller()
     other = system.CreateDefaultContext()
-    memory = detect_parts(ONE_MATERIAL, PRIOR._replace(mode=9000.0)).memory
+    memory = detect_parts(ONE_MATERIAL, dataclasses.replace(PRIOR, mode=9000.0)).memory
     fix(system, other, belief=detect_parts(ONE_MATERIAL, PRIOR, memory), goal=Hold(arm.home))
     fix(system, other, state=np.concatenate([arm.home, np.zeros(7)]))
     update(system, other)

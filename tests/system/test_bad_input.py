@@ -41,7 +41,7 @@ QUICKLY = settings(
 CORPUS = {
     "materials_colour_by_name": "brass.colour: is 'gold', must be red, green and blue",
     "materials_density_in_g_per_cm3_as_text": "brass.density: is '8.5 g/cm3', must be a number",
-    "materials_source_missing": "beech.source: is missing",
+    "materials_density_sd_missing": "beech.density_sd: is missing",
     "tools_weight_material_unknown": "material: is 'unobtainium', must be one of ",
     "tools_weight_millimetres": "semi_axes[0]: is 50, must be from 0.0001 to 1",
     "tools_weight_nan": "position[1]: is nan",

@@ -54,9 +54,15 @@ def check_refusal(run):
         (["--repeats", "-5"], "--repeats: is -5, must be from 1 to 1000000"),
         (["--seed", "-1"], "--seed: is -1, must be from 0 to"),
         (["--jobs", "0"], "--jobs: is 0, must be from 1 to 4096"),
-        (["--repeats", "many"], "--repeats: invalid int value: 'many'"),
-        (["--vision", "ears"], "--vision: invalid choice: 'ears'"),
-        (["--colour"], "unrecognized arguments: --colour"),
+        (["--repeats", "many"], "--repeats: is 'many', must be a whole number"),
+        (["--vision", "ears"], "--vision: is 'ears', must be one of features, pixels"),
+        (["--repets", "3"], "; did you mean '--repeats'?"),
+        (
+            ["--set", "prior.sb=3"],
+            "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev",
+        ),
+        (["--set", "prior.sd=-3"], "settings: prior.sd: is -3, must be from 0.001 to 1000000"),
+        (["--set", "faults.stuck_joint=knee"], "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
     ],
 )
 def test_bad_arguments_are_refused_in_one_line(tmp_path, check_refusal, arguments, message):

@@ -117,7 +117,7 @@ def test_picture_that_shows_nothing_names_the_object(monkeypatch):
 def test_experiment_ends_at_a_picture_that_shows_nothing_and_keeps_it(monkeypatch, tmp_path, name, tool):
     """Also where it is taken before anything is run, to plan."""
     monkeypatch.setattr(CameraSensor, "detect_parts", blind)
-    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "feature_source": FeatureSource.PIXELS}
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1, "changes": {"feature_source": "pixels"}}
     with pytest.raises(
         NothingSeenError, match=rf"{tool}: nothing is nearer .* \(picture saved as .*\.npz\)"
     ) as caught:

@@ -20,6 +20,7 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
+from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM, load_arm
@@ -60,15 +61,19 @@ class Sag(NamedTuple):
     real_time_factor: float
 
 
-def measure_sag(models: Path, tool_index: int = 0, task_models: Path | None = None) -> Sag:
+def measure_sag(
+    models: Path, tool_index: int = 0, task_models: Path | None = None, changes: Changes = NO_CHANGES
+) -> Sag:
     """Puts an object of Simulation I into the hand of an arm that never held one.
 
     Args:
         models: The folder with the arm.
         tool_index: Which object, in their order.
         task_models: The folder with the objects; that of the arm if None.
+        changes: Settings that are not as they are by default, by name.
     """
-    settings = dataclasses.replace(Settings(arm=models / ARM.name), log_period=Settings().control_period)
+    settings = change_settings(Settings(arm=models / ARM.name), changes)
+    settings = dataclasses.replace(settings, log_period=settings.control_period)
     folder = task_models or models
     tool = load_tools(folder / "tools" / "weight.yaml", load_materials(folder / "materials.yaml"))[tool_index]
     arm = load_arm(settings.arm)

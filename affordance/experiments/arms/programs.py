@@ -6,6 +6,7 @@ from typing import Any
 
 from affordance.exceptions import AffordanceError
 from affordance.experiments.suite import load_experiment, run_suite
+from affordance.named_settings import NO_CHANGES, Changes
 from affordance.plant.arm import ARM
 from affordance.settings import Settings
 
@@ -22,13 +23,22 @@ def find_lack(name: str, models: Path) -> str:
     return OK
 
 
-def run_program(name: str, models: Path, out: Path, *, seed: int, repeats: int, jobs: int) -> dict[str, Any] | str:
+def run_program(
+    name: str,
+    models: Path,
+    out: Path,
+    *,
+    seed: int,
+    repeats: int,
+    jobs: int,
+    changes: Changes = NO_CHANGES,
+) -> dict[str, Any] | str:
     """Runs an experiment into a folder; observers that were simulated before are not simulated again.
 
     Returns: Its metrics, with its claims under ``claims``; or why it cannot be run, in a line.
     """
     try:
-        run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs)
+        run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs, changes=changes)
     except AffordanceError as error:
         return str(error).replace(f"{models}/", "")
     metrics: dict[str, Any] = json.loads((out / name / "metrics.json").read_text(encoding="utf-8"))

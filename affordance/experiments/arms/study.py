@@ -45,6 +45,7 @@ class StudyConfig:
         repeats: Observers of each experiment on each arm.
         jobs: Processes.
         only: Names of the robots; all if empty.
+        changes: Settings that are not as they are by default, by name.
     """
 
     robots: Path
@@ -52,6 +53,7 @@ class StudyConfig:
     repeats: int = 20
     jobs: int = 1
     only: tuple[str, ...] = ()
+    changes: tuple[tuple[str, Any], ...] = ()
 
 
 def check_config(config: StudyConfig) -> list[Robot]:
@@ -114,7 +116,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
     except ImportError:
         parity = None
     ran = _run_all(models, config, out / robot.name)
-    sag = measure_sag(models)
+    sag = measure_sag(models, changes=dict(config.changes))
     summary = {
         "key": key,
         "required": robot.required,
@@ -130,8 +132,10 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
             "changed": _list_changed(models),
         },
         "sag": asdict_of(sag),
-        "sag_with_rotors": {str(rotor): _measure_with_rotors(path, options, rotor, models, out) for rotor in ROTORS},
-        "heavy": asdict_of(_measure_heavy(models)),
+        "sag_with_rotors": {
+            str(rotor): _measure_with_rotors(path, options, rotor, models, config, out) for rotor in ROTORS
+        },
+        "heavy": asdict_of(_measure_heavy(models, config)),
         "arm_mass_kg": imported.arm.mass,
         "empty_load": imported.empty_load,
         **_pick_outcomes(ran),
@@ -159,7 +163,7 @@ def _study_ours(config: StudyConfig, out: Path) -> dict[str, Any]:
         if summary["key"] == key:
             return summary
     ran = _run_all(MODELS, config, out / "ours")
-    sag, heavy = measure_sag(MODELS), _measure_heavy(MODELS)
+    sag, heavy = measure_sag(MODELS, changes=dict(config.changes)), _measure_heavy(MODELS, config)
     summary = {"key": key, "sag": asdict_of(sag), "heavy": asdict_of(heavy), **_pick_outcomes(ran)}
     write_json(kept, summary)
     return summary
@@ -169,23 +173,33 @@ def _run_all(models: Path, config: StudyConfig, out: Path) -> dict[str, dict[str
     """Runs every experiment that can be run."""
     ran: dict[str, dict[str, Any] | str] = {}
     for name in NAMES:
-        ran[name] = run_program(name, models, out, seed=config.seed, repeats=config.repeats, jobs=config.jobs)
+        ran[name] = run_program(
+            name,
+            models,
+            out,
+            seed=config.seed,
+            repeats=config.repeats,
+            jobs=config.jobs,
+            changes=dict(config.changes),
+        )
     return ran
 
 
-def _measure_heavy(models: Path) -> Sag:
+def _measure_heavy(models: Path, config: StudyConfig) -> Sag:
     """The heaviest object of Simulation I, by an arm that never held one: where limits are most at risk."""
-    return measure_sag(models, tool_index=3)
+    return measure_sag(models, tool_index=3, changes=dict(config.changes))
 
 
-def _measure_with_rotors(path: Path, options: ImportOptions, rotor: float, models: Path, out: Path) -> dict[str, Any]:
+def _measure_with_rotors(
+    path: Path, options: ImportOptions, rotor: float, models: Path, config: StudyConfig, out: Path
+) -> dict[str, Any]:
     """The first hold by the same arm with rotors."""
     imported = extract_arm(path, dataclasses.replace(options, rotor_inertia={"": rotor}))
     folder = out / "imported" / "with_rotors"
     write_text(folder / "arm.sdf", write_arm(imported.arm, {}, path.name))
     write_text(folder / ARM.name, write_directives(imported.home_angles, imported.X_WB))
     write_text(folder / "package.xml", (models / "package.xml").read_text(encoding="utf-8"))
-    return asdict_of(measure_sag(folder, task_models=models))
+    return asdict_of(measure_sag(folder, task_models=models, changes=dict(config.changes)))
 
 
 def _list_changed(models: Path) -> list[str]:

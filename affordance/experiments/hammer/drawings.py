@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
+from affordance.exceptions import name_object
 from affordance.experiments.hammer.work_map import HammeringMap
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.tool import Tool
@@ -51,7 +52,7 @@ def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: f
         case=(force, densest.density),
         case_label="simulation IV",
         value_label=f"density of the {densest.name} part (kg/m³)",
-        title=f"Absolute work of driving the nail with the {tool.name}",
+        title=f"Absolute work of driving the nail with {name_object(tool.name)}",
     )
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice
-from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
 from affordance.experiments.hammer.off_axis import compute_blow_work
 from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
 from affordance.experiments.shared.grip_choices import plan_choices
@@ -90,7 +90,7 @@ def plan_hammer(
     for tool in tools:
         for grip, blow in simulated[tool.name].items():
             if abs(blow.force / task.force - 1.0) > FORCE_TOLERANCE:
-                problem = f"asks for {task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"
+                problem = f"asks for {task.force:.0f} N, {name_object(tool.name)} by {grip} gives {blow.force:.0f} N"
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(novel_file, tool, [blow.work for blow in simulated[tool.name].values()])
     work = partial(compute_blow_work, task, exact)
@@ -115,7 +115,7 @@ def _check_feasible(
         for grip, gripped in tool.list_gripped().items():
             if reason := costs[tool.name][grip].explain_infeasibility(gripped.parameters):
                 asked = f"is {task.nail.depth_demanded:g} m and asks for {task.force:.0f} N"
-                problem = f"{asked}, for which with the {tool.name} by {grip} {reason}"
+                problem = f"{asked}, for which with {name_object(tool.name)} by {grip} {reason}"
                 raise BadValueError(path, "depth_demanded", f"{problem}; {_bound_depth(tools, task, costs)}")
 
 

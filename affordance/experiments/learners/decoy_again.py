@@ -19,6 +19,7 @@ from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
+from affordance.files.model_files import list_arm_files
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
@@ -27,7 +28,8 @@ from affordance.reporting.people_figures import draw_decoy_again
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 NUM_DECOYS = 6
 
@@ -114,7 +116,7 @@ def run(
     arrays = {}
     for learner in Learner:
         config = DecoyConfig(weight, learner)
-        kept = folder / "repeats" / compute_key(config, weight.settings.arm.parent)
+        kept = folder / "repeats" / compute_key(config, list_arm_files(weight.settings.arm))
         arrays[learner] = run_repeats(
             kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
         )

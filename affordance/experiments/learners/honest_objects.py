@@ -28,7 +28,8 @@ from affordance.objects.tool import list_densities
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 

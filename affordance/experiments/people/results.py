@@ -234,7 +234,9 @@ def _write_lifts(path: Path, experiment: LiftExperiment, observers: Mapping[Lear
     for learner, found in observers.items():
         name = learner.value
         axes = ("observer", "lift")
-        variables[f"tool_{name}"] = LabelledArray(axes, found.tool, "1", f"which object was lifted, {name}")
+        variables[f"tool_{name}"] = LabelledArray(
+            axes, found.tool, "1", f"place of the object among the names, {name}"
+        )
         variables[f"force_{name}"] = LabelledArray(axes, found.force, "N", f"upward force before release, {name}")
         variables[f"weight_{name}"] = LabelledArray(axes, found.weight, "N", f"true weight, {name}")
     write_trajectories(path, Trajectories(variables, {"tool": [tool.name for tool in experiment.tools]}))

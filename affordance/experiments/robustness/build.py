@@ -12,7 +12,6 @@ from affordance.belief.density_belief import Prior
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.cost_measure import CostMeasure
-from affordance.control.problem import MpcSettings
 from affordance.control.start_posture import Start
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.experiments.robustness.assumptions import Setting
@@ -113,7 +112,7 @@ def _build_settings(get: _Values, settings: Settings) -> Settings:
         sample_period=HOLD_DURATION / _NUM_SAMPLES[structure],
         acceleration_sd=get.number("acceleration_sd"),
         prior=Prior(get.number("prior_mode"), get.number("prior_sd"), get.number("deviation_sd")),
-        mpc=MpcSettings(ticks * settings.control_period, settings.mpc.num_steps),
+        mpc=replace(settings.mpc, horizon=ticks * settings.control_period),
         cost_measure=CostMeasure(get.text("cost_measure")),
     )
 

@@ -87,6 +87,11 @@ class Robustness:
     report = None
 
     @property
+    def files_read(self) -> tuple[Path, ...]:
+        """Materials, path and nail, which a setting changes."""
+        return tuple(self.models / name for name in ("materials.yaml", "paths/reach.yaml", "nail.yaml"))
+
+    @property
     def tools_observed(self) -> tuple[Tool, ...]:
         """None: features are true ones."""
         return ()

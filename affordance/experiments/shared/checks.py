@@ -7,11 +7,37 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
-from affordance.exceptions import BadValueError, ModelFileError
+from affordance.exceptions import BadArgumentError, BadValueError, ModelFileError
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
+from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings
+from affordance.simulation.trial import check_duration
+
+
+def check_stuck_joint(settings: Settings) -> None:
+    """Refuses a fault of a joint that the arm does not have.
+
+    Raises:
+        BadValueError: There is one.
+    """
+    if settings.faults.stuck_joint:
+        settings.faults.find_stuck(load_arm(settings.arm).joint_names)
+
+
+def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
+    """Refuses presentations that end before a sample is taken: nothing would be felt in them.
+
+    Raises:
+        BadValueError: There is one.
+    """
+    for index, block in enumerate(protocol.blocks):
+        if block.do.duration:
+            try:
+                check_duration(block.do.duration, settings)
+            except BadArgumentError as error:
+                raise BadValueError(path, f"blocks[{index}].do.duration", error.problem) from error
 
 
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:

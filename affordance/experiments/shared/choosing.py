@@ -68,6 +68,7 @@ class ChoiceExperiment:
     report: PlainReport = field(metadata={"reports": True})
 
     unit = "observer"
+    files_read = ()
     # Names of the task's numbers and facts, beside those of every choice, and of its numbers of a second tool.
     names_of_task: ClassVar[tuple[str, ...]] = ()
     names_of_second_tool: ClassVar[tuple[str, ...]] = ()

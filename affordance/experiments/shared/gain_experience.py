@@ -14,9 +14,11 @@ from affordance.belief.learners import start_memory
 from affordance.belief.memory_record import write_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
+from affordance.files.model_files import list_arm_files
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
-from affordance.simulation.trial import Observer, TrialRecord, get_runner
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 _LOG = logging.getLogger(__name__)
 
@@ -67,7 +69,7 @@ def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, 
         repeats: How many observers, at least 1.
         jobs: How many processes, at least 1.
     """
-    kept = folder / compute_key(config, config.settings.arm.parent)
+    kept = folder / compute_key(config, list_arm_files(config.settings.arm))
     arrays: Mapping[str, NDArray[Any]] = run_repeats(
         kept, partial(gain_experience, config), repeats=repeats, jobs=jobs, description="experience"
     )

@@ -16,7 +16,7 @@ from affordance.protocols.measured import select_presentations
 from affordance.protocols.number_entries import FigureEntry, Measure
 from affordance.reporting import figures, statistics
 from affordance.reporting.object_drawings import Drawing, draw_objects
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 
 
 def draw_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[str, Callable[[], Figure]]:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
+from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.colour import Colour
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.protocols.object_entries import ProtocolObjects, find_file
@@ -13,18 +14,38 @@ from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 
+# Settings that ``observers`` has words of its own for.
+_OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
+
 
 def apply_observers(
-    protocol: Protocol, path: Path, models: Path, settings: Settings
+    protocol: Protocol, path: Path, models: Path, settings: Settings, changes: Changes = NO_CHANGES
 ) -> tuple[Settings, tuple[Learner, ...]]:
-    """Settings with the arm, noise and vision that a protocol asks for, and its learners."""
+    """Settings with the arm, noise and vision that a protocol asks for, and its learners.
+
+    Args:
+        protocol: The protocol, whose ``settings`` come first.
+        path: File of the protocol.
+        models: Folder of models.
+        settings: Settings to start from.
+        changes: Settings by name that a user asks for, which come last.
+
+    Raises:
+        BadValueError: A setting is wrong, or given twice.
+    """
     observers = protocol.observers
+    named = [*protocol.settings, *changes]
+    for own, name in _OWN_WORDS.items():
+        if getattr(observers, own) is not None and any(each.partition(".")[0] == name for each in named):
+            problem = f"stands beside observers.{own}, one of them must be given"
+            raise BadValueError(path, f"settings.{name}", problem)
     if observers.vision is not None:
         settings = replace(settings, feature_source=FeatureSource(observers.vision))
     if observers.noise is not None:
         settings = replace(settings, noise=WeberNoise(**observers.noise.model_dump()))
     if observers.arm is not None:
         settings = replace(settings, arm=find_file(observers.arm, "observers.arm", path, models))
+    settings = change_settings(change_settings(settings, protocol.settings, path), changes)
     learners = tuple(observers.learners or [settings.learner])
     return replace(settings, learner=learners[0]), learners
 

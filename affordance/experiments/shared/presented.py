@@ -72,6 +72,7 @@ class PresentedExperiment:
     people: People = field(metadata={"reports": True})
 
     unit = "observer"
+    files_read = ()
     # Whether nothing is simulated, and which figures there can be.
     is_closed_form: ClassVar[bool] = False
     drawn: ClassVar[tuple[str, ...]] = ()

@@ -9,7 +9,8 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import measure_cost
 from affordance.choice.reach import Reach
 from affordance.objects.tool import Tool
-from affordance.simulation.trial import TrialRecord, TrialRunner, get_runner
+from affordance.simulation.trial import TrialRunner, get_runner
+from affordance.simulation.trial_record import TrialRecord
 
 
 def present_reach(

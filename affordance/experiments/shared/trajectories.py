@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.files.netcdf import LabelledArray
-from affordance.simulation.trial import TrialRecord
+from affordance.simulation.trial_record import TrialRecord
 
 # Heights that a trial logs, and of which point of the tool they are.
 HEIGHTS = {

@@ -1,7 +1,7 @@
 """A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), and which half is which.
 
 Nothing of it comes with this program. What each body of a mesh is made of and how a hand holds the tool stand in
-models/workshop/hps.yaml, what materials weigh there in materials.yaml.
+models/workshop/hps.yaml, what materials weigh in models/materials.yaml.
 """
 
 import enum
@@ -13,8 +13,9 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.experiments.tools.workshop import load_workshop_materials
 from affordance.files.record import read_record
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
 from affordance.objects.tool import Material, Tool
 
 # On these everything was chosen; the other ten were looked at once, at the end.
@@ -75,8 +76,8 @@ class DataSet:
 
     @cached_property
     def materials(self) -> dict[str, Material]:
-        """What the tools are made of, by name."""
-        return load_materials(self.models / "workshop" / "materials.yaml")
+        """Materials of the tools, by name."""
+        return load_workshop_materials(self.models)
 
     @cached_property
     def tools(self) -> dict[str, Tool]:

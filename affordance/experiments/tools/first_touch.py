@@ -12,13 +12,14 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.tools.holds import learn
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import TorqueStatistics
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object
 
@@ -145,11 +146,13 @@ def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
     }
 
 
-def predict_without_experience(features: Sequence[ComponentFeatures], density: float) -> Prediction:
+def predict_without_experience(
+    features: Sequence[ComponentFeatures], density: float, prior: Prior = DEFAULT_SETTINGS.prior
+) -> Prediction:
     """Mass and centre of mass if everything had one density, [kg/m^3]."""
     memory = MaterialMemory.from_densities({_ONE_COLOUR: density})
     alike = make_all_alike({"": features})[""]
-    pi = predict_object(alike, memory, Settings().prior._replace(deviation_sd=1e-3)).parameter_mean
+    pi = predict_object(alike, memory, replace(prior, deviation_sd=1e-3)).parameter_mean
     return Prediction(np.full(3, pi[0]), np.tile(pi[1:4] / pi[0], (3, 1)))
 
 

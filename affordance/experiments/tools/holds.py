@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from affordance.arguments import Seed, check_seed
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.tools.geometry import measure_drawing
@@ -30,7 +31,7 @@ _TO_SPARE = 0.05
 
 
 def simulate_holds(
-    tools: Sequence[Tool], settings: Settings, *, rounds: int, seed: tuple[int, ...]
+    tools: Sequence[Tool], settings: Settings, *, rounds: int, seed: Seed
 ) -> dict[str, list[TorqueStatistics]]:
     """Lets the arm hold each tool in each round, in random order, learning as it goes.
 
@@ -42,7 +43,7 @@ def simulate_holds(
 
     Returns: What was felt in the holds of each tool, by its name.
     """
-    runner = TrialRunner(settings)
+    runner, seed = TrialRunner(settings), check_seed(seed)
     colours = list_colours(tools)
     memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
     drawings = {tool.name: measure_drawing(tool) for tool in tools}
@@ -120,12 +121,8 @@ def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
 
 
 def _average(noise: NoiseModel, count: int) -> NoiseModel:
-    """The noise of the mean of several percepts.
-
-    Raises:
-        NotImplementedError: The noise is not that of percepts.
-    """
-    if not isinstance(noise, WeberNoise):
-        raise NotImplementedError(f"no mean of holds with {type(noise).__name__}")
+    """The noise of the mean of several holds; where each sample has its own error, their number says it already."""
+    if not isinstance(noise, WeberNoise) or noise.independent_samples:
+        return noise
     shrink = 1.0 / np.sqrt(count)
     return replace(noise, weber_fraction=shrink * noise.weber_fraction, threshold=shrink * noise.threshold)

@@ -26,7 +26,7 @@ from affordance.experiments.tools.first_touch import (
 from affordance.experiments.tools.geometry import Source, measure_all
 from affordance.experiments.tools.holds import simulate_holds
 from affordance.objects.tool import Tool
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.turning_stand import get_turning_stand
 
@@ -44,6 +44,7 @@ class ObserverConfig:
         seed: Root of everything random.
         halves: Of which tools masses are predicted; those held are the learning half.
         sources: Where geometry comes from.
+        settings: Settings of arm, prior and noise.
     """
 
     data: Path
@@ -51,6 +52,7 @@ class ObserverConfig:
     seed: int
     halves: tuple[Half, ...]
     sources: tuple[Source, ...]
+    settings: Settings = DEFAULT_SETTINGS
 
 
 class Predictions(NamedTuple):
@@ -75,7 +77,7 @@ def run_observer(config: ObserverConfig, observer: int) -> Predictions:
     Raises:
         BadValueError: A file of the data set is wrong.
     """
-    data, settings = DataSet(config.data, config.models, config.halves), Settings()
+    data, settings = DataSet(config.data, config.models, config.halves), config.settings
     colours = [material.colour for material in data.materials.values()]
     held = {name: hold_tool(data, name) for name in data.list_names(Half.LEARNING)}
     felt = simulate_holds(list(held.values()), settings, rounds=max(HOLDS), seed=(config.seed, 1 + observer))
@@ -114,8 +116,12 @@ def run_observer(config: ObserverConfig, observer: int) -> Predictions:
         "one density learned": predict_some(
             judged[last], take_first(felt, 1), alike, one_colour, settings, config.seed + observer
         ),
-        "all steel": {name: predict_without_experience(drawings[name], STEEL) for name in judged[last]},
-        "all water": {name: predict_without_experience(drawings[name], WATER) for name in judged[last]},
+        "all steel": {
+            name: predict_without_experience(drawings[name], STEEL, settings.prior) for name in judged[last]
+        },
+        "all water": {
+            name: predict_without_experience(drawings[name], WATER, settings.prior) for name in judged[last]
+        },
     }
     return Predictions(first_touch, floors, _compare_with_truth(data, features, settings), not_seen)
 

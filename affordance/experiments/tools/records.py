@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
 from affordance.exceptions import BadValueError
 from affordance.experiments.tools.data_set import DataSet, TrueInertia
 from affordance.experiments.tools.geometry import CAD_VOLUME_SD
@@ -30,7 +31,7 @@ from affordance.experiments.tools.record_methods import (
 from affordance.files.bounded import MESH, read_text
 from affordance.objects.inertia import build_inertia_map, build_transform_map, parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS
 
 # As the authors call their noises.
 _STORED_NOISES = {"none": "No", "low": "Low", "moderate": "Mod", "high": "High"}
@@ -86,7 +87,9 @@ def load_subject(data: DataSet, name: str) -> Subject:
     return Subject(recording, pi, box, transform @ _map_materials(data.tools[name]), parts)
 
 
-def compare_methods(data: DataSet, name: str) -> dict[str, dict[str, list[Errors]]]:
+def compare_methods(
+    data: DataSet, name: str, prior: Prior = DEFAULT_SETTINGS.prior
+) -> dict[str, dict[str, list[Errors]]]:
     """Errors of every method at every noise, one for each draw of it, with one tool."""
     subject = load_subject(data, name)
     found: dict[str, dict[str, list[Errors]]] = {}
@@ -95,7 +98,7 @@ def compare_methods(data: DataSet, name: str) -> dict[str, dict[str, list[Errors
         for seed in SEEDS:
             rng = np.random.default_rng([seed, *noise_name.encode(), *name.encode()])
             measured = add_noise(subject.recording, noise, rng)
-            for method, errors in _apply_methods(subject, measured, noise, rng).items():
+            for method, errors in _apply_methods(subject, measured, noise, prior, rng).items():
                 methods.setdefault(method, []).append(errors)
         found[noise_name] = methods
     return found
@@ -159,9 +162,8 @@ def read_parts(path: Path) -> tuple[Array, Array, Array]:
 
 
 def _apply_methods(
-    subject: Subject, measured: Measured, noise: Noise, rng: np.random.Generator
+    subject: Subject, measured: Measured, noise: Noise, prior: Prior, rng: np.random.Generator
 ) -> Mapping[str, Errors]:
-    prior = Settings().prior
     of_parts = subject.parts.build_inertia_map()
     found = {
         "ols": measure_errors(solve_least_squares(measured), subject),

@@ -1,5 +1,6 @@
 """What the study of real tools says of itself: text, claims with their bounds, and captions."""
 
+from affordance.exceptions import name_object
 from affordance.experiments.tools.data_set import LEARNING, Half
 from affordance.experiments.tools.geometry import Source
 from affordance.experiments.tools.numbers import count_right, find_median_error_of_sight, list_metrics
@@ -124,7 +125,8 @@ def _describe_choices(choices: Choices, whose: str) -> str:
             best = choices.rankings[task, geometry, AFTER].ranked[0]
             found.append(
                 f"for {words}, by {geometry}: right end of {after} of {count} tools after experience, of {one} with "
-                f"one density for everything; first choice the {best.tool} by its {best.grip} (p = {best.p_best:.2f})"
+                f"one density for everything; first choice {name_object(best.tool)} by its {best.grip} "
+                f"(p = {best.p_best:.2f})"
             )
     return f"Which end of {whose} hammers to hold: {'; '.join(found)}."
 
@@ -133,8 +135,9 @@ def _describe_uncommon(result: ToolsResult) -> str:
     motions, masses = result.uncommon.motions, result.uncommon.masses
     best = motions[0]
     weighed = "; ".join(
-        f"the {mass.object_name} weighs {mass.mass:.2f} kg, looks like {mass.seen[1]:.2f} ({mass.seen[0]:.2f} to "
-        f"{mass.seen[2]:.2f}), and once held is believed to weigh {mass.held[1]:.2f}; it {_say_rise(mass.rise)}"
+        f"{name_object(mass.object_name)} weighs {mass.mass:.2f} kg, looks like {mass.seen[1]:.2f} "
+        f"({mass.seen[0]:.2f} to {mass.seen[2]:.2f}), and once held is believed to weigh {mass.held[1]:.2f}; "
+        f"it {_say_rise(mass.rise)}"
         for mass in masses
     )
     cheapest = min(motions, key=lambda motion: motion.simulated)
@@ -142,7 +145,7 @@ def _describe_uncommon(result: ToolsResult) -> str:
         f"Two kitchen tools nobody has seen, for mashing: by two pictures and what other things weighed, the "
         f"{best.object_name} by its {best.grip} is taken (p = {best.p_best:.2f}; {best.p_best_before:.2f} before "
         f"experience), at {best.work[1]:.1f} J predicted and {best.simulated:.1f} J simulated; cheapest when "
-        f"simulated is the {cheapest.object_name} by its {cheapest.grip} ({cheapest.simulated:.1f} J). In "
+        f"simulated is {name_object(cheapest.object_name)} by its {cheapest.grip} ({cheapest.simulated:.1f} J). In "
         f"the hand: {weighed}. What is hollow looks solid from both sides; only holding it tells."
     )
 

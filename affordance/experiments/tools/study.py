@@ -37,11 +37,12 @@ from affordance.experiments.tools.which_end import (
     list_seen_options,
     rank_grips,
 )
+from affordance.experiments.tools.workshop import load_workshop_materials
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
-from affordance.settings import Settings
+from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.pixels.turning_stand import get_turning_stand
 
 _LOG = logging.getLogger(__name__)
@@ -64,6 +65,7 @@ class ToolsConfig:
         jobs: Processes.
         halves: Of which tools masses are predicted.
         sources: Where their geometry comes from.
+        settings: Settings of arm, prior and noise.
     """
 
     data: Path | None = None
@@ -73,6 +75,7 @@ class ToolsConfig:
     jobs: int = 1
     halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)
     sources: tuple[Source, ...] = tuple(Source)
+    settings: Settings = DEFAULT_SETTINGS
 
 
 class Choices(NamedTuple):
@@ -136,8 +139,8 @@ def run(config: ToolsConfig) -> ToolsResult:
     Raises:
         AffordanceError: A file is wrong, or something cannot be done; the message says which and how.
     """
-    folder, settings = config.models / "workshop", Settings()
-    materials = load_materials(folder / "materials.yaml")
+    folder, settings = config.models / "workshop", config.settings
+    materials = load_workshop_materials(config.models)
     data = None if config.data is None else DataSet(config.data, config.models, config.halves)
     if data is not None:
         data.check()
@@ -166,7 +169,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
     names = [name for half in config.halves for name in data.list_names(half)]
     result.truths = {name: read_truth_in_hand(data, name) for name in names}
     _LOG.info("first touch: %d observers", config.observers)
-    observer = ObserverConfig(data.folder, data.models, config.seed, config.halves, config.sources)
+    observer = ObserverConfig(data.folder, data.models, config.seed, config.halves, config.sources, settings)
     parallel = joblib.Parallel(n_jobs=min(config.jobs, config.observers))
     result.predictions = list(parallel(joblib.delayed(run_observer)(observer, k) for k in range(config.observers)))
     result.scores = {
@@ -188,7 +191,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
             rng = np.random.default_rng([config.seed, *name.encode()])
             outcomes[name] = examine(painted, get_turning_stand(), data.materials, rng)
     _LOG.info("force-torque records")
-    found = parallel(joblib.delayed(compare_methods)(data, name) for name in data.tools)
+    found = parallel(joblib.delayed(compare_methods)(data, name, settings.prior) for name in data.tools)
     result.records = _average_records(found, read_stored(data))
     if Half.TEST in config.halves:
         _LOG.info("which end of the data set's hammers")

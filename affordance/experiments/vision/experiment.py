@@ -85,6 +85,7 @@ class VisionExperiment:
 
     name = "vision"
     unit = "object"
+    files_read = ()
     section = Path(__file__).parents[1] / "sections" / "vision.yaml"
     report = None
     tools_observed = ()
@@ -251,7 +252,8 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     tools = load_tools(path, materials)
     if len(tools) != 2:
         raise BadValueError(path, "tools", f"has {len(tools)} entries, must have 2: the objects to choose from")
-    known = tuple((material.colour, material.density) for material in materials.values())
+    made_of = {part.material.name for tool in tools for part in tool.components}
+    known = tuple((each.colour, each.density) for each in materials.values() if each.name in made_of)
     file = models / "paths" / "mash.yaml"
     task = Reach(load_path(file))
     check_start(file, "start", task.path.start, load_arm(settings.arm))

@@ -318,7 +318,10 @@ def test_one_tool_makes_the_experiment(experiment, plan):
     numbers = alone.compute_metrics(plan._replace(blows=blows), None, arrays)
     assert numbers["tools"].keys() == {"stick"}
     assert not any("headed" in key for key in numbers)
-    assert len(find_table(render(alone, plan, numbers), "correct grip").rows) == 1
+    section = render(alone, plan, numbers)
+    assert len(find_table(section, "correct grip").rows) == 1
+    assert "also choose" not in section.summary
+    assert not any("of the others" in figure.caption for figure in section.figures)
 
 
 def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(tmp_path, monkeypatch):

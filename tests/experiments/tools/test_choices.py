@@ -1,14 +1,17 @@
 """Which end of a hammer, what the eye may take a grey for, and what the study says of it."""
 
 import json
+import re
 
 import numpy as np
 import pytest
 from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import write_memory
 from affordance.choice.reach import Reach
-from affordance.commands import rank, study_tools
+from affordance.cli import main
+from affordance.commands import rank
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.experiments.tools.data_set import LEARNING, DataSet, Half
@@ -144,7 +147,7 @@ def test_folder_that_is_no_clone_is_refused(tmp_path):
     [
         ({"samples": 0}, "--samples: is 0, must be from 1 to 1000000"),
         ({"holds": 0}, "--holds: is 0, must be from 1 to 100"),
-        ({"seed": -1}, "--seed: is -1, must be at least 0"),
+        ({"seed": -1}, "--seed: is -1, must be from 0 to 4294967295"),
         (
             {"only": ["mallett"]},
             "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
@@ -163,6 +166,18 @@ def test_bad_arguments_of_rank_are_refused_in_one_line(change, message):
     assert message in str(caught.value)
 
 
+def test_what_another_command_learned_carries_over(tmp_path, capsys):
+    """A memory of steel and wood, as ``identify`` writes it, ranks as one who knows does."""
+    known = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
+    words = ["rank", "reach", "--only", "machinist hammer", "--samples", "50", "--memory", str(known)]
+    assert main(words) == 0
+    before, after, _ = re.split(r"\n(?=by|with one)", capsys.readouterr().out)
+    assert before.startswith("before any experience:")
+    assert after.startswith("by the memory m.json:")
+    lines = [line.split() for line in after.splitlines()[2:]]
+    assert [line[-3] for line in lines] == ["1.00", "0.00", "0.00"]  # of one who knows, one grip is best
+
+
 def test_tool_without_grips_cannot_be_ranked():
     with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
         rank.choose_tools([MALLET.gripped_by(MALLET.grips[0])], [], MODELS)
@@ -174,7 +189,16 @@ def test_ranking_is_a_table_with_reasons(choices):
     assert lines[2].split()[:2] == ["mallet,", "head"]
 
 
-@pytest.mark.parametrize(("option", "value"), [("--observers", 0), ("--jobs", -2)])
-def test_bad_arguments_of_the_study_are_refused(option, value):
-    with pytest.raises(BadValueError, match=f"{option}: is {value}, must be at least 1"):
-        study_tools.check_count(option, value)
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
+        (["--observers", "0"], "--repeats: is 0, must be from 1 to 1000000"),  # its former name
+        (["--jobs", "-2"], "--jobs: is -2, must be from 1 to 4096"),
+        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
+    ],
+)
+def test_bad_arguments_of_the_study_are_refused(words, message, tmp_path, capsys):
+    assert main(["study", "tools", *words, "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

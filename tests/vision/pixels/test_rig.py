@@ -123,7 +123,8 @@ def test_diagram_names_its_systems_and_ports():
 
 def test_part_that_drake_cannot_draw_is_refused():
     class Cube:
-        sizes = np.ones(3)
+        sizes, volume = np.ones(3), 1.0
+        with_sizes = unit_pseudo_inertia = compute_curvature_radius = pytest.fail
 
         def find_support(self, direction_E):
             return np.sign(direction_E)

@@ -1,0 +1,228 @@
+"""Checks of what public functions and constructors are given, in the words of the command line.
+
+Every check returns the value as the program wants it (a text becomes a path, the text of a choice the choice) or
+raises a BadArgumentError that names argument, value and bound.
+"""
+
+import enum
+import math
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from pydantic_core import PydanticCustomError
+
+from affordance.arrays import Array
+from affordance.exceptions import BadArgumentError
+from affordance.files.data_model import OneOf, Whole, Within
+from affordance.files.yaml_reader import show_value
+
+type StrPath = str | os.PathLike[str]
+type Seed = int | tuple[int, ...]
+
+# Largest whole number that a seed may hold.
+SEED_MAX = 2**32 - 1
+# Bounds of numbers that commands and functions share: a longer run than anyone has patience for is a slip.
+REPEATS = Whole(1, 1_000_000)
+JOBS = Whole(1, 4096)
+_SEED = Whole(0, SEED_MAX)
+# Largest error of the entries of a rotation matrix that is only rounded, 1.
+_ROTATION_TOLERANCE = 1e-6
+# Largest difference of entries that are equal but for rounding, over the largest entry, 1.
+_SYMMETRY = 1e-6
+
+
+def check_number(name: str, value: Any, low: float = -math.inf, high: float = math.inf, unit: str = "") -> float:
+    """Checks that a value is a finite number within bounds.
+
+    Args:
+        name: Name of the argument.
+        value: Value that was given.
+        low: Least number that is allowed.
+        high: Largest number that is allowed.
+        unit: Unit of the number, for the message.
+
+    Raises:
+        BadArgumentError: The value is no such number.
+    """
+    return float(run_check(name, Within(low, high).check, value, unit))
+
+
+def check_whole(name: str, value: Any, bound: Whole) -> int:
+    """Checks that a value is a whole number within bounds.
+
+    Raises:
+        BadArgumentError: The value is no such number.
+    """
+    return int(run_check(name, bound.check, value))
+
+
+def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
+    """Checks a seed: a whole number, or several of them where draws of different kinds must differ.
+
+    Raises:
+        BadArgumentError: The value is no seed.
+    """
+    if isinstance(value, tuple | list) and value:
+        return tuple(check_whole(f"{name}[{i}]", each, _SEED) for i, each in enumerate(value))
+    if isinstance(value, tuple | list):
+        raise BadArgumentError(name, "", "is empty, must be a whole number, or several")
+    return (check_whole(name, value, _SEED),)
+
+
+def check_path(name: str, value: Any) -> Path:
+    """Checks that a value is a path, as text or as an object that stands for one.
+
+    Raises:
+        BadArgumentError: The value is no path.
+    """
+    if not isinstance(value, str | os.PathLike) or not str(value):
+        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
+    return Path(value)
+
+
+def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
+    """Checks that a value is of a class.
+
+    Args:
+        name: Name of the argument.
+        value: Value that was given.
+        kind: Class that it must be of; a Protocol must be checkable at run time.
+        hint: Way to get such an object.
+
+    Raises:
+        BadArgumentError: The value is of another class.
+    """
+    if not isinstance(value, kind):
+        given = f"is of type {type(value).__name__}, must be of type {kind.__name__}"
+        raise BadArgumentError(name, "", f"{given}; {hint}" if hint else given)
+    return value
+
+
+def check_member[E: enum.Enum](name: str, value: Any, kind: type[E]) -> E:
+    """Checks that a value is a member of an Enum, or the text of one.
+
+    Raises:
+        BadArgumentError: There is no such member.
+    """
+    found: E = run_check(name, OneOf(kind).check, value)
+    return found
+
+
+def check_fractions(name: str, values: Any) -> Array:
+    """Checks numbers from 0 to 1, shape (n,).
+
+    Raises:
+        BadArgumentError: A number is not from 0 to 1; percents are named as such.
+    """
+    fractions = check_array(name, values, (None,))
+    for i, value in enumerate(fractions):
+        if not 0.0 <= value <= 1.0:
+            percent = f"; {value:g} % is {value / 100.0:g}" if 1.0 < value <= 100.0 else ""
+            raise BadArgumentError(f"{name}[{i}]", "", f"is {value:g}, must be from 0 to 1{percent}")
+    return fractions
+
+
+def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
+    """Checks an array of finite numbers, and returns it as floating-point numbers.
+
+    Args:
+        name: Name of the argument.
+        values: Array, or lists of numbers.
+        shape: Shape that it must have; None for any length.
+
+    Raises:
+        BadArgumentError: The array is of another shape, or a number is not finite.
+    """
+    try:
+        array = np.asarray(values, dtype=float)
+    except (TypeError, ValueError) as error:
+        problem = f"is {show_value(values)}, must be numbers of shape {_show_shape(shape)}"
+        raise BadArgumentError(name, "", problem) from error
+    if array.ndim != len(shape) or any(b not in (None, a) for a, b in zip(array.shape, shape, strict=True)):
+        raise BadArgumentError(name, "", f"has the shape {array.shape}, must have {_show_shape(shape)}")
+    if not np.isfinite(array).all():
+        place = tuple(int(each) for each in np.argwhere(~np.isfinite(array))[0])
+        where = "".join(f"[{each}]" for each in place)
+        raise BadArgumentError(f"{name}{where}", "", f"is {array[place]}, must be finite")
+    return array
+
+
+def check_symmetry(name: str, matrix: Array) -> None:
+    """Checks that a square matrix is symmetric but for rounding.
+
+    Raises:
+        BadArgumentError: It is not.
+    """
+    if (matrix != matrix.T).any() and np.abs(matrix - matrix.T).max() > _SYMMETRY * np.abs(matrix).max():
+        raise BadArgumentError(name, "", "is not symmetric, must be")
+
+
+def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
+    """Checks lengths of a solid.
+
+    Args:
+        owner: Name of the class.
+        **lengths: Lengths by the names of its fields, [m].
+
+    Raises:
+        BadArgumentError: One is not finite and greater than 0.
+    """
+    for name, values in lengths.items():
+        if not all(isinstance(value, int | float | np.number) and 0 < value < math.inf for value in values):
+            shown = values if len(values) > 1 else values[0]
+            raise BadArgumentError(owner, name, f"is {shown}, must be finite and greater than 0")
+
+
+def check_colour(name: str, values: Any) -> tuple[float, float, float]:
+    """Checks a colour: red, green and blue from 0 to 1.
+
+    Raises:
+        BadArgumentError: The value is no such colour.
+    """
+    if isinstance(values, str):
+        raise BadArgumentError(name, "", f"is {values!r}, must be red, green and blue from 0 to 1")
+    red, green, blue = (float(value) for value in check_array(name, values, (3,)))
+    for i, value in enumerate((red, green, blue)):
+        if not 0.0 <= value <= 1.0:
+            byte = f"; {value:g} of 255 is {value / 255.0:.3g}" if 1.0 < value <= 255.0 else ""
+            raise BadArgumentError(f"{name}[{i}]", "", f"is {value:g}, must be from 0 to 1{byte}")
+    return red, green, blue
+
+
+def check_pose(name: str, X: ArrayLike) -> Array:
+    """Checks a pose, shape (4, 4), and returns a read-only copy: a rotation and a translation, nothing else.
+
+    Raises:
+        BadArgumentError: The matrix scales, shears or mirrors, or its last row is not (0, 0, 0, 1).
+    """
+    pose = check_array(name, X, (4, 4)).copy()
+    R = pose[:3, :3]
+    if np.abs(pose[3] - (0.0, 0.0, 0.0, 1.0)).max() > _ROTATION_TOLERANCE:
+        raise BadArgumentError(name, "", f"has the last row {show_value(pose[3].tolist())}, must be [0, 0, 0, 1]")
+    if np.abs(R.T @ R - np.eye(3)).max() > _ROTATION_TOLERANCE:
+        lengths = ", ".join(f"{length:g}" for length in np.linalg.norm(R, axis=0))
+        problem = f"has axes of the lengths {lengths}, must be a rotation: axes of length 1 at right angles"
+        raise BadArgumentError(name, "", problem)
+    if np.linalg.det(R) < 0.0:
+        raise BadArgumentError(name, "", "is a reflection, must be a rotation: its determinant must be 1")
+    pose.setflags(write=False)
+    return pose
+
+
+def _show_shape(shape: Sequence[int | None]) -> str:
+    sizes = ["n" if size is None else str(size) for size in shape]
+    return f"({', '.join(sizes)}{',' if len(sizes) == 1 else ''})"
+
+
+def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
+    """Runs a check of ``files.data_model`` and says what it refuses of an argument."""
+    try:
+        return check(value.item() if isinstance(value, np.generic) else value)
+    except PydanticCustomError as error:
+        context: Mapping[str, Any] = error.context or {}
+        problem = f"{context['problem']} {unit}".strip()
+        raise BadArgumentError(f"{name}{context['at']}", key, problem) from None

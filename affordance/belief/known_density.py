@@ -1,0 +1,88 @@
+"""What a memory believes of one material's density, in a few numbers."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import ndtr
+
+from affordance.belief.density_belief import DensityBelief, show_density
+from affordance.exceptions import BadArgumentError
+from affordance.notebook import build_table
+from affordance.objects.colour import Colour, is_same_colour, show_colour
+from affordance.objects.named_colour import MaterialLike, find_colour
+from affordance.objects.tool import Material
+
+_FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
+# Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.
+_NUM_NODES = 12
+
+
+class Density(NamedTuple):
+    """Belief about the mean density of objects of one colour, [kg/m^3].
+
+    Attributes:
+        mean: Mean.
+        sd: Standard deviation.
+        p05: Fifth percentile; the 90 % interval goes from here to p95.
+        p25: First quartile.
+        median: Median.
+        p75: Third quartile.
+        p95: 95th percentile.
+    """
+
+    mean: float
+    sd: float
+    p05: float
+    p25: float
+    median: float
+    p75: float
+    p95: float
+
+    def __repr__(self) -> str:
+        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
+        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
+
+
+def describe_density(
+    colours: Sequence[Colour],
+    belief: DensityBelief,
+    material: MaterialLike,
+    materials: Mapping[str, Material] | None = None,
+) -> Density:
+    """Describes what is believed of a material that was met.
+
+    Args:
+        colours: Colours that were met.
+        belief: Belief about their mean densities, in the same order.
+        material: Name of a material, a material, or a colour.
+        materials: Materials by name; those that come with the program if None.
+
+    Raises:
+        BadArgumentError: There is no such material, or nothing of its colour was met.
+    """
+    wanted = find_colour(material, materials)
+    found = [index for index, colour in enumerate(colours) if is_same_colour(colour, wanted)]
+    if not found:
+        met = ", ".join(show_colour(colour) for colour in colours) or "none"
+        name = repr(material) if isinstance(material, str) else show_colour(wanted)
+        problem = f"is {name}, of which nothing was met; colours met are {met}"
+        raise BadArgumentError("material", "", problem)
+    index = found[0]
+    nodes, weights = np.polynomial.hermite_e.hermegauss(_NUM_NODES)
+    percentiles = belief.compute_percentiles([*_FRACTIONS, *ndtr(nodes)])[:, index]
+    mean = float(belief.compute_mean()[index])
+    squares = (percentiles[len(_FRACTIONS) :] - mean) ** 2
+    sd = float(np.sqrt(weights @ squares / weights.sum()))
+    p05, p25, median, p75, p95 = (float(value) for value in percentiles[: len(_FRACTIONS)])
+    return Density(mean, sd, p05, p25, median, p75, p95)
+
+
+def tabulate_densities(caption: str, colours: Sequence[Colour], belief: DensityBelief) -> str:
+    """The densities of all colours as a table in HTML."""
+    low, median, high = belief.compute_percentiles([0.05, 0.5, 0.95]) if colours else np.zeros((3, 0))
+    rows = [
+        [show_colour(colour), f"{median[i]:.4g}", f"{low[i]:.4g} to {high[i]:.4g}"]
+        for i, colour in enumerate(colours)
+    ]
+    return build_table(caption, ["colour", "median (kg/m^3)", "90 % interval"], rows)

@@ -1,0 +1,111 @@
+"""Options that commands share: declared in the same words, and checked in one place."""
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+
+import joblib
+
+from affordance.arguments import JOBS, REPEATS, SEED_MAX, check_whole
+from affordance.exceptions import BadValueError
+from affordance.files.data_model import Whole
+from affordance.files.model_folder import MODELS
+from affordance.named_settings import change_settings, list_settings, parse_changes
+from affordance.settings import DEFAULT_SETTINGS, Settings
+
+# Bounds of numbers that commands share: more than anyone has patience or processors for is a slip of the finger.
+BOUNDS = {"repeats": REPEATS, "seed": Whole(0, SEED_MAX), "jobs": JOBS}
+
+
+def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
+    """Adds ``--repeats``, the one word for how often anything is simulated.
+
+    Args:
+        parser: Parser of the command.
+        default: Default number; None to let the command choose.
+        what: Thing that is repeated, in words.
+        former: Earlier names of the option, which go on working and are not shown.
+    """
+    shown = what if default is None else f"{what} (default {default})"
+    parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
+    for name in former:
+        parser.add_argument(name, type=int, dest="repeats", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
+
+
+def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
+    """Adds ``--seed``."""
+    help_ = f"root of every random draw (default {default})"
+    parser.add_argument("--seed", type=int, default=default, metavar="N", help=help_)
+
+
+def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
+    """Adds ``--jobs``; by default a process a core."""
+    shown = "one a core" if default is None else str(default)
+    number = joblib.cpu_count() if default is None else default
+    parser.add_argument("--jobs", type=int, default=number, metavar="N", help=f"processes (default: {shown})")
+
+
+def add_out(parser: argparse.ArgumentParser, default: str = "results") -> None:
+    """Adds ``--out``."""
+    help_ = f"folder for the results (default {default}/)"
+    parser.add_argument("--out", type=Path, default=Path(default), metavar="DIR", help=help_)
+
+
+def add_models(parser: argparse.ArgumentParser, holds: str = "arm, materials and tools to use") -> None:
+    """Adds ``--models``."""
+    parser.add_argument("--models", type=Path, default=MODELS, metavar="DIR", help=f"folder with {holds}")
+
+
+def add_set(parser: argparse.ArgumentParser) -> None:
+    """Adds ``--set``, which changes settings by name."""
+    parser.add_argument(
+        "--set",
+        action="append",
+        default=[],
+        dest="changes",
+        metavar="NAME=VALUE",
+        help="a setting, as prior.sd=8000; more than once; affordance settings lists all",
+    )
+
+
+def check_bounds(arguments: argparse.Namespace) -> None:
+    """Checks the numbers that commands share.
+
+    Raises:
+        BadValueError: A number is out of bounds.
+    """
+    for name, bound in BOUNDS.items():
+        value = getattr(arguments, name, None)
+        if value is not None:
+            check_whole(f"--{name}", value, bound)
+
+
+def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
+    """Settings with what ``--set`` asks for.
+
+    Raises:
+        BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
+    """
+    return change_settings(settings, parse_changes(arguments.changes))
+
+
+def list_groups(except_for: str) -> list[str]:
+    """Settings that stand alone, and groups of the others, all but one."""
+    names = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
+    return [name for name in names if name != except_for]
+
+
+def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
+    """Refuses settings that a command does not use.
+
+    Args:
+        arguments: Arguments of the command.
+        names: Settings, or groups of them.
+        why: Reason, in words.
+
+    Raises:
+        BadValueError: One of them is asked for.
+    """
+    for name in parse_changes(arguments.changes):
+        if any(name == each or name.startswith(f"{each}.") for each in names):
+            raise BadValueError("--set", name, f"changes nothing here: {why}")

@@ -1,0 +1,56 @@
+"""``affordance settings``: every setting with its value, unit and source."""
+
+import argparse
+import textwrap
+
+from affordance.commands.options import add_set, change_by_name
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.named_settings import NamedSetting, list_settings, show_setting
+
+HELP = "list the settings that --set and protocols change, with value, unit and source"
+_WIDTH = 100
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    parser.add_argument("names", nargs="*", metavar="NAME", help="settings, or groups of them (default: all)")
+    add_set(parser)
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Prints the settings.
+
+    Raises:
+        BadValueError: There is no such setting, or a value is wrong.
+    """
+    default = {each.name: each.value for each in list_settings()}
+    found = list_settings(change_by_name(arguments))
+    known = [each.name for each in found]
+    groups = list(dict.fromkeys(name.partition(".")[0] for name in known))
+    for name in arguments.names:
+        if name not in known and name not in groups:
+            raise BadValueError("settings", "", describe_choice(name, groups))
+    chosen = [each for each in found if not arguments.names or _is_among(each.name, arguments.names)]
+    for each in chosen:
+        changed = default.get(each.name, ...) != each.value
+        print("\n".join(describe(each, changed=changed)))
+    return 0
+
+
+def describe(setting: NamedSetting, *, changed: bool) -> list[str]:
+    """Lines about a setting: name, value and unit, then meaning and source.
+
+    Args:
+        setting: The setting.
+        changed: Whether its value is another than the default.
+    """
+    unit = f" {setting.unit}" if setting.unit not in ("", "1") else ""
+    source = "--set" if changed else setting.source
+    text = f"{setting.meaning} Source: {source}." if setting.meaning else f"Source: {source}."
+    indent = " " * 4
+    lines = textwrap.wrap(text, _WIDTH, initial_indent=indent, subsequent_indent=indent)
+    return [f"{setting.name} = {show_setting(setting.value)}{unit}", *lines]
+
+
+def _is_among(name: str, chosen: list[str]) -> bool:
+    return any(name == each or name.startswith(f"{each}.") for each in chosen)

@@ -1,0 +1,67 @@
+"""Files of a folder of models that the program reads: those that numbers depend on, and no stray ones beside them."""
+
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from affordance.files.bounded import MESH, read_bytes
+
+# Files and folders of a folder of models, but for protocols and people's values: what of them decides stands in the
+# configuration of an experiment.
+_ARM = "arm.dmd.yaml"
+_FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
+_FOLDERS = ("tools", "paths", "workshop")
+_PACKAGE = "package.xml"
+# Files that name others: package://NAME/FILE in descriptions of robots, and in materials and tools of their meshes.
+_DESCRIPTIONS = (".yaml", ".yml", ".sdf", ".urdf", ".xml")
+_URI = re.compile(r"package://[^/\s\"'<>]+/([^\s\"'<>?#]+)")
+_RELATIVE = re.compile(r"(?:<uri>|filename=[\"'])\s*(?!\w+://)([^<\"'\s]+)")
+_MESH = re.compile(r"\bmesh:\s*(?:\"([^\"]+)\"|'([^']+)'|([^,}\s][^,}\n]*))")
+_LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
+
+
+def list_arm_files(directives: Path) -> tuple[Path, ...]:
+    """The files of an arm: its directives, the package, and what they name, and these in turn; sorted."""
+    package = directives.parent / _PACKAGE
+    found: dict[Path, None] = {}
+    waiting = [directives, package]
+    while waiting:
+        path = waiting.pop()
+        if path in found or not path.is_file():
+            continue
+        found[path] = None
+        waiting += _list_named(path, directives.parent)
+    return tuple(sorted(found))
+
+
+def list_model_files(folder: Path) -> tuple[Path, ...]:
+    """The files of a folder of models that anything reads, meshes of tools included; sorted."""
+    tasks = [folder / name for name in _FILES]
+    tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
+    there = [path for path in tasks if path.is_file()]
+    meshes = [mesh for path in there for mesh in _list_meshes(path)]
+    return tuple(sorted({*list_arm_files(folder / _ARM), *there, *meshes}))
+
+
+def _list_named(path: Path, package: Path) -> Iterable[Path]:
+    """Files that a file names, of its package or beside it."""
+    if path.suffix in _DESCRIPTIONS:
+        text = _read(path)
+        return [
+            *(package / name for name in _URI.findall(text)),
+            *(path.parent / name for name in _RELATIVE.findall(text)),
+        ]
+    if path.suffix in (".obj", ".mtl"):
+        return [path.parent / name for name in _LIBRARY.findall(_read(path))]
+    return []
+
+
+def _list_meshes(path: Path) -> Iterator[Path]:
+    for names in _MESH.findall(_read(path)):
+        mesh = path.parent / next(name for name in names if name).strip()
+        if mesh.is_file():
+            yield mesh
+
+
+def _read(path: Path) -> str:
+    return read_bytes(path, MESH).decode("utf-8", errors="replace")

@@ -1,0 +1,174 @@
+"""Settings by name: what ``--set prior.sd=8000`` and the key ``settings`` of a protocol change, and what is listed.
+
+A name is a path of fields, ``noise.weber_fraction``. The model of the noise is chosen by ``noise.model``; its numbers
+are then those of that model. The arm is not set by name: a folder of models has it.
+"""
+
+import dataclasses
+import difflib
+import enum
+import inspect
+import re
+import typing
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import yaml
+
+from affordance.checked_fields import Setting, list_field_types
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS, Settings
+
+# Values by name; a mapping stands for all names below its own.
+type Changes = Mapping[str, Any]
+
+# Models of the noise, by their names.
+NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
+NO_CHANGES: Changes = {}
+_NOISE, _MODEL = "noise", "model"
+_NOISE_MODEL = f"{_NOISE}.{_MODEL}"
+_MODEL_SOURCE = "force felt by hand and arm is told apart by a fraction of it (docs/decisions/0004-noise.md)"
+
+
+class NamedSetting(NamedTuple):
+    """A setting with its value.
+
+    Attributes:
+        name: Path of fields.
+        value: Value: a number, a text, true or false, or None.
+        unit: Unit, "1" for none; empty for what is no number.
+        source: Source of the default value, or reason for it.
+        meaning: Meaning in words.
+    """
+
+    name: str
+    value: float | str | bool | None
+    unit: str
+    source: str
+    meaning: str
+
+
+def list_settings(settings: Settings = DEFAULT_SETTINGS) -> list[NamedSetting]:
+    """Lists all settings that have a name."""
+    return list(_walk(settings, ""))
+
+
+def change_settings(settings: Settings, changes: Changes, source: Path | str = "settings") -> Settings:
+    """Changes settings by name.
+
+    Args:
+        settings: Settings to start from.
+        changes: Values by name; a mapping stands for all names below its own.
+        source: Source of the changes, for errors; a file has them below its key ``settings``.
+
+    Raises:
+        BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
+    """
+    prefix = "settings." if isinstance(source, Path) else ""
+    flat = dict(_flatten(changes, ""))
+    if _NOISE_MODEL in flat:
+        model = flat.pop(_NOISE_MODEL)
+        if model not in NOISE_MODELS:
+            raise BadValueError(source, f"{prefix}{_NOISE_MODEL}", describe_choice(model, NOISE_MODELS))
+        if not isinstance(settings.noise, NOISE_MODELS[model]):
+            settings = dataclasses.replace(settings, noise=NOISE_MODELS[model]())
+    known = [each.name for each in list_settings(settings)]
+    for name, value in flat.items():
+        if name not in known:
+            raise BadValueError(source, f"{prefix}{name}", _describe_unknown(name, known))
+        try:
+            settings = _replace(settings, name.split("."), value)
+        except BadArgumentError as error:
+            raise BadValueError(source, f"{prefix}{name}", error.problem) from error
+    return settings
+
+
+def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]:
+    """Parses words such as ``prior.sd=8000``; values are read as in YAML.
+
+    Raises:
+        BadValueError: A word is not of that form, or names a setting twice.
+    """
+    changes: dict[str, Any] = {}
+    for word in words:
+        name, equals, text = word.partition("=")
+        if not equals or not name.strip():
+            raise BadValueError(option, "", f"is {word!r}, must be NAME=VALUE, as prior.sd=8000")
+        if name.strip() in changes:
+            raise BadValueError(option, name.strip(), "is given twice")
+        changes[name.strip()] = parse_value(text)
+    return changes
+
+
+def parse_value(text: str) -> Any:
+    """Reads a value as YAML does, but for numbers such as 1e-3, which are numbers here."""
+    try:
+        return float(text) if re.fullmatch(r"\s*[-+.\d]+[eE][-+]?\d+\s*", text) else yaml.safe_load(text)
+    except (ValueError, yaml.YAMLError):
+        return text
+
+
+def describe_changes(settings: Settings) -> dict[str, Any]:
+    """Names and values of the settings that are not as they are by default."""
+    default = {each.name: each.value for each in list_settings()}
+    return {each.name: each.value for each in list_settings(settings) if default.get(each.name, ...) != each.value}
+
+
+def show_setting(value: float | str | bool | None) -> str:
+    """A value as it is written in YAML; numbers in as many digits as tell them apart from others."""
+    if value is None or isinstance(value, bool):
+        return {None: "null", True: "true", False: "false"}[value]
+    return value if isinstance(value, str) else f"{value:.12g}"
+
+
+def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
+    kind: Any = type(holder)
+    meanings = _read_meanings(kind)
+    for name, hint in list_field_types(kind).items():
+        value, path = getattr(holder, name), f"{prefix}{name}"
+        notes = [each for each in typing.get_args(hint)[1:] if isinstance(each, Setting)]
+        if notes:
+            shown = value.value if isinstance(value, enum.Enum) else value
+            yield NamedSetting(path, shown, notes[0].unit, notes[0].source, meanings.get(name, ""))
+        elif dataclasses.is_dataclass(value):
+            for model, kind in NOISE_MODELS.items():
+                if path == _NOISE and isinstance(value, kind):
+                    yield NamedSetting(_NOISE_MODEL, model, "", _MODEL_SOURCE, "Model of the errors of torques.")
+            yield from _walk(value, f"{path}.")
+
+
+def _describe_unknown(name: str, known: Sequence[str]) -> str:
+    """Names the settings of the same group, if there is one, and else the nearest."""
+    siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
+    if siblings:
+        return describe_choice(name, siblings)
+    near = difflib.get_close_matches(name, known, n=1)
+    hint = f"; did you mean {near[0]!r}?" if near else ""
+    return f"is no setting{hint} (affordance settings lists all)"
+
+
+def _flatten(changes: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:
+    for name, value in changes.items():
+        path = f"{prefix}{name}"
+        if isinstance(value, Mapping):
+            yield from _flatten(value, f"{path}.")
+        else:
+            yield path, value
+
+
+def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
+    first, *others = path
+    return dataclasses.replace(
+        holder, **{first: _replace(getattr(holder, first), others, value) if others else value}
+    )
+
+
+def _read_meanings(kind: type) -> dict[str, str]:
+    """What the docstring of a class says of its attributes."""
+    _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
+    return {
+        name: " ".join(text.split())
+        for name, text in re.findall(r"^    (\w+): (.*(?:\n     .*)*)", attributes, re.MULTILINE)
+    }

@@ -1,0 +1,58 @@
+"""Errors of the command line: one line that names option, value, bound and the nearest that fits."""
+
+import argparse
+
+import pytest
+
+from affordance.commands.options import add_repeats, check_bounds
+from affordance.commands.parser import OneLineParser
+from affordance.exceptions import BadValueError
+
+
+@pytest.fixture
+def parser():
+    parser = OneLineParser(prog="prog")
+    parser.add_argument("task", choices=["reach", "hammer"])
+    add_repeats(parser, 5, "observers", former=["--observers"])
+    parser.add_argument("--mass", type=float)
+    parser.add_argument("--vision", choices=["features", "pixels"])
+    return parser
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["hamer"], "prog: task: is 'hamer', must be one of reach, hammer; did you mean 'hammer'?"),
+        (["reach", "--vision", "pixel"], "prog: --vision: is 'pixel', must be one of features, pixels; did you mean"),
+        (
+            ["reach", "--repeets", "3"],
+            "prog: --repeets: is no option (known: --help, --repeats, --mass, --vision);",
+        ),
+        (["reach", "--repeets=3"], "prog: --repeets: is no option"),
+        (["reach", "--zzz"], "prog: --zzz: is no option (known: --help, --repeats, --mass, --vision)"),
+        (["reach", "--repeats", "many"], "prog: --repeats: is 'many', must be a whole number"),
+        (["reach", "--mass", "x"], "prog: --mass: is 'x', must be a number"),
+        (["reach", "far"], "prog: is given 'far', which is one argument too many"),
+        ([], "prog: the following arguments are required: task"),
+    ],
+)
+def test_errors_are_one_line(parser, words, message, capsys):
+    with pytest.raises(SystemExit) as caught:
+        parser.parse(words)
+    assert caught.value.code == 2
+    err = capsys.readouterr().err
+    assert err.startswith(message)
+    assert err.count("\n") == 1
+
+
+def test_former_name_of_repeats_works_and_is_not_shown(parser):
+    assert parser.parse(["reach", "--observers", "7"]).repeats == 7
+    assert parser.parse(["reach"]).repeats == 5
+    assert "--observers" not in parser.format_help()
+
+
+def test_shared_numbers_have_shared_bounds():
+    check_bounds(argparse.Namespace(repeats=1, seed=2**32 - 1))
+    for name, value in (("repeats", 0), ("seed", -1), ("jobs", 5000)):
+        with pytest.raises(BadValueError, match=f"^--{name}: is {value}, must be from "):
+            check_bounds(argparse.Namespace(**{name: value}))

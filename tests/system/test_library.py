@@ -1,0 +1,317 @@
+"""The library as a user of Python meets it: names at the top, forms of arguments, messages, and what is printed."""
+
+import importlib
+import json
+import re
+
+import numpy as np
+import pytest
+
+import affordance
+from affordance import (
+    MODELS,
+    AffordanceError,
+    BadArgumentError,
+    ImportOptions,
+    KindMemory,
+    Learner,
+    Material,
+    MaterialMemory,
+    Prior,
+    Reach,
+    Runs,
+    Settings,
+    Tool,
+    TrialRunner,
+    WeberNoise,
+    WhiteNoise,
+    identify,
+    import_arm,
+    list_options,
+    load_experiment,
+    load_hammer,
+    load_materials,
+    load_path,
+    load_robot,
+    load_tools,
+    rank,
+    read_gains,
+    read_memory,
+    read_run,
+    run_suite,
+    start_memory,
+    write_memory,
+)
+from affordance.belief.density_belief import DensityBelief
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Grip
+
+RODS = load_tools(str(MODELS / "tools" / "weight.yaml"))
+STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml")
+PATH = str(MODELS / "paths" / "reach.yaml")
+GREY = Material("grey", (0.5, 0.5, 0.5), 1000.0)
+BALL = Ellipsoid((0.05, 0.05, 0.05))
+RUNNER = TrialRunner()
+NOVICE = MaterialMemory()
+NAN = float("nan")
+
+
+@pytest.fixture(scope="module")
+def record():
+    return RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=4)
+
+
+@pytest.fixture(scope="module")
+def ranking():
+    known = MaterialMemory.from_densities({"steel": 7850, "beech": 720})
+    return rank(list_options(STICK), Reach(load_path(PATH)), known, num_samples=50, seed=(3,))
+
+
+def test_every_name_at_the_top_is_there_and_documented():
+    text = (MODELS.parent / "docs" / "python.md").read_text(encoding="utf-8")
+    for name in affordance.__all__:
+        assert getattr(affordance, name) is not None
+        assert f"`{name}`" in text, name
+
+
+def test_a_whole_number_and_a_tuple_of_it_are_one_seed(record):
+    again = RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=(4,))
+    np.testing.assert_array_equal(again.q, record.q)
+    other = RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=(4, 1))
+    assert other.memory.density("brass").mean != record.memory.density("brass").mean
+    assert start_memory(Learner.KINDS_DRAWN, 3) == start_memory("kinds_drawn", (3,))
+
+
+def test_paths_may_be_texts(tmp_path):
+    assert set(load_materials(str(MODELS / "materials.yaml"))) == set(load_materials())
+    assert load_hammer(str(MODELS / "nail.yaml")) == load_hammer(MODELS / "nail.yaml")
+    assert Settings(arm=str(MODELS / "arm.dmd.yaml")) == Settings()
+    assert load_robot(str(MODELS / "arm.dmd.yaml")).num_joints == 7
+    assert load_experiment("weight", str(MODELS)).name == "weight"
+    assert write_memory(str(tmp_path / "memory.json"), NOVICE) == tmp_path / "memory.json"
+    for read in (read_memory, read_run, read_gains, load_path, load_tools):
+        with pytest.raises(AffordanceError, match="nowhere"):
+            read(str(tmp_path / "nowhere.yaml"))
+
+
+def test_density_is_found_by_name_colour_or_material(record):
+    brass = load_materials()["brass"]
+    density = record.memory.density("brass")
+    assert density == record.memory.density(brass) == record.memory.density(brass.colour)
+    assert density == record.memory.density("#d4a017") == record.memory.density("brass", load_materials())
+    belief = record.memory.belief
+    assert density.mean == belief.compute_mean()[0]
+    assert (density.p25, density.p75) == tuple(belief.compute_percentiles([0.25, 0.75])[:, 0])
+    samples = belief.draw_samples(np.random.default_rng(0), 100_000)[:, 0]
+    assert density.sd == pytest.approx(samples.std(), rel=0.01)
+
+
+def test_spread_of_a_truncated_density_is_that_of_its_samples():
+    memory = NOVICE.add_colours([GREY.colour], Prior())
+    samples = memory.belief.draw_samples(np.random.default_rng(0), 200_000)[:, 0]
+    assert memory.density(GREY).sd == pytest.approx(samples.std(), rel=0.01)
+
+
+def test_memory_of_kinds_has_densities_by_name_too(record):
+    memory = TrialRunner(Settings(learner="kinds_map")).start_memory()
+    assert isinstance(memory, KindMemory)
+    learned = RUNNER.run_hold(RODS[0], memory, duration=1.0, seed=4).memory
+    assert learned.density("brass").mean == pytest.approx(record.memory.density("brass").mean, rel=0.02)
+
+
+@pytest.mark.parametrize("learner", Learner)
+def test_memories_of_every_learner_come_back_from_their_files(learner, tmp_path):
+    learned = RUNNER.run_hold(RODS[0], start_memory(learner), duration=1.0).memory
+    back = read_memory(write_memory(tmp_path / "deep" / "memory.json", learned))
+    assert type(back) is type(learned)
+    assert back.density("brass") == learned.density("brass")
+    again = RUNNER.run_hold(RODS[1], back, duration=1.0).memory
+    assert again.density("brass") == RUNNER.run_hold(RODS[1], learned, duration=1.0).memory.density("brass")
+
+
+@pytest.mark.parametrize("text", ["", "[]", "3", '{"gate": 1}', '{"colours": [[1, 2]]}', '{"gate": {"kappa": 0.2}}'])
+def test_file_that_is_no_memory_is_refused_by_name(text, tmp_path):
+    path = tmp_path / "memory.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(AffordanceError, match=r"memory\.json: is no memory of materials") as caught:
+        read_memory(path)
+    assert "\n" not in str(caught.value)
+
+
+def test_experiment_is_loaded_and_run_from_python(tmp_path):
+    report = run_suite("two_families", str(tmp_path), repeats=1, changes={"noise.weber_fraction": 0.1})
+    numbers = json.loads((tmp_path / "two_families" / "metrics.json").read_text(encoding="utf-8"))
+    assert report == tmp_path / "report.html"
+    assert numbers["repeats"] == 1
+
+
+def make_belief(precision, vector=(0.0, 0.0)):
+    return DensityBelief(np.array(precision), np.array(vector))
+
+
+def make_pose(scale=1.0, mirrored=False):
+    X = np.eye(4)
+    X[:3, :3] *= scale
+    X[2, 2] *= -1.0 if mirrored else 1.0
+    return X
+
+
+def build_load(size):
+    return Tool("load", (Component(Ellipsoid((size, size, size)), np.eye(4), GREY, GREY),))
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        # What ended the process, or never ended.
+        (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=NAN), "duration: is nan, must be from 0.1 to 3600 s"),
+        (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=-1.0), "duration: is -1.0, must be from 0.1 to 3600 s"),
+        (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=1e9), "duration: is 1000000000.0, must be from 0.1"),
+        (lambda: build_load(46.0), "components: weigh 4.08e[+]08 kg, must weigh at most 10000 kg; lengths are in m"),
+        # What returned the prior for a posterior.
+        (lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=0.05), "duration: is 0.05, must be from 0.1 to 3600 s, a"),
+        (lambda: Settings(sample_period=NAN), "Settings: sample_period: is nan, must be from 0.0001 to 60"),
+        (lambda: WeberNoise(weber_fraction=NAN), "WeberNoise: weber_fraction: is nan, must be from 0 to 1"),
+        (lambda: WhiteNoise(sd=NAN), "WhiteNoise: sd: is nan, must be from 1e-12 to 10000"),
+        # What was taken as it was.
+        (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
+        (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
+        (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1000000"),
+        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1000000"),
+        (
+            lambda: Material("ice", (0.5, 0.5, 0.5), -917.0),
+            "Material: density: is -917.0, must be from 0.001 to 1000",
+        ),
+        (
+            lambda: Material("brass", (212, 160, 23), 8500.0),
+            r"Material: colour\[0\]: is 212, must be from 0 to 1; 212",
+        ),
+        (lambda: Component(BALL, make_pose(scale=1e-3), GREY, GREY), "X_TE: has axes of the lengths 0.001"),
+        (lambda: Component(BALL, make_pose(mirrored=True), GREY, GREY), "X_TE: is a reflection, must be a rotation"),
+        (lambda: Component(3, np.eye(4), GREY, GREY), "shape: is of type int, must be of type Shape"),
+        (lambda: Grip("end", make_pose(scale=2.0)), "X_TG: has axes of the lengths 2, 2, 2"),
+        (lambda: Tool("nothing", ()), "components: is empty, must hold at least one Component"),
+        (lambda: make_belief([[1.0, 0.5], [0.0, 1.0]]), "precision: is not symmetric, must be"),
+        (lambda: make_belief([[1.0, 2.0], [2.0, 1.0]]), "precision: is not positive definite, must be"),
+        (lambda: make_belief([[1.0]]), r"precision: has the shape \(1, 1\), must have \(2, 2\)"),
+        (lambda: make_belief(np.eye(2), [NAN, 0.0]), r"information_vector\[0\]: is nan, must be finite"),
+        (lambda: DensityBelief.from_moments([1.0], [[0.0]]), "covariance: is singular, must be positive definite"),
+        (
+            lambda: MaterialMemory((GREY.colour,)),
+            "belief: is about 0 densities, must be about 1, one for each colour",
+        ),
+        (
+            lambda: NOVICE.belief.compute_percentiles([25, 50, 75]),
+            r"fractions\[0\]: is 25, must be from 0 to 1; 25 %",
+        ),
+        (
+            lambda: MaterialMemory.from_densities({"brass": -8500}),
+            r"densities\['brass'\]: is -8500, must be from 0.001",
+        ),
+        (
+            lambda: MaterialMemory.from_densities({"bras": 8500}),
+            "densities: is 'bras', must be one of .*did you mean",
+        ),
+        (
+            lambda: MaterialMemory.from_densities({(212, 160, 23): 8500}),
+            r"densities\[0\]: is 212, must be from 0 to 1",
+        ),
+        (lambda: MaterialMemory.from_densities([8500]), "densities: is of type list, must be a mapping"),
+        (lambda: NOVICE.density("brass"), "material: is 'brass', of which nothing was met; colours met are none"),
+        # What was meant otherwise.
+        (
+            lambda: RUNNER.run_hold(RODS, NOVICE, duration=1.0),
+            "tool: is of type tuple, must be of type Tool; load_tools",
+        ),
+        (lambda: RUNNER.run_hold(RODS[0], None, duration=1.0), "memory: is of type NoneType, must be of type Memory"),
+        (
+            lambda: RUNNER.run_hold(RODS[0], NOVICE, duration=1.0, seed=-3),
+            "seed: is -3, must be from 0 to 4294967295",
+        ),
+        (lambda: TrialRunner("density"), "settings: is of type str, must be of type Settings"),
+        (
+            lambda: rank(RODS, None, NOVICE),
+            r"options\[0\]: is of type Tool, must be of type Option; list_options\(to",
+        ),
+        (lambda: rank(STICK, None, NOVICE), "options: is of type Tool, must be of type Sequence; list_options"),
+        (
+            lambda: rank(list_options(STICK), PATH, NOVICE),
+            "task: is of type str, must be of type TaskCostModel; such",
+        ),
+        (
+            lambda: rank(list_options(STICK), Reach(load_path(PATH)), {}),
+            "belief: is of type dict, must be of type Mem",
+        ),
+        (lambda: list_options(RODS), "tool: is of type tuple, must be of type Tool"),
+        (
+            lambda: list_options(STICK, feature_source="eyes"),
+            "feature_source: is 'eyes', must be one of features, pix",
+        ),
+        (lambda: Reach(PATH), "path: is of type str, must be of type TimedPath; load_path"),
+        (
+            lambda: start_memory("kinds"),
+            "learner: is 'kinds', must be one of density, kinds_map, kinds_drawn; did you",
+        ),
+        (lambda: load_tools("x.yaml", "materials.yaml"), "materials: is of type str, must be a mapping from names"),
+        (lambda: write_memory("m.json", {}), "memory: is of type dict, must be of type MaterialMemory or KindMemory"),
+        (lambda: import_arm("r.urdf", "tool0", "out"), "options: is of type str, must be of type ImportOptions"),
+        (lambda: run_suite("weight", "out", repeats=0), "repeats: is 0, must be from 1 to 1000000"),
+        (lambda: run_suite("weight", "out", jobs=0), "jobs: is 0, must be from 1 to 4096"),
+        (lambda: load_experiment("weight", seed=-1), "seed: is -1, must be from 0 to 4294967295"),
+        (lambda: identify("robot.urdf", Runs(None)), "arm: is of type str, must be of type RobotChain; load_robot"),
+    ],
+)
+def test_arguments_are_checked_in_the_words_of_the_command_line(call, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BadArgumentError, match=f"^{message}") as caught:
+        call()
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("mass", [0.0, -1.0, NAN])
+def test_weighed_mass_is_bounded(mass):
+    checks = importlib.import_module("affordance.identification.identify")
+    with pytest.raises(BadArgumentError, match=r"^reference_mass: is .*, must be from 0\.001 to 1000 kg"):
+        checks.check_reference_mass("reference_mass", mass)
+
+
+def test_what_is_printed_is_short_and_says_what_matters(record, ranking):
+    printed = {
+        "record": (record, "TrialRecord(duration 1 s, 101 rows, 7 joints, farthest height -21"),
+        "memory": (record.memory, "MaterialMemory(#d4a017: "),
+        "belief": (record.memory.belief, "DensityBelief("),
+        "density": (record.memory.density("brass"), "Density("),
+        "ranking": (ranking, "Ranking(2 of 2 usable: stick by steel, 6.8"),
+        "best": (ranking.best, "RankedOption(stick by steel: 6.8"),
+        "option": (ranking.best.option, "Option(stick by steel, 2 parts)"),
+        "tool": (STICK, "Tool(stick: 0.606 kg of beech, steel, grips "),
+        "runner": (start_memory("kinds_map"), "KindMemory(0 kinds of 0 colours, 0 objects in 0 lifts"),
+        "robot": (load_robot(MODELS / "arm.dmd.yaml"), "RobotChain("),
+    }
+    for name, (each, start) in printed.items():
+        assert repr(each).startswith(start), name
+        assert len(repr(each)) < 400, name
+
+
+def test_main_results_are_tables_in_notebooks(record, ranking):
+    for each, cell in ((record, "farthest height"), (record.memory, "#d4a017"), (ranking, "stick by steel")):
+        html = each._repr_html_()
+        assert html.startswith("<table>")
+        assert f"<td>{cell}</td>" in html
+
+
+def test_defaults_are_those_of_the_simulations():
+    assert TrialRunner().settings == Settings()
+    assert Prior(sd=2000.0) == Prior(mode=1000.0, sd=2000.0, deviation_sd=100.0)
+    assert ImportOptions("tool0").up == "z"
+
+
+def test_example_of_the_page_runs(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    text = (MODELS.parent / "docs" / "python.md").read_text(encoding="utf-8")
+    (block,) = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    exec(block, {})
+    assert re.fullmatch(
+        r"\d{4} kg/m\^3, standard deviation \d+, 90 % from \d{4} to \d{4,5}\n", capsys.readouterr().out
+    )

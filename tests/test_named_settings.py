@@ -1,0 +1,142 @@
+"""Settings by name: every one is listed with its source, changed by name, and refused with its bound."""
+
+import dataclasses
+
+import pytest
+
+from affordance.belief.learner import Learner
+from affordance.exceptions import BadValueError
+from affordance.named_settings import change_settings, describe_changes, list_settings, parse_changes, parse_value
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS, Settings
+
+NAMES = {each.name: each for each in list_settings()}
+
+
+def list_leaves(holder, prefix=""):
+    """Paths of all fields, found without the annotations."""
+    for field in dataclasses.fields(holder):
+        value = getattr(holder, field.name)
+        if dataclasses.is_dataclass(value):
+            yield from list_leaves(value, f"{prefix}{field.name}.")
+        else:
+            yield f"{prefix}{field.name}"
+
+
+def test_every_field_has_a_name_but_the_arm():
+    assert {*NAMES} == {*list_leaves(DEFAULT_SETTINGS), "noise.model"} - {"arm"}
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_setting_says_source_meaning_and_unit(name):
+    setting = NAMES[name]
+    assert setting.source
+    assert setting.meaning.endswith(".")
+    assert bool(setting.unit) == (
+        (not isinstance(setting.value, str | bool) and setting.value is not None) or "period" in name
+    )
+
+
+def test_words_change_what_they_name_and_nothing_else():
+    changed = change_settings(
+        DEFAULT_SETTINGS,
+        parse_changes(["prior.sd=8e3", "learner=kinds_map", "mpc.num_steps=24", "posterior_log_period=0.5"]),
+    )
+    expected = dataclasses.replace(
+        DEFAULT_SETTINGS,
+        prior=dataclasses.replace(DEFAULT_SETTINGS.prior, sd=8000.0),
+        learner=Learner.KINDS_MAP,
+        mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, num_steps=24),
+        posterior_log_period=0.5,
+    )
+    assert changed == expected
+    assert describe_changes(changed) == {
+        "prior.sd": 8000.0,
+        "learner": "kinds_map",
+        "mpc.num_steps": 24,
+        "posterior_log_period": 0.5,
+    }
+    assert describe_changes(DEFAULT_SETTINGS) == {}
+
+
+def test_mappings_name_what_lies_below_them():
+    dotted = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 0.2, "prior.sd": 5000.0})
+    assert change_settings(DEFAULT_SETTINGS, {"noise": {"threshold": 0.2}, "prior": {"sd": 5000.0}}) == dotted
+    assert dotted.noise == WeberNoise(threshold=0.2)
+
+
+def test_model_of_the_noise_comes_before_its_numbers():
+    changed = change_settings(DEFAULT_SETTINGS, {"noise.sd": 0.1, "noise.model": "white"})
+    assert changed.noise == WhiteNoise(0.1)
+    assert change_settings(changed, {"noise.model": "white"}) == changed
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        (
+            "prior.sb=1",
+            "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.deviation_sd;",
+        ),
+        ("priro.sd=1", "settings: priro.sd: is no setting; did you mean 'prior.sd'?"),
+        ("prior=1", "settings: prior: is 'prior', must be one of prior.mode"),
+        ("noise.sd=1", "settings: noise.sd: is 'noise.sd', must be one of noise.model, noise.weber_fraction"),
+        ("noise.model=pink", "settings: noise.model: is 'pink', must be one of weber, white"),
+        ("noise.weber_fraction=-0.1", "settings: noise.weber_fraction: is -0.1, must be from 0 to 1"),
+        ("noise.threshold=0", "settings: noise.threshold: is 0, must be more than 0"),
+        ("prior.sd=.nan", "settings: prior.sd: is nan, must be from 0.001 to 1000000"),
+        ("prior.sd=much", "settings: prior.sd: is 'much', must be a number"),
+        ("mpc.num_steps=2.5", "settings: mpc.num_steps: is 2.5, must be a whole number"),
+        ("learner=kind_map", "must be one of density, kinds_map, kinds_drawn; did you mean 'kinds_map'?"),
+        ("uses_posterior=1", "settings: uses_posterior: is 1, must be true or false"),
+        ("integration_scheme=radau9", "settings: integration_scheme: is 'radau9', must be one of "),
+        ("sample_period=0", "settings: sample_period: is 0, must be from 0.0001 to 60"),
+        ("prior.sd", "--set: is 'prior.sd', must be NAME=VALUE"),
+        ("=3", "--set: is '=3', must be NAME=VALUE"),
+    ],
+)
+def test_wrong_words_are_refused_in_one_line(word, message):
+    with pytest.raises(BadValueError) as caught:
+        change_settings(DEFAULT_SETTINGS, parse_changes([word]))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_setting_given_twice_is_refused():
+    with pytest.raises(BadValueError, match=r"prior\.sd: is given twice"):
+        parse_changes(["prior.sd=1", "prior.sd=2"])
+
+
+def test_values_are_read_as_in_yaml():
+    assert [parse_value(text) for text in ("8e3", "3", "true", "null", "density", "1.5")] == [
+        8000.0,
+        3,
+        True,
+        None,
+        "density",
+        1.5,
+    ]
+
+
+def test_texts_of_choices_and_paths_serve_in_python_too(tmp_path):
+    settings = Settings(learner="kinds_map", feature_source="pixels", arm=str(tmp_path / "arm.dmd.yaml"))
+    assert settings.learner is Learner.KINDS_MAP
+    assert settings.feature_source.value == "pixels"
+    assert settings.arm == tmp_path / "arm.dmd.yaml"
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"learner": "kinds"}, "Settings: learner: is 'kinds', must be one of density, kinds_map, kinds_drawn"),
+        ({"control_period": float("nan")}, "Settings: control_period: is nan, must be from 0.0001 to 0.1"),
+        ({"noise": WeberNoise(0.0, 0.0)}, "Settings: noise.threshold: is 0, must be more than 0"),
+        ({"noise": 0.1}, "Settings: noise: is 0.1, must be a NoiseModel"),
+        ({"prior": 1000.0}, "Settings: prior: is 1000.0, must be a Prior"),
+        ({"arm": 3}, "Settings: arm: is 3, must be a path"),
+    ],
+)
+def test_settings_are_checked_when_they_are_made(changes, message):
+    with pytest.raises(ValueError, match=r"^Settings: ") as caught:
+        Settings(**changes)
+    assert message in str(caught.value)
