@@ -4,7 +4,7 @@ import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -26,8 +26,9 @@ from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
-# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py).
-_SPEED_STEP, _SPEED_GROWTH = 0.125, 0.06
+# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). The table of an arm that
+# is slower than to have so many of them is planned again in as many even steps.
+_SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
 
@@ -143,14 +144,42 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
     Returns: The swings and what they cost; with a reason if there is none.
     """
     target = hammer.find_target(model, parts)
-    swings: list[Swing] = []
-    masses: list[EffectiveMass] = []
-    infeasible_reason = ""
-    speeds, fastest = [0.0], _SPEED_STEP
+    table = _plan_table(model, target, hammer, _SPEED_STEP)
+    if 0 < len(table.swings) < _FEWEST_SPEEDS:
+        table = _plan_table(model, target, hammer, table.speeds[-1] / _FEWEST_SPEEDS)
+    return BlowCost(
+        nail=hammer.nail,
+        force=hammer.force,
+        target=target,
+        swings=tuple(table.swings),
+        speeds=np.array(table.speeds),
+        masses=tuple(table.masses),
+        motions=tuple(
+            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
+            for swing in table.swings
+        ),
+        joint_names=tuple(model.arm.joint_names),
+        infeasible_reason=table.infeasible_reason,
+    )
+
+
+class _Table(NamedTuple):
+    """Swings of rising tip speed, [m/s], effective masses at their strikes, and why there is none; empty if there is."""
+
+    speeds: list[float]
+    swings: list[Swing]
+    masses: list[EffectiveMass]
+    infeasible_reason: str
+
+
+def _plan_table(model: ArmModel, target: Target, hammer: Hammer, step: float) -> _Table:
+    """Plans swings of tip speeds that rise by a step, [m/s], or by their growth where that is more."""
+    speeds, swings, masses = [0.0], list[Swing](), list[EffectiveMass]()
+    fastest, infeasible_reason = step, ""
     while speeds[-1] < fastest:
-        speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
+        speed = speeds[-1] + max(step, _SPEED_GROWTH * speeds[-1])
         try:
-            swings.append(_plan_swing(model, target, hammer, speed, swings[-1] if swings else None))
+            swings.append(find_swing(model, target, hammer, speed, swings[-1] if swings else None))
         except AffordanceError as error:
             if not swings:
                 infeasible_reason = str(error)
@@ -160,20 +189,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
         # No tool has less behind it than the arm alone.
         (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
-    return BlowCost(
-        nail=hammer.nail,
-        force=hammer.force,
-        target=target,
-        swings=tuple(swings),
-        speeds=np.array(speeds[1:]),
-        masses=tuple(masses),
-        motions=tuple(
-            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
-            for swing in swings
-        ),
-        joint_names=tuple(model.arm.joint_names),
-        infeasible_reason=infeasible_reason,
-    )
+    return _Table(speeds[1:], swings, masses, infeasible_reason)
 
 
 def plan_strike(
@@ -208,17 +224,26 @@ def plan_strike(
             f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"
         )
     speed = max(speed, float(planned.speeds[0]))
-    near = int(np.searchsorted(planned.speeds, speed))
-    guess = planned.swings[near] if near < len(planned.swings) else None
-    swing = _plan_swing(model, planned.target, hammer, speed, guess)
+    swing = find_swing(model, planned.target, hammer, speed, planned.pick_swing(speed))
     target = planned.target
     face = ContactFace(target.p_TS, target.normal_T, target.radius)
     placement = NailPlacement(nail or hammer.nail, target.p_WS, target.direction_W, face)
     return Strike(swing, placement, settings.control_period)
 
 
-def _plan_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start."""
+def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
+    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start.
+
+    Args:
+        model: The arm; its state is set.
+        target: What is struck, and with which point.
+        hammer: The blow.
+        speed: Speed of the point at the strike, [m/s].
+        guess: A swing like the one that is sought; None for none.
+
+    Raises:
+        AffordanceError: No swing within position and velocity limits does it.
+    """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
             return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)

@@ -93,7 +93,7 @@ def plan_hammer(
                 problem = f"asks for {task.force:.0f} N, the {tool.name} by {grip} gives {blow.force:.0f} N"
                 raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
         check_one_grip_is_cheaper(novel_file, tool, [blow.work for blow in simulated[tool.name].values()])
-    work = partial(compute_blow_work, task, exact)
+    work = partial(compute_blow_work, task, exact, costs)
     off_axis = measure_changes(work, tools, jobs=jobs, description="hammer: parts moved")
     return HammerPlan(choices, costs, simulated, off_axis)
 
