@@ -40,6 +40,10 @@ class BadValueError(AffordanceError):
         return _on_one_line(": ".join(part for part in (str(self.source), self.key, self.problem) if part))
 
 
+class InfeasibleError(BadValueError):
+    """A task that an arm cannot do, though nothing is wrong with the files that ask for it."""
+
+
 class ModelFileError(AffordanceError):
     """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs.
 

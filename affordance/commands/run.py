@@ -1,6 +1,7 @@
 """``affordance run``: the experiments, their numbers, figures and report."""
 
 import argparse
+import sys
 from pathlib import Path
 
 import joblib
@@ -15,6 +16,8 @@ from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
+# Exit status where some of several experiments could not be done.
+LEFT_OUT = 3
 # Bounds of the numbers on the command line: more than anyone has patience or processors for is a slip of the finger.
 _REPEATS, _STUDY_REPEATS = 200, 300
 BOUNDS = {"repeats": (1, 1_000_000), "seed": (0, 2**32 - 1), "jobs": (1, 4096)}
@@ -61,7 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs what is asked for.
+    """Runs what is asked for; returns the exit status, LEFT_OUT if some of it could not be done.
 
     Raises:
         AffordanceError: An argument or a file is wrong.
@@ -69,7 +72,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats is None:
         arguments.repeats = _STUDY_REPEATS if arguments.experiment in STUDIES else _REPEATS
     experiments = check_arguments(arguments)
-    report = run_suite(
+    report, left_out = run_suite(
         experiments,
         arguments.out,
         models=find_models(arguments),
@@ -82,6 +85,10 @@ def run(arguments: argparse.Namespace) -> int:
         learner=Learner(arguments.learner),
     )
     print(f"The report: {report}")
+    if left_out:
+        names = ", ".join(left_out)
+        print(f"Left out, as the report says: {names}", file=sys.stderr)
+        return LEFT_OUT
     return 0
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
+from affordance.robots.lacks import write_lacks
 from affordance.robots.report import write_report
 
 _PROGRAM = Path(__file__).resolve().parent
@@ -35,6 +36,7 @@ def import_arm(
     imported = extract_arm(path, options)
     looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder) if fits_tasks else None
+    write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, imported, options, fitted, looks)
     lines = [
         f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; at home it bears "
