@@ -164,7 +164,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
 
 
 class _Table(NamedTuple):
-    """Swings of rising tip speed, [m/s], effective masses at their strikes, and why there is none; empty if there is."""
+    """Swings of rising tip speed, [m/s], with the effective masses at their strikes; a reason if there is none."""
 
     speeds: list[float]
     swings: list[Swing]

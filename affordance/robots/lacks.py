@@ -11,8 +11,8 @@ from affordance.files.atomic import write_text
 LACKS = "cannot_do.yaml"
 # What decides what an arm can do, of a folder of models.
 _DECISIVE = ("*.sdf", "*.dmd.yaml", "materials.yaml", "nail.yaml", "paths/*.yaml", "tools/*.yaml")
-_NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, with the reason of each. This holds for the files
-# of the digest: once arm, nail, paths, objects or materials are changed, affordance run tries again.
+_NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, with the reason of each. This holds for
+# the files of the digest: once arm, nail, paths, objects or materials are changed, affordance run tries again.
 """
 
 

@@ -14,6 +14,7 @@ from affordance.robots import kept, report
 from affordance.robots.folder import Fitted
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_kept
+from affordance.robots.lacks import read_lacks
 
 TIP = ImportOptions("right_tool")
 
@@ -65,6 +66,11 @@ def test_the_report_says_what_was_taken_assumed_left_out_and_lacks(tmp_path: Pat
         assert said in text
         assert said.split("<")[0].replace("'", "&#x27;") in (folder / "report.html").read_text()
     assert (folder / "posture.png").stat().st_size > 10_000
+
+
+def test_what_the_arm_cannot_do_is_kept_for_runs(tmp_path: Path) -> None:
+    folder = import_kept(write_urdf(tmp_path), TIP, tmp_path / "kept")
+    assert read_lacks(folder) == {"blow": "too weak"}
 
 
 def parse(*words: str) -> argparse.Namespace:
