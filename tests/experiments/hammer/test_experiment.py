@@ -13,7 +13,7 @@ from helpers.shared import compute_once, make_folder_once
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, StallError
 from affordance.experiments.hammer import study
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.plan import plan_hammer
@@ -142,6 +142,28 @@ def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan
     found = study._compare_swings(tool.list_gripped(), plan.blows.costs["stick"], blows, experiment.settings, 1)
     assert found == {}
     assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
+
+
+def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, numbers, monkeypatch, caplog):
+    """As a light arm stalls on a nail that yields, though it can deal the demanded blow."""
+
+    def stall(*arguments, nail=None, **changes):
+        if nail is not None:
+            raise StallError("stick", 0.8, 200_000, ())
+        return plan.blows.simulated["stick"]["wood"]
+
+    monkeypatch.setattr(study, "simulate_blow", stall)
+    monkeypatch.setattr(study, "_MAP_FORCES", 20)
+    monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
+    monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
+    first, settings = experiment.novel[0], remove_errors(experiment.settings)
+    costs, simulated = (each[first.name] for each in (plan.blows.costs, plan.blows.simulated))
+    found = study.study_blows(first, experiment.task, settings, costs, simulated, jobs=1)
+    assert found.yielding == {}
+    assert len(found.checked) == 2
+    assert "left out: the simulated blow with the stick stalls" in caplog.text
+    remarks = render(experiment, plan, numbers, yielding_nail={}).remarks
+    assert not any("constant resistance" in remark for remark in remarks)
 
 
 def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):

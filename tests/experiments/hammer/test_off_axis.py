@@ -25,5 +25,7 @@ def test_work_is_that_of_the_planned_blow_on_an_arm_of_any_speed(tmp_path, monke
     compute_work = partial(compute_blow_work, task, settings, {stick.name: {grip.name: planned}})
     (expected,) = planned.compute(held.parameters[None]).work
     assert compute_work(held) == pytest.approx(expected, rel=5e-3)
-    monkeypatch.setattr("affordance.experiments.shared.off_axis.list_shifted", lambda tool: [*list_shifted(tool)][4:6])
+    monkeypatch.setattr(
+        "affordance.experiments.shared.off_axis.list_shifted", lambda tool: [*list_shifted(tool)][4:6]
+    )
     assert 0.0 < measure_change(compute_work, stick, grip) < 0.1
