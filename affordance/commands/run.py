@@ -59,7 +59,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
     )
-    add_arm_arguments(parser, required=False)
+    add_arm_arguments(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
@@ -104,8 +104,6 @@ def find_models(arguments: argparse.Namespace) -> Path:
             raise BadValueError("--tip", "", "is of a robot's file, which --arm must name")
         models: Path = arguments.models
         return models
-    if arguments.tip is None:
-        raise BadValueError("--tip", "", "is missing: the link or frame of the robot's file that holds things")
     if arguments.models != MODELS:
         raise BadValueError("--arm", "", "makes a folder of models, so that --models cannot name another")
     kept = import_kept(arguments.arm, read_options(arguments), arguments.out / "arms")

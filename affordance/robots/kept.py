@@ -10,6 +10,7 @@ from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.lacks import write_lacks
+from affordance.robots.reader import read_robot
 from affordance.robots.report import write_report
 
 _PROGRAM = Path(__file__).resolve().parent
@@ -51,8 +52,9 @@ def import_arm(
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     """Returns the folder of models of an arm, importing it if that was not done before.
 
-    The folder is named by the file's content, the options, the tasks that come with the program and the program that
-    imports, so that it always holds what importing anew would give; meshes count by the names that the file has.
+    The folder is named by the content of the file and of those that it includes, the options, the tasks that come
+    with the program and the program that imports, so that it always holds what importing anew would give; meshes
+    count by the names that the file has.
 
     Args:
         path: The robot's file.
@@ -64,14 +66,9 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
         ModelFileError: The file cannot be parsed, or the arm finds no posture.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    try:
-        digest.update(path.read_bytes())
-    except OSError:
-        extract_arm(path, options)  # says what is wrong
-        raise
-    sources = sorted(_PROGRAM.glob("*.py"))
+    program = sorted(_PROGRAM.glob("*.py"))
     tasks = sorted(file for file in MODELS.rglob("*") if file.is_file())
-    for file in (*sources, *tasks):
+    for file in (path, *read_robot(path).sources, *program, *tasks):
         digest.update(file.name.encode())
         digest.update(file.read_bytes())
     folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")

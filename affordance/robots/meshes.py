@@ -4,7 +4,7 @@ Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converte
 most so many triangles that a page with the arm stays small.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array
 from affordance.robots.arm_file import BASE, name_links
-from affordance.robots.description import Visual, as_triple
+from affordance.robots.description import Description, Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 
 # Of each link, at most; a page with nine links then grows by about a megabyte.
@@ -43,18 +43,16 @@ class Appearance:
         self.remarks: list[str] = []
 
 
-def draw_arm(
-    arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool
-) -> Appearance:
+def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) -> Appearance:
     """Chooses what is drawn of each link: the file's shapes where they are available, else capsules.
 
     Args:
         arm: The arm.
-        shapes: What the file draws, by link.
-        path: The robot's file, beside or above which its meshes are looked for.
+        description: The robot's file, beside or above which its meshes are looked for.
         with_meshes: Whether meshes are converted at all.
     """
-    appearance = Appearance()
+    appearance, path, shapes = Appearance(), description.path, description.visuals
+    replaced: list[str] = []
     ends = [*(link.X_PL for link in arm.links), arm.X_LH]
     groups = [(BASE, arm.base_bodies), *zip(name_links(arm), (link.bodies for link in arm.links), strict=True)]
     for (name, bodies), X_next in zip(groups, ends, strict=True):
@@ -69,9 +67,15 @@ def draw_arm(
                 elif with_meshes:
                     meshed += _load_mesh(shape, X_LV, path, appearance)
         drawn += _write_meshes(name, meshed, appearance)
+        if any(body in description.undrawn for body, _ in bodies):
+            replaced.append(name)
         if not drawn and name != BASE:
             drawn = _draw_capsule(X_next.translation())
         appearance.visuals[name] = drawn
+    if replaced:
+        what = "meshes and turned shapes" if description.kind == "mjcf" else "some shapes"
+        remark = f"{what} of {', '.join(replaced)} are not taken over from the file"
+        appearance.remarks.append(f"{remark}: simple shapes or capsules stand for them")
     return appearance
 
 

@@ -3,10 +3,13 @@
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NoReturn
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
+from xml.parsers import expat
 
 from affordance.exceptions import BadValueError
+from affordance.robots.undeclared import parse_undeclared
 
 
 def read_xml(path: Path) -> Element:
@@ -16,7 +19,7 @@ def read_xml(path: Path) -> Element:
         BadValueError: It cannot be read, or is not XML.
     """
     try:
-        return ElementTree.fromstring(path.read_bytes())
+        return _parse(path.read_bytes())
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
     except ElementTree.ParseError as error:
@@ -25,6 +28,15 @@ def read_xml(path: Path) -> Element:
         raise BadValueError(path, f"line {line}, column {column + 1}", f"is not XML: {problem}") from error
     except (LookupError, ValueError) as error:
         raise BadValueError(path, "", f"is not XML: {error}") from error
+
+
+def _parse(content: bytes) -> Element:
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as error:
+        if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
+            raise
+        return parse_undeclared(content)
 
 
 class Numbers:
@@ -60,6 +72,14 @@ class Numbers:
     def parse_one(self, text: str | None, key: str, default: float) -> float:
         """Parses one finite number; arguments and errors as of ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
+
+    def refuse(self, key: str, problem: str) -> NoReturn:
+        """Rejects what stands at a place of the file.
+
+        Raises:
+            BadValueError: Always.
+        """
+        raise BadValueError(self._path, key, problem)
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent.
