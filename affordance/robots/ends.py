@@ -2,8 +2,6 @@
 
 import difflib
 
-from pydrake.multibody.tree import RigidBody
-
 from affordance.robots.limbs import FEWEST_JOINTS, climb_limb, find_hand
 from affordance.robots.tree import RobotTree
 
@@ -18,19 +16,26 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
     fingers.
     """
     carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
-    frames = [
-        frame for frame in tree.list_frames() if not frame.is_body_frame() or not _carries(frame.body(), carriers)
-    ]
-    found: dict[int, dict[str, int]] = {}
-    # Massless ones first: they are there to be named.
-    for frame in sorted(frames, key=lambda frame: frame.is_body_frame() and frame.body().default_mass() > 0.0):
+    frames = [f for f in tree.list_frames() if not f.is_body_frame() or f.body().index() not in carriers]
+    found: dict[int, list[tuple[bool, str, int]]] = {}
+    beyond: dict[int, int] = {}  # most joints that follow on one
+    for frame in frames:
         hand = find_hand(tree, frame.body())
         limb = climb_limb(tree, hand or frame.body())
         if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
-            of_limb = found.setdefault(int(limb.joints[-1].index()), {})
-            of_limb[str(frame.name() if hand is None else hand.name())] = len(limb.joints)
-    ends = [item for of_limb in found.values() for item in list(of_limb.items())[:_OF_A_LIMB]]
-    return dict(sorted(ends, key=lambda item: -item[1]))
+            # First hands, then what weighs nothing and is there to be named.
+            rank = hand is None and frame.is_body_frame() and frame.body().default_mass() > 0.0
+            name = str(frame.name() if hand is None else hand.name())
+            found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
+            for count, joint in enumerate(reversed(limb.joints)):
+                beyond[int(joint.index())] = max(count, beyond.get(int(joint.index()), 0))
+    ends = {
+        name: count
+        for last, of_limb in found.items()
+        if beyond[last] <= 1  # what hangs on the middle of a limb is no end of it; a jaw may follow
+        for _, name, count in sorted(set(of_limb))[:_OF_A_LIMB]
+    }
+    return dict(sorted(ends.items(), key=lambda item: -item[1]))
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:
@@ -50,7 +55,3 @@ def suggest_frames(tree: RobotTree, name: str) -> str:
     names = [str(frame.name()) for frame in tree.list_frames()]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
     return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"
-
-
-def _carries(body: RigidBody, carriers: set[object]) -> bool:
-    return body.index() in carriers

@@ -62,7 +62,7 @@ def climb_limb(tree: RobotTree, body: RigidBody, base: RigidBody | None = None) 
 def find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
     """The link that carries a finger, if a body is on one; None if it is not.
 
-    A finger hangs on a longer limb, either from where other fingers leave, or by a joint that no arm can have.
+    A finger hangs on a limb of at least as many joints, either where other fingers do, or by a joint no arm can have.
     """
     finger = climb_limb(tree, body)
     if finger.obstacle is not None:
@@ -76,7 +76,7 @@ def find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
             carrier = last
     arm = climb_limb(tree, carrier)
     own = sum(joint.num_velocities() > 0 for joint in _climb_to(tree, body, carrier))
-    if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) <= own:
+    if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
         return None
     return find_hand(tree, carrier) or carrier
 

@@ -122,6 +122,19 @@ def test_rotors_and_damping_are_what_is_asked_for(tmp_path: Path) -> None:
     np.testing.assert_allclose(matrices[1] - matrices[0], np.diag([0.1, 0.3, 0.1, 0.1]), rtol=0.0, atol=1e-14)
 
 
+def test_models_that_share_names_keep_what_is_theirs(tmp_path: Path) -> None:
+    """As two arms of one kind in a world, the second with a heavier hand and stronger joints."""
+    model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
+    twin = model.replace('name="swinger"', 'name="other"').replace("<mass>0.5</mass>", "<mass>0.7</mass>")
+    twin = twin.replace("<effort>30</effort>", "<effort>35</effort>")
+    path = tmp_path / "twins.sdf"
+    path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
+    first, second = (read_arm(path, ImportOptions(f"{name}::grip")).arm for name in ("swinger", "other"))
+    assert [link.effort for link in first.links] == [30.0, 30.0, 20.0]
+    assert [link.effort for link in second.links] == [35.0, 35.0, 20.0]
+    assert (first.links[-1].inertial.mass, second.links[-1].inertial.mass) == (0.5, 0.7)
+
+
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)
 def test_arms_of_the_wheel_agree_with_pinocchio(robot: Robot) -> None:
     folder = find_wheel()
