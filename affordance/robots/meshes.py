@@ -4,20 +4,23 @@ Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converte
 most so many triangles that a page with the arm stays small.
 """
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array
 from affordance.robots.arm_file import BASE, name_links
 from affordance.robots.description import Description, Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
+from affordance.robots.simplify import simplify
 
 # Of each link, at most; a page with nine links then grows by about a megabyte.
 _TRIANGLES = 4000
+# Of each colour, at least, where a link has many.
+_FEWEST = 12
 # Colours that differ by less in every channel are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
@@ -150,11 +153,11 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
     for number, key in enumerate(sorted(groups)):
         mesh: Any = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
         mesh.merge_vertices()
-        target = max(4, int(_TRIANGLES * len(mesh.faces) / total))
-        if len(mesh.faces) > target:
-            mesh = mesh.simplify_quadric_decimation(face_count=target)
+        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.intp)
+        share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
+        vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
         name = f"{''.join(c if c.isalnum() else '_' for c in link)}_{number}.obj"
-        appearance.meshes[name] = write_obj(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+        appearance.meshes[name] = write_obj(vertices, faces)
         place = (0.0, 0.0, 0.0)
         colour = groups[key][0][1]
         uri = f"package://affordance_models/{_FOLDER}/{name}"
@@ -162,23 +165,21 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
     return visuals
 
 
-def write_obj(vertices: Array, faces: Iterable[Array]) -> str:
+def write_obj(vertices: Array, faces: NDArray[np.intp]) -> str:
     """Writes triangles as a Wavefront file, each with its own normal: edges of machines are sharp.
 
     Args:
-        vertices: (N, 3), [m].
-        faces: Indices of three vertices each.
+        vertices: Places, (N, 3), [m].
+        faces: Indices of three vertices each, (M, 3).
     """
-    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices)]
-    shown = []
-    for a, b, c in faces:
-        normal = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
-        area = float(np.linalg.norm(normal))
-        if area > 0.0:
-            x, y, z = normal / area
-            lines.append(f"vn {x:.3f} {y:.3f} {z:.3f}")
-            shown.append((a + 1, b + 1, c + 1))
-    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(shown, start=1)]
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    shown = np.flatnonzero(areas > 0.0)
+    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices.tolist())]
+    lines += [f"vn {x:.3f} {y:.3f} {z:.3f}" for x, y, z in (normals[shown] / areas[shown, None]).tolist()]
+    listed = (faces[shown] + 1).tolist()
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(listed, start=1)]
     return "\n".join(lines) + "\n"
 
 

@@ -85,7 +85,13 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # what URDF puts for one alone
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
-    fault = find_joint_fault(**bounds, damping=damping, axis=direction)
+    fault = find_joint_fault(
+        lower=bounds["lower"],
+        upper=bounds["upper"],
+        velocity=bounds["velocity"],
+        damping=damping,
+        axis=direction,
+    )
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
         limit.attrib.pop("effort", None)  # it is kept here

@@ -81,7 +81,7 @@ class Blow:
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         ways = []
         # Where damping brings a light wrist to rest within a control period, it does not give way to the nail.
-        if any(joint.default_damping() > 0.0 for joint in joints):
+        if any(joint.default_damping_vector().any() for joint in joints):
             ways.append("an arm without damping (import-arm --damping none)")
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
             ways.append("the inertia of its rotors (import-arm --rotor-inertia)")

@@ -41,5 +41,6 @@ def compute_blow_work(
         swing = find_swing(model, target, task, speed, swing)
         (mass,) = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end).compute(pi)
         speed = float(task.nail.compute_tip_speed(np.array(AIM * task.force), mass))
+    assert swing is not None  # there is at least one
     motion = sample_swing(swing, settings.control_period)
     return float(MotionCost(model, motion).compute(pi).work[0])
