@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc  # scipy.stats takes a second to import
 
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
@@ -212,7 +212,7 @@ class DensityBelief:
             self.information_vector @ self.untruncated_mean
             - posterior.information_vector @ posterior.untruncated_mean
         )
-        return float(chi2.sf(distance, likelihood.num_values))
+        return float(chdtrc(likelihood.num_values, max(0.0, distance)))
 
 
 EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

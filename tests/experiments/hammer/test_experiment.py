@@ -15,6 +15,7 @@ from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
 from affordance.exceptions import AffordanceError, BadValueError, StallError
 from affordance.experiments.hammer import study
+from affordance.experiments.hammer.drawings import label_blows
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.plan import plan_hammer
 from affordance.experiments.hammer.study import list_densities_of_map
@@ -207,6 +208,17 @@ def test_share_of_light_ends_is_of_what_was_chosen():
     near, far = np.array([0, 1]), np.array([1, 0])
     chosen = np.array([0, 1, 0, NO_OPTION])
     assert compute_share_of_light_ends(chosen, rho=rho, near=near, far=far) == pytest.approx(1 / 3)
+
+
+def test_trajectories_last_until_the_nail_of_a_heavy_arm_is_at_rest(plan):
+    blows = list(plan.blows.simulated["stick"].values())
+    usual = label_blows(blows, plan.study.map, plan.study.densities)["time_since_touch"].values
+    assert usual[-1] == pytest.approx(0.012, abs=1e-4)
+    nail = blows[0].nail
+    slow = nail._replace(times=nail.time_of_touch + 4.0 * (nail.times - nail.time_of_touch))
+    heavy = dataclasses.replace(blows[0], nail=slow)
+    longer = label_blows([heavy], plan.study.map, plan.study.densities)["time_since_touch"].values
+    assert longer[-1] > slow.time_of_rest - slow.time_of_touch > 0.012
 
 
 def test_run_without_any_choice_ends_as_others_do(experiment, plan, numbers, tmp_path):
