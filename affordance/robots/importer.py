@@ -200,11 +200,13 @@ def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> di
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Rejects an arm with a joint that nothing of any inertia hangs on.
+    """Rejects an arm without mass, and one with a joint that nothing of any inertia hangs on.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: It is one.
     """
+    if not arm.mass > 0.0:
+        raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
     q = np.linspace(0.1, 1.0, len(arm.links))
     statics.plant.SetPositions(statics.context, q)
     M = statics.plant.CalcMassMatrix(statics.context)

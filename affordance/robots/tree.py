@@ -141,7 +141,9 @@ def _clean(text: str) -> str:
     text = " ".join(text.split())
     failed = re.search(r"Failure at \S+ in (.*)$", text)
     text = failed[1] if failed else text
-    return re.sub(r"(<(literal|data)-string>)?(\.(urdf|sdf|xml))?(:\d+)?: (?=error|warning)|error: ", "", text)
+    return re.sub(
+        r"(<(literal|data)-string>)?(\.(urdf|sdf|xml))?(:\d+)?: (?=error|warning)|(error|warning): ", "", text
+    )
 
 
 def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:

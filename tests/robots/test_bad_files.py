@@ -1,6 +1,7 @@
 """Every mistake in a robot's file, or in what is said of it, is one line that names file or option and place."""
 
 import math
+import re
 from pathlib import Path
 
 import pytest
@@ -134,6 +135,15 @@ def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
     assert len(extract_arm(path, TIP).arm.links) == 4
     path = write_urdf(tmp_path, changes={"<gazebo/>": block.replace("</gazebo>", "")})
     assert "is not XML: mismatched tag" in refuse(path)
+
+
+def test_a_robot_without_masses_is_refused(tmp_path: Path) -> None:
+    """As many files for planning are, which say where links are and no more."""
+    path = write_urdf(tmp_path)
+    path.write_text(re.sub(r"<inertial>.*?</inertial>", "", path.read_text()))
+    assert refuse(path).endswith(
+        "two_arms.urdf: has no mass for any link of the arm, must have inertias (<inertial>)"
+    )
 
 
 def test_mimic_and_prismatic_end_a_chain_but_not_one_that_names_its_base(tmp_path: Path) -> None:
