@@ -138,25 +138,45 @@ def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
                 yield replace(asked, points=rows, duration=asked.duration * pace), ", ".join(words)
 
 
-def _find_lack(model: ArmModel, path: TimedPath, tools: Sequence[Tool], settings: Settings) -> str:
-    """Why a path cannot be followed with some object; empty if it can with all."""
-    for tool in tools:
-        try:
-            cost = Reach(path).build_cost(model, tool.components, settings)
-        except AffordanceError as error:
-            return str(error)
-        if cost.infeasible_reason:
-            return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
-        loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
-        if loads.max() > 1.0:
-            joint = model.arm.joint_names[int(np.argmax(loads))]
-            return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
+    """Why a path cannot be followed with some object; empty if it can with all.
+
+    Args:
+        model: The arm; its state and payload are set.
+        path: The path.
+        tools: Gripped objects; one that fails is put first, so that the next path fails soon.
+        settings: Settings of arm and controller.
+    """
     # What is planned well may yet be carried out badly, as where limits hold the arm back.
-    for tool in tools:
-        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
-        if missed := path.describe_error(rollout.error):
-            return f"{tool.name} by {tool.grip}, simulated, {missed}"
+    for find in (_find_lack_of_plan, _find_lack_of_motion):
+        for k, tool in enumerate(tools):
+            if lack := find(model, path, tool, settings):
+                tools.insert(0, tools.pop(k))
+                return lack
     return ""
+
+
+def _find_lack_of_plan(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
+    try:
+        cost = Reach(path).build_cost(model, tool.components, settings)
+    except AffordanceError as error:
+        return str(error)
+    if cost.infeasible_reason:
+        return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
+    loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
+    if loads.max() > 1.0:
+        joint = model.arm.joint_names[int(np.argmax(loads))]
+        return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+    return ""
+
+
+def _find_lack_of_motion(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
+    try:
+        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
+    except AffordanceError as error:
+        return str(error)
+    missed = path.describe_error(rollout.error)
+    return f"{tool.name} by {tool.grip}, simulated, {missed}" if missed else ""
 
 
 def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:

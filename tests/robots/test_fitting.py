@@ -8,6 +8,7 @@ import yaml
 
 from affordance.choice.hammer import load_hammer
 from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import NoPlanError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
@@ -78,6 +79,32 @@ def test_paths_are_tried_as_they_are_then_mirrored_then_slower_and_last_smaller(
     assert fit.changes[0].why == "as it is is too much; 0.75 times as large, 1.25 times slower"
     apply_changes(models, fit.changes)
     assert load_path(models / PATH).points[0] == pytest.approx((-0.075, 0.15, 0.15))
+
+
+def test_the_object_that_a_path_failed_with_is_tried_first_with_the_next_path(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def fail(model: object, path: object, tool: Tool, settings: object) -> str:
+        tried.append(f"{tool.name} by {tool.grip}")
+        return "is too heavy" if tried[-1] == "hammer by steel" and len(tried) < 6 else ""
+
+    monkeypatch.setattr(fitting, "_find_lack_of_plan", fail)
+    monkeypatch.setattr(fitting, "_find_lack_of_motion", lambda *arguments: "")
+    fit_path(models)
+    assert tried[3:7] == ["hammer by steel", "hammer by steel", "hammer by steel", "stick by wood"]
+
+
+def test_a_motion_that_the_controller_finds_no_plan_for_is_no_path(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*arguments: object) -> None:
+        raise NoPlanError(0.3)
+
+    monkeypatch.setattr(fitting, "_find_lack_of_plan", lambda *arguments: "")
+    monkeypatch.setattr(fitting, "roll_out", stop)
+    assert "no plan keeps the joints' position and velocity limits at t = 0.300 s" in fit_path(models).lack
 
 
 def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
