@@ -26,8 +26,8 @@ from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
-# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). The table of an arm that
-# is slower than to have so many of them is planned again in as many even steps.
+# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). An arm so slow
+# that its table has fewer speeds than this gets one of as many even steps.
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
@@ -236,7 +236,7 @@ def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, gu
 
     Args:
         model: The arm; its state is set.
-        target: What is struck, and with which point.
+        target: Point that strikes, and where.
         hammer: The blow.
         speed: Speed of the point at the strike, [m/s].
         guess: A swing like the one that is sought; None for none.

@@ -35,7 +35,7 @@ EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
 # The study of vision, which is of "all".
 _VISION = "affordance.experiments.vision.experiment"
-# What of an imported arm each of them needs: what the import could not fit need not be planned in vain.
+# Tasks that an experiment needs; one that the import of an arm could not fit is not planned again.
 _NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "path"), "hammer": ("objects", "blow")}
 
 

@@ -29,7 +29,7 @@ class JointNotes(NamedTuple):
         stiffness: Of a spring in the joint, [N m/rad].
         mimic: Which joint it follows; None for none.
         rotor_inertia: Of rotor and gears as felt at the joint, [kg m^2].
-        fault: Why it cannot be a joint of an arm, of what is left out of the text that Drake parses; empty if it can.
+        fault: Limits, damping or axis that no joint can have, left out of the text that Drake parses; empty for none.
     """
 
     kind: str
@@ -73,7 +73,7 @@ class Inertial(NamedTuple):
         return ""
 
     def _describe_impossible(self) -> str:
-        """Names the moments that no solid can have: those of the diagonal, or those that its products make of it."""
+        """Names the moments that no solid can have, and the products where it is these that are at fault."""
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
             return f"an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
@@ -118,9 +118,9 @@ class Description:
         faults: Links whose inertia cannot be used, and why; their inertia is left out of the text.
         visuals: What it draws, by link.
         dropped: What was left out, a sentence each.
-        undrawn: Links of which a shape is drawn in the file and not taken over.
-        frames: Names of frames besides those of links.
-        sources: Files beside it that were read with it.
+        undrawn: Links with a shape in the file that is not taken over.
+        frames: Names of frames that are declared apart from links.
+        sources: Other files that it includes.
     """
 
     path: Path

@@ -5,7 +5,7 @@ import difflib
 from affordance.robots.limbs import FEWEST_JOINTS, climb_limb, find_hand
 from affordance.robots.tree import RobotTree
 
-# How many names are listed: of the ends of one limb, and in all.
+# Names listed at most: for one limb, and in all.
 _OF_A_LIMB, _LISTED = 3, 12
 
 
@@ -32,7 +32,7 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
     ends = {
         name: count
         for last, of_limb in found.items()
-        if beyond[last] <= 1  # what hangs on the middle of a limb is no end of it; a jaw may follow
+        if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
         for _, name, count in sorted(set(of_limb))[:_OF_A_LIMB]
     }
     return dict(sorted(ends.items(), key=lambda item: -item[1]))

@@ -146,9 +146,9 @@ def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool)
 
     Args:
         option: The command-line option.
-        words: What it was given.
+        words: Words that were given.
         unit: Unit of the values, in words.
-        may_be_zero: Whether a value may be 0.
+        may_be_zero: True if a value may be 0.
 
     Raises:
         BadValueError: A word is neither, or negative.
@@ -200,7 +200,7 @@ def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> di
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Rejects an arm without mass, and one with a joint that nothing of any inertia hangs on.
+    """Rejects an arm without mass, and one with a joint that moves no inertia.
 
     Raises:
         BadValueError: It is one.

@@ -6,9 +6,9 @@ from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody
 
 from affordance.robots.tree import RobotTree
 
-# So many moving joints in series, beside the arm, make a limb of their own; one is a neck or a gripper's finger.
+# Fewest moving joints in series that make another limb; one alone is a neck or a gripper's finger.
 _LIMB = 2
-# An arm that would end below a joint that cannot be its own has at least so many, or the joint is rejected.
+# Fewest joints of an arm that may begin above a joint that cannot be its own; with fewer that joint is rejected.
 FEWEST_JOINTS = 3
 
 
@@ -62,7 +62,8 @@ def climb_limb(tree: RobotTree, body: RigidBody, base: RigidBody | None = None) 
 def find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
     """The link that carries a finger, if a body is on one; None if it is not.
 
-    A finger hangs on a limb of at least as many joints, either where other fingers do, or by a joint no arm can have.
+    A finger is carried by a limb with at least as many joints, and branches off with other fingers or by a joint that
+    no arm can have.
     """
     finger = climb_limb(tree, body)
     if finger.obstacle is not None:
@@ -128,7 +129,7 @@ def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
 
 
 def _contains(tree: RobotTree, joint: Joint, other: Joint) -> bool:
-    """Whether another joint hangs on what hangs on a joint."""
+    """Whether one joint leads to another."""
     return any(above.index() == joint.index() for above in tree.climb(other.parent_body()))
 
 

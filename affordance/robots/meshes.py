@@ -51,7 +51,7 @@ def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) ->
 
     Args:
         arm: The arm.
-        description: The robot's file, beside or above which its meshes are looked for.
+        description: The robot's file; its meshes are looked for in its folder and above.
         with_meshes: Whether meshes are converted at all.
     """
     appearance, path, shapes = Appearance(), description.path, description.visuals

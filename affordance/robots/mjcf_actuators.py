@@ -41,7 +41,7 @@ def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: 
 
     Args:
         attributes: Attributes of the element.
-        name: What is limited, such as ``force``.
+        name: Name of the limited quantity, such as ``force``.
         numbers: Parses them.
         key: Where the element stands in the file.
 

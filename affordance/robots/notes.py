@@ -12,7 +12,7 @@ from affordance.robots.importer import ImportedArm, ImportOptions
 _MUCH_DAMPING = 0.5
 # Less than what any geared motor is felt as: none is in the file, [kg m^2].
 _NO_ROTOR = 1e-3
-# An arm that bears so many times its own weight at rest is stronger than any that is built.
+# Static payload over arm mass above which torque limits look like placeholders; of twenty robots the largest is 4.1.
 _MANY_WEIGHTS = 5.0
 _MANY = 12
 

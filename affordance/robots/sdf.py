@@ -90,7 +90,7 @@ def read_sdf(path: Path, root: Element) -> Description:
 
 
 def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tuple[str, Element]]:
-    """All models, each with what its names begin with where models are told apart: ``outer::inner::``."""
+    """Lists all models, each with the prefix of its names where models are distinguished: ``outer::inner::``."""
     for child in element:
         if child.tag == "model":
             own = f"{scope}{name_of(child, path)}::"

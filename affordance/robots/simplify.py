@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Cells are from this part of the mesh's diagonal to that part, found to less than 1 % by so many halvings; in the
-# coarsest there is a single cell, and no triangle.
+# Bounds of the cell width, as parts of the mesh's diagonal, and bisections that find it to less than 1 %. The
+# coarsest grid has a single cell, and no triangle.
 _FINEST, _COARSEST, _HALVINGS = 1.0 / 5000.0, 1.01, 11
 # The mean decides in directions in which the planes of a cell say less than this part of what they say in the best.
 _LEAST_SINGULAR = 1e-2

@@ -46,7 +46,7 @@ class RobotTree:
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"
 
     def note(self, joint: Joint) -> JointNotes:
-        """What the file says of a joint besides what Drake keeps."""
+        """Returns what the file says of a joint and Drake does not keep."""
         return self.description.joints.get(self.key(joint)) or JointNotes(joint.type_name())
 
     def list_frames(self) -> list[Frame]:
@@ -114,7 +114,7 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
-    """Rejects a link that hangs on two joints, and joints that go round in a circle.
+    """Rejects a link with two parent joints, and loops of joints.
 
     Raises:
         BadValueError: There is one.
@@ -123,7 +123,7 @@ def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
         if child.index() in above:
-            problem = f"hangs on two joints, {above[child.index()].name()} and {joint.name()}, must on one"
+            problem = f"is the child of two joints, {above[child.index()].name()} and {joint.name()}, must be of one"
             raise BadValueError(path, f"link {child.name()}", problem)
         above[child.index()] = joint
     for index in above:
@@ -131,7 +131,7 @@ def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
         while body in above:
             body = above[body].parent_body().index()
             if body in seen:
-                problem = "hangs on itself by way of others, must hang on the robot's root"
+                problem = "is part of a loop of joints, must be connected to the robot's root"
                 raise BadValueError(path, f"link {plant.get_body(body).name()}", problem)
             seen.add(body)
 

@@ -84,7 +84,7 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
         ({'<link name="right_2">': '<link name="right_1">'}, "link right_1: is there twice"),
         (
             {'<parent link="left_1"/><child link="left_2"/>': '<parent link="left_1"/><child link="right_2"/>'},
-            "link right_2: hangs on two joints, right_j2 and left_j2, must on one",
+            "link right_2: is the child of two joints, right_j2 and left_j2, must be of one",
         ),
         (
             {'ixy="1e-4"': 'ixy="0.01"'},
@@ -101,7 +101,7 @@ def test_a_bad_urdf_is_refused_in_one_line(tmp_path: Path, changes: dict[str, st
     assert str(path) in text
 
 
-def test_what_is_wrong_with_a_joint_beside_the_arm_is_left_out_and_named(tmp_path: Path) -> None:
+def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_path: Path) -> None:
     """As over the neck of this robot Drake would end the program, whatever its arm."""
     good = 'type="revolute"><parent link="torso"/><child link="head"/>'
     path = write_urdf(tmp_path)

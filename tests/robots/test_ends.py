@@ -1,4 +1,4 @@
-"""Names that a tip can have are told to who does not know them; a finger is no arm."""
+"""Names that a tip can have are listed for those who do not know them; a finger is no arm."""
 
 from pathlib import Path
 

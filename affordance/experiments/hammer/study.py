@@ -124,7 +124,7 @@ def list_densities_of_map(true: float) -> Array:
 
 
 def _simulate(*arguments: Any, **changes: Any) -> Blow | AffordanceError:
-    """Simulates a blow that is studied beside; one that fails, as on a light arm, is no reason to have none."""
+    """Simulates an additional blow; returns the error of one that fails, as it may on a light arm."""
     try:
         return simulate_blow(*arguments, **changes)
     except AffordanceError as error:
@@ -135,7 +135,7 @@ def _keep_all(blows: Mapping[str, Blow | AffordanceError]) -> dict[str, Blow]:
     """Blows by grip; empty if one of them failed."""
     for blow in blows.values():
         if isinstance(blow, AffordanceError):
-            _LOG.warning("blows that are studied beside the demanded one are left out: %s", blow)
+            _LOG.warning("additional blows are left out of the study: %s", blow)
             return {}
     return {grip: blow for grip, blow in blows.items() if isinstance(blow, Blow)}
 

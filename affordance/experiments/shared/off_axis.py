@@ -34,7 +34,7 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
     """Largest relative change of the work with a tool in a grip, over the tools of ``list_shifted``.
 
-    A task at the very limit of an arm cannot be done with some of them: those do not count.
+    Shifted tools with which the arm cannot do the task, as one at its limit, do not count.
 
     Args:
         compute_work: Work with a tool that is gripped, [J]; raises an AffordanceError if the task cannot be done.

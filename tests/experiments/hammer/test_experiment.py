@@ -162,7 +162,7 @@ def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, numb
     found = study.study_blows(first, experiment.task, settings, costs, simulated, jobs=1)
     assert found.yielding == {}
     assert len(found.checked) == 2
-    assert "left out: the simulated blow with the stick stalls" in caplog.text
+    assert "left out of the study: the simulated blow with the stick stalls" in caplog.text
     remarks = render(experiment, plan, numbers, yielding_nail={}).remarks
     assert not any("constant resistance" in remark for remark in remarks)
 
