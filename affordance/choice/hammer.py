@@ -1,6 +1,7 @@
 """Hammer: the free end of the tool drives a nail with a demanded peak force."""
 
 import contextlib
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +28,7 @@ from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
 # are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). An arm so slow
-# that its table has fewer speeds than this gets one of as many even steps.
+# that its table has fewer speeds than this gets others between them.
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
@@ -144,9 +145,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
     Returns: The swings and what they cost; with a reason if there is none.
     """
     target = hammer.find_target(model, parts)
-    table = _plan_table(model, target, hammer, _SPEED_STEP)
-    if 0 < len(table.swings) < _FEWEST_SPEEDS:
-        table = _plan_table(model, target, hammer, table.speeds[-1] / _FEWEST_SPEEDS)
+    table = _plan_table(model, target, hammer)
     return BlowCost(
         nail=hammer.nail,
         force=hammer.force,
@@ -172,12 +171,16 @@ class _Table(NamedTuple):
     infeasible_reason: str
 
 
-def _plan_table(model: ArmModel, target: Target, hammer: Hammer, step: float) -> _Table:
-    """Plans swings of tip speeds that rise by a step, [m/s], or by their growth where that is more."""
+def _plan_table(model: ArmModel, target: Target, hammer: Hammer) -> _Table:
+    """Plans swings of tip speeds that rise in steps, and between them where that makes too few."""
+
+    def weigh(swing: Swing) -> EffectiveMass:
+        return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
+
     speeds, swings, masses = [0.0], list[Swing](), list[EffectiveMass]()
-    fastest, infeasible_reason = step, ""
+    fastest, infeasible_reason = _SPEED_STEP, ""
     while speeds[-1] < fastest:
-        speed = speeds[-1] + max(step, _SPEED_GROWTH * speeds[-1])
+        speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
         try:
             swings.append(find_swing(model, target, hammer, speed, swings[-1] if swings else None))
         except AffordanceError as error:
@@ -185,10 +188,24 @@ def _plan_table(model: ArmModel, target: Target, hammer: Hammer, step: float) ->
                 infeasible_reason = str(error)
             break
         speeds.append(speed)
-        masses.append(EffectiveMass(model, target.p_TS, target.direction_W, swings[-1].q_end))
+        masses.append(weigh(swings[-1]))
         # No tool has less behind it than the arm alone.
         (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
+    nodes = dict(zip(speeds[1:], swings, strict=True))
+    between = 1
+    while between and 0 < len(nodes) < _FEWEST_SPEEDS:
+        known = [0.0, *sorted(nodes)]
+        known.append(2.0 * known[-1] - known[-2])  # perhaps half a step more is within the limits
+        between = len(nodes)
+        for low, high in itertools.pairwise(known):
+            with contextlib.suppress(AffordanceError):
+                guess = nodes[low if low > 0.0 else known[1]]
+                nodes[0.5 * (low + high)] = find_swing(model, target, hammer, 0.5 * (low + high), guess)
+        between = len(nodes) - between
+    if len(nodes) > len(swings):
+        speeds, swings = [0.0, *sorted(nodes)], [nodes[speed] for speed in sorted(nodes)]
+        masses = [weigh(swing) for swing in swings]
     return _Table(speeds[1:], swings, masses, infeasible_reason)
 
 
