@@ -54,7 +54,9 @@ class Command(Protocol):
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command; returns the exit status: 0, 2 for wrong input, 130 for an interruption.
+    """Runs a command; returns the exit status.
+
+    It is 0, 2 for wrong input, 3 where some of what was asked for could not be done, or 130 for an interruption.
 
     Args:
         arguments: Those of the command line; of this process if None.

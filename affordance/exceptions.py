@@ -64,6 +64,10 @@ class BadArgumentError(BadValueError, ValueError):
     """
 
 
+class InfeasibleError(BadValueError):
+    """A task that an arm cannot do, though nothing is wrong with the files that ask for it."""
+
+
 class ModelFileError(AffordanceError):
     """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs.
 

@@ -20,7 +20,7 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.hammer.plan import FORCE_TOLERANCE, list_blow_costs
+from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.experience import ExperienceConfig
@@ -28,7 +28,7 @@ from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
-from affordance.simulation.blow import simulate_blow
+from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
 from benchmarks.timing import time_by_turns
 

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Annotated
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtrc  # scipy.stats takes a second to import
 
 from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
@@ -276,7 +276,7 @@ class DensityBelief:
             self.information_vector @ self.untruncated_mean
             - posterior.information_vector @ posterior.untruncated_mean
         )
-        return float(chi2.sf(distance, likelihood.num_values))
+        return float(chdtrc(likelihood.num_values, max(0.0, distance)))
 
 
 def show_density(density: float) -> str:

@@ -13,7 +13,6 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import nnls
 from scipy.optimize.elementwise import find_root
 from scipy.special import log_ndtr, ndtri
-from scipy.stats.qmc import Sobol
 
 from affordance.arrays import Array
 from affordance.belief import orthant_quadrature
@@ -155,6 +154,8 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
     """Spreads proposals evenly; returns them, (N, M), their weights over the largest weight, (N,), and its log."""
     proposal = build_proposal(mean, covariance)
     # A fixed seed makes this a function.
+    from scipy.stats.qmc import Sobol  # here, as it takes a second
+
     uniforms = 1.0 - Sobol(len(mean), rng=np.random.default_rng(0)).random_base2(_LOG2_POINTS)
     points, log_weights = propose(proposal, uniforms)
     return points, np.exp(log_weights), proposal.log_bound

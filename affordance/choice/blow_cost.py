@@ -65,6 +65,11 @@ class BlowCost:
         (mass,) = self._interpolate(speed, pi, lambda node, chunk: (self.masses[node].compute(chunk),))
         return self.nail.compute_tip_speed(aim, mass)
 
+    def pick_swing(self, speed: float) -> Swing | None:
+        """Picks the slowest swing that is at least as fast as a speed, [m/s]; None if there is none."""
+        near = int(np.searchsorted(self.speeds, speed))
+        return self.swings[near] if near < len(self.swings) else None
+
     def compute(self, pi: Array, force: float | None = None) -> Costs:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
 

@@ -1,9 +1,10 @@
 """Hammer: the free end of the tool drives a nail with a demanded peak force."""
 
 import contextlib
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, Self
+from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -26,8 +27,9 @@ from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
 # Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
-# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py).
-_SPEED_STEP, _SPEED_GROWTH = 0.125, 0.06
+# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). An arm so slow
+# that its table has fewer speeds than this gets others between them.
+_SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
 # Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
 _MIN_LENGTH = 0.01
 
@@ -143,37 +145,68 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
     Returns: The swings and what they cost; with a reason if there is none.
     """
     target = hammer.find_target(model, parts)
-    swings: list[Swing] = []
-    masses: list[EffectiveMass] = []
-    infeasible_reason = ""
-    speeds, fastest = [0.0], _SPEED_STEP
+    table = _plan_table(model, target, hammer)
+    return BlowCost(
+        nail=hammer.nail,
+        force=hammer.force,
+        target=target,
+        swings=tuple(table.swings),
+        speeds=np.array(table.speeds),
+        masses=tuple(table.masses),
+        motions=tuple(
+            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
+            for swing in table.swings
+        ),
+        joint_names=tuple(model.arm.joint_names),
+        infeasible_reason=table.infeasible_reason,
+    )
+
+
+class _Table(NamedTuple):
+    """Swings of rising tip speed, [m/s], with the effective masses at their strikes; a reason if there is none."""
+
+    speeds: list[float]
+    swings: list[Swing]
+    masses: list[EffectiveMass]
+    infeasible_reason: str
+
+
+def _plan_table(model: ArmModel, target: Target, hammer: Hammer) -> _Table:
+    """Plans swings of tip speeds that rise in steps, and between them where that makes too few."""
+
+    def weigh(swing: Swing) -> EffectiveMass:
+        return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
+
+    speeds, swings, masses = [0.0], list[Swing](), list[EffectiveMass]()
+    fastest, infeasible_reason = _SPEED_STEP, ""
     while speeds[-1] < fastest:
         speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
         try:
-            swings.append(_plan_swing(model, target, hammer, speed, swings[-1] if swings else None))
+            swings.append(find_swing(model, target, hammer, speed, swings[-1] if swings else None))
         except AffordanceError as error:
             if not swings:
                 infeasible_reason = str(error)
             break
         speeds.append(speed)
-        masses.append(EffectiveMass(model, target.p_TS, target.direction_W, swings[-1].q_end))
+        masses.append(weigh(swings[-1]))
         # No tool has less behind it than the arm alone.
         (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
-    return BlowCost(
-        nail=hammer.nail,
-        force=hammer.force,
-        target=target,
-        swings=tuple(swings),
-        speeds=np.array(speeds[1:]),
-        masses=tuple(masses),
-        motions=tuple(
-            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
-            for swing in swings
-        ),
-        joint_names=tuple(model.arm.joint_names),
-        infeasible_reason=infeasible_reason,
-    )
+    nodes = dict(zip(speeds[1:], swings, strict=True))
+    between = 1
+    while between and 0 < len(nodes) < _FEWEST_SPEEDS:
+        known = [0.0, *sorted(nodes)]
+        known.append(2.0 * known[-1] - known[-2])  # perhaps half a step more is within the limits
+        between = len(nodes)
+        for low, high in itertools.pairwise(known):
+            with contextlib.suppress(AffordanceError):
+                guess = nodes[low if low > 0.0 else known[1]]
+                nodes[0.5 * (low + high)] = find_swing(model, target, hammer, 0.5 * (low + high), guess)
+        between = len(nodes) - between
+    if len(nodes) > len(swings):
+        speeds, swings = [0.0, *sorted(nodes)], [nodes[speed] for speed in sorted(nodes)]
+        masses = [weigh(swing) for swing in swings]
+    return _Table(speeds[1:], swings, masses, infeasible_reason)
 
 
 def plan_strike(
@@ -208,17 +241,26 @@ def plan_strike(
             f"the blow needs a tip speed of {speed:.3g} m/s, the joints' limits allow {planned.speeds[-1]:.3g} m/s"
         )
     speed = max(speed, float(planned.speeds[0]))
-    near = int(np.searchsorted(planned.speeds, speed))
-    guess = planned.swings[near] if near < len(planned.swings) else None
-    swing = _plan_swing(model, planned.target, hammer, speed, guess)
+    swing = find_swing(model, planned.target, hammer, speed, planned.pick_swing(speed))
     target = planned.target
     face = ContactFace(target.p_TS, target.normal_T, target.radius)
     placement = NailPlacement(nail or hammer.nail, target.p_WS, target.direction_W, face)
     return Strike(swing, placement, settings.control_period)
 
 
-def _plan_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start."""
+def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
+    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start.
+
+    Args:
+        model: The arm; its state is set.
+        target: Point that strikes, and where.
+        hammer: The blow.
+        speed: Speed of the point at the strike, [m/s].
+        guess: A swing like the one that is sought; None for none.
+
+    Raises:
+        AffordanceError: No swing within position and velocity limits does it.
+    """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
             return plan_swing(model, target, speed=speed, duration=hammer.duration, guess=guess)

@@ -5,7 +5,7 @@ import time
 from pathlib import Path
 
 from affordance.robots.frozen import parse_values
-from affordance.robots.importer import AXES, ImportOptions, parse_rotor_inertia
+from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.robots.kept import import_arm
 from affordance.robots.report import PAGE, TEXT
 
@@ -15,7 +15,7 @@ HELP = "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the command's arguments."""
     parser.add_argument("file", type=Path, help="the robot's file")
-    add_arm_arguments(parser, required=True)
+    add_arm_arguments(parser)
     parser.add_argument("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
     parser.add_argument(
         "--tasks",
@@ -26,9 +26,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--out", type=Path, required=True, help="folder for the models; must be new or empty")
 
 
-def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> None:
+def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares what is said of an arm besides its file; also for commands that take a robot's file in passing."""
-    parser.add_argument("--tip", required=required, help="link or frame at the arm's end, where it holds things")
+    parser.add_argument(
+        "--tip", help="link or frame at the arm's end, where it holds things; without it they are listed"
+    )
     parser.add_argument("--base", help="link that is fixed to the world (default: where the limb begins)")
     parser.add_argument(
         "--out-axis",
@@ -49,6 +51,13 @@ def add_arm_arguments(parser: argparse.ArgumentParser, *, required: bool) -> Non
         metavar="VALUE",
         help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
     )
+    parser.add_argument(
+        "--effort",
+        nargs="+",
+        default=[],
+        metavar="VALUE",
+        help="limits of torque in place of the file's (N m): one for all, or JOINT=VALUE",
+    )
     parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
     parser.add_argument(
         "--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)"
@@ -65,11 +74,12 @@ def read_options(arguments: argparse.Namespace) -> ImportOptions:
         BadValueError: One of them is not what it must be.
     """
     return ImportOptions(
-        tip=arguments.tip,
+        tip=arguments.tip or "",
         base=arguments.base,
         out_axis=arguments.out_axis,
         posture=parse_values("--posture", arguments.posture),
-        rotor_inertia=parse_rotor_inertia(arguments.rotor_inertia),
+        rotor_inertia=parse_spread("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2", may_be_zero=True),
+        effort=parse_spread("--effort", arguments.effort, unit="N m", may_be_zero=False),
         damping=arguments.damping == "file",
         height=arguments.base_height,
         up=arguments.up,

@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
         labels = {each.name: each.label for each in experiment.assumptions}
         print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
         return 0
-    report = run_suite(
+    report, _ = run_suite(
         ["robustness"],
         arguments.out,
         models=arguments.models,

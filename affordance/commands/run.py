@@ -1,6 +1,7 @@
 """``affordance run``: the experiments, their numbers, figures and report."""
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,8 @@ from affordance.vision.features import FeatureSource
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
 # The number of repeats of these stands in no file.
 NOT_PROTOCOLS = ("vision",)
+# Exit status where some of several experiments could not be done.
+LEFT_OUT = 3
 _REPEATS, _STUDY_REPEATS = 200, 300
 # Settings that have an option of their own.
 _OPTIONS = {"learner": "learner", "vision": "feature_source"}
@@ -54,19 +57,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--arm", type=Path, metavar="FILE", help="a robot's file whose arm to use, imported into a kept folder"
     )
-    add_arm_arguments(parser, required=False)
+    add_arm_arguments(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send repeats to, in place of --jobs")
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs what is asked for.
+    """Runs what is asked for; returns the exit status, LEFT_OUT if some of it could not be done.
 
     Raises:
         AffordanceError: An argument or a file is wrong.
     """
     arguments.repeats = find_repeats(arguments)
     experiments = check_arguments(arguments)
-    report = run_suite(
+    report, left_out = run_suite(
         experiments,
         arguments.out,
         models=find_models(arguments),
@@ -78,6 +81,10 @@ def run(arguments: argparse.Namespace) -> int:
         changes=list_changes(arguments),
     )
     print(f"The report: {report}")
+    if left_out:
+        names = ", ".join(left_out)
+        print(f"Left out, as the report says: {names}", file=sys.stderr)
+        return LEFT_OUT
     return 0
 
 
@@ -121,8 +128,6 @@ def find_models(arguments: argparse.Namespace) -> Path:
             raise BadValueError("--tip", "", "is of a robot's file, which --arm must name")
         models: Path = arguments.models
         return models
-    if arguments.tip is None:
-        raise BadValueError("--tip", "", "is missing: the link or frame of the robot's file that holds things")
     if arguments.models != MODELS:
         raise BadValueError("--arm", "", "makes a folder of models, so that --models cannot name another")
     kept = import_kept(arguments.arm, read_options(arguments), arguments.out / "arms")

@@ -2,14 +2,15 @@
 
 import importlib
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from affordance.arguments import JOBS, REPEATS, StrPath, check_kind, check_path, check_seed, check_whole
-from affordance.exceptions import SeeingError, UnavailableError
+from affordance.exceptions import AffordanceError, InfeasibleError, SeeingError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
@@ -20,7 +21,8 @@ from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM, load_arm
 from affordance.proprioception.faults import load_faults
-from affordance.reporting.report import write_report
+from affordance.reporting.report import note_left_out, remove_section, write_report
+from affordance.robots.lacks import read_lacks
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -36,6 +38,20 @@ DEFAULT_REPEATS = 200
 STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
 # The study of vision, which is of "all".
 _VISION = "affordance.experiments.vision.experiment"
+# Tasks that an experiment needs; one that the import of an arm could not fit is not planned again.
+_NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "path"), "hammer": ("objects", "blow")}
+
+
+class SuiteResult(NamedTuple):
+    """What became of the experiments that were asked for.
+
+    Attributes:
+        report: The report's path.
+        left_out: Why an experiment could not be done, by its name.
+    """
+
+    report: Path
+    left_out: dict[str, str]
 
 
 def load_experiment(
@@ -81,8 +97,10 @@ def run_suite(
     faults: Sequence[str] = (),
     cluster: str | None = None,
     changes: Changes = NO_CHANGES,
-) -> Path:
+) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
+
+    Of several experiments, those that cannot be done are left out: the log and the report name them.
 
     Args:
         names: Names of EXPERIMENTS or STUDIES, or names or paths of protocols; one may stand alone.
@@ -95,14 +113,12 @@ def run_suite(
         cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
         changes: Settings that are not as they are by default, by name: ``{"learner": "kinds_map"}``.
 
-    Returns: Path of the report.
-
     Raises:
-        BadValueError: A file of the models is wrong or asks for what cannot be carried out, the folder cannot be
-            written to, or the cluster is not fit; nothing was written.
+        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not fit;
+            nothing was written.
         ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
         SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
-        UnavailableError: The only experiment that is asked for does not work on this machine.
+        AffordanceError: No experiment can be done; it says why the first of them cannot.
     """
     names = [names] if isinstance(names, str | Path) else list(names)
     out, models = check_path("out", out), check_path("models", models)
@@ -112,25 +128,91 @@ def run_suite(
     if faults:
         joint_names = load_arm(settings.arm).joint_names
         settings = replace(settings, faults=load_faults(models / "faults.yaml", faults, joint_names))
-    experiments = [load_experiment(name, models, seed, settings, changes) for name in names]
-    for experiment in experiments:
-        check_stuck_joint(experiment.settings)
+    attempts = _Attempts(len(names))
+    experiments = [
+        experiment
+        for name in names
+        for experiment in attempts.make(
+            Path(name).stem, partial(_load_fitted, name, models, seed, settings, changes), InfeasibleError
+        )
+    ]
     try:
         with use_cluster(cluster, models) if cluster is not None else nullcontext():
-            plans = [experiment.plan(jobs) for experiment in experiments]
+            planned = [
+                (experiment, plan)
+                for experiment in experiments
+                for plan in attempts.make(experiment.name, partial(experiment.plan, jobs))
+            ]
             prepare_folder(out)
-            folders = [prepare_folder(out / experiment.name) for experiment in experiments]
+            folders = [prepare_folder(out / experiment.name) for experiment, _ in planned]
             remove_leftovers(out)
-            for experiment, plan, folder in zip(experiments, plans, folders, strict=True):
-                try:
-                    run_experiment(experiment, plan, folder, repeats=repeats, jobs=jobs)
-                except UnavailableError as error:
-                    if len(experiments) == 1:
-                        raise
-                    _LOG.warning("%s is left out: %s", experiment.name, error)
+            for (experiment, plan), folder in zip(planned, folders, strict=True):
+                run = partial(run_experiment, experiment, plan, folder, repeats=repeats, jobs=jobs)
+                attempts.make(experiment.name, run)
                 end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
+    for name in attempts.left_out:
+        remove_section(out / name)  # of another run, perhaps with other models
+    note_left_out(out, attempts.left_out, done=[experiment.name for experiment, _ in planned])
     compare_feature_sources(out)
     compare_tasks(out)
-    return write_report(out)
+    return SuiteResult(write_report(out), attempts.left_out)
+
+
+def _load_fitted(name: str, models: Path, seed: int, settings: Settings, changes: Changes) -> Experiment:
+    """Loads an experiment unless the import of the arm has found that it cannot be done.
+
+    Raises:
+        InfeasibleError: It has, or an object is too heavy.
+    """
+    lacks = read_lacks(models)
+    for need in _NEEDS.get(name, ()):
+        if need in lacks:
+            raise InfeasibleError(
+                models / ARM.name, need, f"cannot be done by this arm, as its import found: {lacks[need]}"
+            )
+    experiment = load_experiment(name, models, seed, settings, changes)
+    check_stuck_joint(experiment.settings)
+    return experiment
+
+
+class _Attempts:
+    """Keeps what goes wrong with some of several experiments, so that the others can be done.
+
+    Attributes:
+        left_out: Why an experiment cannot be done, by its name.
+    """
+
+    def __init__(self, number: int) -> None:
+        """Takes how many experiments there are."""
+        self.left_out: dict[str, str] = {}
+        self._number = number
+        self._first: AffordanceError | None = None
+
+    def make[T](
+        self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
+    ) -> tuple[T, ...]:
+        """Makes something of an experiment.
+
+        Args:
+            name: Name of the experiment.
+            make: Makes it.
+            expected: Errors by which the experiment is left out; pictures that cannot be used are none of them.
+
+        Returns: What was made; nothing if the experiment is left out.
+
+        Raises:
+            AffordanceError: Another error, or the first one if it leaves no experiment.
+        """
+        try:
+            return (make(),)
+        except SeeingError:
+            raise
+        except expected as error:
+            self._first = self._first or error
+            self.left_out[name] = str(error)
+            if len(self.left_out) == self._number:
+                raise self._first from None
+            _LOG.warning("%s is left out: %s", name, error)
+            return ()

@@ -1,6 +1,6 @@
 """Reading XML of others: without entities, which may stand for more than fits into memory or for other files."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
@@ -13,8 +13,13 @@ from affordance.files.bounded import read_bytes
 _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 
 
-def read_xml(path: Path, most: int) -> Element:
-    """Reads a file of XML of at most so many bytes.
+def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
+    """Reads a file of XML.
+
+    Args:
+        path: The file.
+        most: Size that it may have, in bytes.
+        parse: Parser of what was found to be harmless.
 
     Raises:
         BadValueError: It cannot be read, is larger, is not XML, defines entities, or has too many elements.
@@ -22,7 +27,7 @@ def read_xml(path: Path, most: int) -> Element:
     content = read_bytes(path, most)
     try:
         check_xml(content, path)
-        return ElementTree.fromstring(content)
+        return parse(content)
     except (ElementTree.ParseError, expat.ExpatError) as error:
         line, column = error.position if isinstance(error, ElementTree.ParseError) else (error.lineno, error.offset)
         problem = str(error).split(":")[0]

@@ -34,6 +34,8 @@ _FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 STICTION_TOLERANCE = 1e-2
 # A nail is touched from this contact force on, [N].
 _TOUCH = 1.0
+# A nail is at rest when it has come so much of its way.
+_ALMOST = 0.999
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
@@ -121,6 +123,11 @@ class NailRecord(NamedTuple):
     def time_of_touch(self) -> float:
         """When the tool first touched it, [s]; the first of the times if it never did."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
+
+    @property
+    def time_of_rest(self) -> float:
+        """When it has come almost all of its way, [s]."""
+        return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
 class NailPlacement(NamedTuple):

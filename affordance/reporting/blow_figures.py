@@ -20,8 +20,6 @@ from affordance.reporting.formatting import fold, label
 _MILLI = 1e3
 # Of the grips: the first two are those of the map.
 _GRIP_COLOURS = tuple(OBJECT_COLOURS[i] for i in (0, 2, 1, 3, 4, 5))
-# A nail is at rest when it has come so much of its way.
-_ALMOST = 0.999
 # What a colour bar of ratios is marked with, as far as it goes, and how far it goes at least.
 _RATIOS = np.array([1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0])
 _LEAST_RATIO = 1.2
@@ -70,7 +68,7 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     for k, (grip, record) in enumerate(records.items()):
         colour, line = _GRIP_COLOURS[k % len(_GRIP_COLOURS)], LINE_STYLES[k % len(LINE_STYLES)]
         times = _MILLI * (record.times - record.time_of_touch)
-        last = max(last, times[np.argmax(record.travel >= _ALMOST * record.travel[-1])])
+        last = max(last, _MILLI * (record.time_of_rest - record.time_of_touch))
         name = label(f"resistance of the nail, {grip} (peak {record.resistance.max():.0f} N)", _LEGEND_WIDTH)
         above.plot(times, record.resistance, line, color=colour, linewidth=2.6, label=name)
         name = label(f"contact with the tool, {grip} (peak {record.contact.max():.0f} N)", _LEGEND_WIDTH)

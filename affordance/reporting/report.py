@@ -7,7 +7,7 @@ import base64
 import json
 import logging
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,6 +21,8 @@ from affordance.reporting.section import ReportFigure, Section, Table
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
+# Experiments that were asked for and could not be done, with the reason of each.
+_LEFT_OUT = "left_out.json"
 # What there is more of an experiment, where its folder holds it.
 _LINKS = {
     "replay.html": "the arm in motion",
@@ -40,8 +42,23 @@ def remove_section(folder: Path) -> None:
     (folder / _SECTION).unlink(missing_ok=True)
 
 
+def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
+    """Keeps which experiments were left out of a folder of results, for its report.
+
+    Args:
+        folder: The folder.
+        left_out: Reasons by the experiment's name.
+        done: Names of experiments that were done, which are left out no more.
+    """
+    kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
+    if kept:
+        write_json(folder / _LEFT_OUT, kept)
+    else:
+        (folder / _LEFT_OUT).unlink(missing_ok=True)
+
+
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders.
+    """Writes FOLDER/report.html from the sections in its subfolders, and names what was left out.
 
     A section that is not one is named and quarantined; one whose figures cannot be read is named and left out.
 
@@ -65,6 +82,7 @@ def write_report(folder: Path) -> Path:
     page = template.render(
         sections=sections,
         heading=_find_heading(sections),
+        left_out=_read_left_out(folder),
         num_claims=len(claims),
         num_met=sum(claim.met for claim in claims),
         runs=[(", ".join(names), run) for run, names in runs.items()],
@@ -113,6 +131,19 @@ def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
     if any(claim.source.startswith("paper") for section in sections for claim in section["claims"]):
         return "the paper and what we find"
     return str(sections[0]["title"]) if len(sections) == 1 else "results"
+
+
+def _read_left_out(folder: Path) -> dict[str, str]:
+    path = folder / _LEFT_OUT
+    try:
+        content: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
+        _expect(str, *content.keys(), *content.values())
+    except FileNotFoundError:
+        return {}
+    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
+        quarantine(path, f"is left out of the report: it does not say what was left out ({error})")
+        return {}
+    return content
 
 
 def _read_section(path: Path) -> Section:

@@ -3,8 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import norm
-from scipy.stats import t as student_t
+from scipy.special import ndtri, stdtrit  # scipy.stats takes a second to import
 
 from affordance.arrays import Array
 
@@ -45,7 +44,7 @@ def estimate_proportion(hits: Array, count: int) -> Estimate:
 
     Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
     """
-    z = norm.ppf(0.5 + CONFIDENCE / 2.0)
+    z = ndtri(0.5 + CONFIDENCE / 2.0)
     proportion = np.asarray(hits, dtype=float) / count
     centre = (proportion + z**2 / (2.0 * count)) / (1.0 + z**2 / count)
     half = z / (1.0 + z**2 / count) * np.sqrt(proportion * (1.0 - proportion) / count + z**2 / (4.0 * count**2))
@@ -58,5 +57,5 @@ def estimate_mean(values: Array) -> Estimate:
     mean = values.mean(axis=0)
     if count == 1:
         return Estimate(mean, mean, mean)
-    half = student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1) * values.std(axis=0, ddof=1) / np.sqrt(count)
+    half = stdtrit(count - 1, 0.5 + CONFIDENCE / 2.0) * values.std(axis=0, ddof=1) / np.sqrt(count)
     return Estimate(mean, mean - half, mean + half)

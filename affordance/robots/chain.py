@@ -2,15 +2,12 @@
 
 from typing import NamedTuple
 
-from pydrake.multibody.tree import Frame, Joint, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import Frame, RevoluteJoint, RigidBody
 
 from affordance.exceptions import BadValueError
+from affordance.robots.ends import describe_ends, suggest_frames
+from affordance.robots.limbs import climb_limb, find_hand
 from affordance.robots.tree import RobotTree
-
-# So many moving joints in series, beside the arm, make a limb of their own; one is a neck or a gripper's finger.
-_LIMB = 2
-# An arm that would end below a joint that cannot be its own has at least so many, or the joint is rejected.
-_FEWEST = 3
 
 
 class Chain(NamedTuple):
@@ -41,76 +38,46 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
         base_name: Link that is fixed to the world; None to find one.
 
     Raises:
-        BadValueError: A name is unknown, the base is not above the tip, or a joint between them is not revolute or
-            follows another.
+        BadValueError: A name is unknown, the tip is on a finger, the base is not above the tip, or a joint between
+            them is not revolute or follows another.
     """
+    path = tree.description.path
+    if not tip_name:
+        raise BadValueError(
+            "--tip", "", f"is missing: link or frame of {path} that holds things; {describe_ends(tree)}"
+        )
     tip = tree.find_frame(tip_name, "--tip")
-    body = tip.body()
-    base = None if base_name is None else tree.find_frame(base_name, "--base").body()
-    if base is not None and base.index() != body.index():
-        above = [joint.parent_body() for joint in tree.climb(body)]
-        if base.index() not in [link.index() for link in above]:
-            names = ", ".join(link.name() for link in above)
-            raise BadValueError("--base", "", f"is {base_name!r}, which is not above {tip_name}, must be of {names}")
-    joints: list[RevoluteJoint] = []
-    why = "it is the robot's root"
-    for joint in tree.climb(tip.body()):
-        if base is not None and body.index() == base.index():
-            break
-        if base is None and joints and (limb := _find_limb(tree, body, joints[0])):
-            why = f"another limb leaves from it, by {limb}"
-            break
-        if joint.num_velocities():
-            problem = _find_obstacle(tree, joint)
-            if problem and base is None and len(joints) >= _FEWEST:
-                why = f"the joint above it, {joint.name()}, {problem}"
-                break
-            if problem:
-                raise BadValueError(tree.description.path, f"joint {joint.name()}", f"{problem}; it is on the chain")
-            assert isinstance(joint, RevoluteJoint)
-            joints.insert(0, joint)
-        body = joint.parent_body()
-    if base is not None:
-        why = "it was given"
-    if not joints:
-        where = f"between it and {body.name()}" if body.name() != "world" else "between it and the world"
+    if tip is None:
+        raise BadValueError("--tip", "", f"is {tip_name!r}, which {path} has not; {describe_ends(tree, tip_name)}")
+    base = None
+    if base_name is not None:
+        frame = tree.find_frame(base_name, "--base")
+        if frame is None:
+            near = suggest_frames(tree, base_name)
+            raise BadValueError("--base", "", f"is {base_name!r}, which {path} has not; {near}")
+        base = frame.body()
+        _check_is_above(tree, base, base_name, tip, tip_name)
+    elif (hand := find_hand(tree, tip.body())) is not None:
+        problem = f"is {tip_name!r}, which is on a finger of {hand.name()}, must be a link that no finger moves"
+        raise BadValueError("--tip", "", f"{problem}: {hand.name()}? A --base makes an arm of the finger")
+    limb = climb_limb(tree, tip.body(), base)
+    if limb.obstacle is not None:
+        joint, problem = limb.obstacle
+        raise BadValueError(path, f"joint {joint.name()}", f"{problem}; it is on the chain")
+    if not limb.joints:
+        where = f"between it and {limb.base.name()}"
         raise BadValueError("--tip", "", f"is {tip_name!r}, with no joint that turns {where}")
-    if body.name() == "world":
-        body = joints[0].parent_body()
-    return Chain(body, tuple(joints), tip, why)
+    why = "it was given" if base is not None else limb.why_base
+    return Chain(limb.base, limb.joints, tip, why)
 
 
-def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
-    """Why a joint cannot be the arm's; empty if it can."""
-    notes = tree.description.joints.get(joint.name())
-    if notes is not None and notes.mimic is not None:
-        return f"follows {notes.mimic.leader} (mimic), must move on its own"
-    if not isinstance(joint, RevoluteJoint):
-        return f"is of type {joint.type_name()}, must be revolute"
-    return ""
+def _check_is_above(tree: RobotTree, base: RigidBody, base_name: str, tip: Frame, tip_name: str) -> None:
+    """Rejects a base that is not above the tip.
 
-
-def _find_limb(tree: RobotTree, body: RigidBody, down: Joint) -> str:
-    """The first joint of a limb that leaves a body elsewhere than by a joint; empty if none."""
-    children = [joint for joint in tree.joints_above.values() if joint.parent_body().index() == body.index()]
-    for joint in children:
-        if joint.index() == down.index() or _contains(tree, joint, down):
-            continue
-        if _count_in_series(tree, joint) >= _LIMB:
-            return str(joint.name())
-    return ""
-
-
-def _contains(tree: RobotTree, joint: Joint, other: Joint) -> bool:
-    """Whether another joint hangs on what hangs on a joint."""
-    return any(above.index() == joint.index() for above in tree.climb(other.parent_body()))
-
-
-def _count_in_series(tree: RobotTree, joint: Joint) -> int:
-    """Most moving joints one after the other, from a joint down."""
-    below = [
-        _count_in_series(tree, other)
-        for other in tree.joints_above.values()
-        if other.parent_body().index() == joint.child_body().index()
-    ]
-    return int(joint.num_velocities() > 0) + max(below, default=0)
+    Raises:
+        BadValueError: It is not.
+    """
+    above = [joint.parent_body() for joint in tree.climb(tip.body())]
+    if base.index() not in [tip.body().index(), *(link.index() for link in above)]:
+        names = ", ".join(link.name() for link in above)
+        raise BadValueError("--base", "", f"is {base_name!r}, which is not above {tip_name}, must be of {names}")

@@ -29,6 +29,7 @@ class JointNotes(NamedTuple):
         stiffness: Of a spring in the joint, [N m/rad].
         mimic: Which joint it follows; None for none.
         rotor_inertia: Of rotor and gears as felt at the joint, [kg m^2].
+        fault: Limits, damping or axis that no joint can have, left out of the text that Drake parses; empty for none.
     """
 
     kind: str
@@ -37,6 +38,7 @@ class JointNotes(NamedTuple):
     stiffness: float = 0.0
     mimic: Mimic | None = None
     rotor_inertia: float = 0.0
+    fault: str = ""
 
 
 class Inertial(NamedTuple):
@@ -67,8 +69,20 @@ class Inertial(NamedTuple):
             inertia = RotationalInertia(Ixx, Iyy, Izz, *products)
             SpatialInertia.MakeFromCentralInertia(self.mass, np.zeros(3), inertia)
         except (RuntimeError, ValueError):
-            return f"has an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
+            return f"has {self._describe_impossible()}"
         return ""
+
+    def _describe_impossible(self) -> str:
+        """Names the moments that no solid can have, and the products where it is these that are at fault."""
+        Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
+        if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
+            return f"an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
+        matrix = np.array([[Ixx, Ixy, Ixz], [Ixy, Iyy, Iyz], [Ixz, Iyz, Izz]])
+        a, b, c = np.linalg.eigvalsh(matrix)
+        return (
+            f"products of inertia no solid can have (Ixy, Ixz, Iyz {Ixy:g}, {Ixz:g}, {Iyz:g} kg m^2, which make the "
+            f"principal moments {a:.4g}, {b:.4g}, {c:.4g}; none may be negative or exceed the sum of the others)"
+        )
 
 
 class Visual(NamedTuple):
@@ -104,6 +118,9 @@ class Description:
         faults: Links whose inertia cannot be used, and why; their inertia is left out of the text.
         visuals: What it draws, by link.
         dropped: What was left out, a sentence each.
+        undrawn: Links with a shape in the file that is not taken over.
+        frames: Names of frames that are declared apart from links.
+        sources: Other files that it includes.
     """
 
     path: Path
@@ -114,6 +131,9 @@ class Description:
     faults: Mapping[str, str]
     visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
     dropped: tuple[str, ...] = ()
+    undrawn: frozenset[str] = frozenset()
+    frames: frozenset[str] = frozenset()
+    sources: tuple[Path, ...] = ()
 
 
 def as_triple(values: Array | list[float]) -> tuple[float, float, float]:

@@ -2,7 +2,7 @@
 
 The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects
 stay as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the
-true densities, and what can be planned is simulated.
+true densities, and what can be planned is simulated as they simulate it.
 """
 
 import math
@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.choice.blow_cost import BlowCost
-from affordance.choice.hammer import load_hammer
+from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, name_object
@@ -25,6 +25,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.changes import SIZE_OF_TOOLS, Change
 from affordance.settings import Settings
+from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"
@@ -137,25 +138,45 @@ def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
                 yield replace(asked, points=rows, duration=asked.duration * pace), ", ".join(words)
 
 
-def _find_lack(model: ArmModel, path: TimedPath, tools: Sequence[Tool], settings: Settings) -> str:
-    """Why a path cannot be followed with some object; empty if it can with all."""
-    for tool in tools:
-        try:
-            cost = Reach(path).build_cost(model, tool.components, settings)
-        except AffordanceError as error:
-            return str(error)
-        if cost.infeasible_reason:
-            return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
-        loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
-        if loads.max() > 1.0:
-            joint = model.arm.joint_names[int(np.argmax(loads))]
-            return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
+    """Why a path cannot be followed with some object; empty if it can with all.
+
+    Args:
+        model: The arm; its state and payload are set.
+        path: The path.
+        tools: Gripped objects; one that fails is put first, so that the next path fails soon.
+        settings: Settings of arm and controller.
+    """
     # What is planned well may yet be carried out badly, as where limits hold the arm back.
-    for tool in tools:
-        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
-        if missed := path.describe_error(rollout.error):
-            return f"{tool.name} by {tool.grip}, simulated, {missed}"
+    for find in (_find_lack_of_plan, _find_lack_of_motion):
+        for k, tool in enumerate(tools):
+            if lack := find(model, path, tool, settings):
+                tools.insert(0, tools.pop(k))
+                return lack
     return ""
+
+
+def _find_lack_of_plan(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
+    try:
+        cost = Reach(path).build_cost(model, tool.components, settings)
+    except AffordanceError as error:
+        return str(error)
+    if cost.infeasible_reason:
+        return f"{tool.name} by {tool.grip} {cost.infeasible_reason}"
+    loads = cost.compute_joint_loads(tool.parameters[None])[:, 0]
+    if loads.max() > 1.0:
+        joint = model.arm.joint_names[int(np.argmax(loads))]
+        return f"{tool.name} by {tool.grip} loads {joint} with {100.0 * loads.max():.0f} % of its torque limit"
+    return ""
+
+
+def _find_lack_of_motion(model: ArmModel, path: TimedPath, tool: Tool, settings: Settings) -> str:
+    try:
+        rollout = roll_out(tool, Reach(path), list_densities([tool]), settings)
+    except AffordanceError as error:
+        return str(error)
+    missed = path.describe_error(rollout.error)
+    return f"{tool.name} by {tool.grip}, simulated, {missed}" if missed else ""
 
 
 def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Change]:
@@ -166,29 +187,21 @@ def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Cha
 
 
 def fit_blow(models: Path) -> Fit:
-    """Finds how deep the arm can drive the nail with every novel object in every grip, and how fast it must swing."""
+    """Finds how deep the arm can drive the nail with every novel object in every grip, and how fast it must swing.
+
+    A blow counts if it can be planned and, simulated with contact, drives the nail with the force that is asked for.
+    """
     settings, asked = Settings(arm=models / ARM.name), load_hammer(models / NAIL)
     tools = list_held(models, ("tools/novel.yaml",))
-    best: tuple[float, float] = asked.nail.depth_set, 0.0
-    lack = ""
+    depth, duration, lack = asked.nail.depth_set, 0.0, ""
     for pace in _SWING_PACES:
         task = replace(asked, duration=asked.duration * pace)
-        model = ArmModel(load_arm(settings.arm))
-        depth, limiting = asked.nail.depth_demanded, ""
-        for tool in tools:
-            cost = task.build_cost(model, tool.components, settings)
-            reached = _bound_depth(cost, tool)
-            if reached < depth:
-                depth, limiting = (
-                    reached,
-                    f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}",
-                )
+        reached, limiting = _find_depth(task, tools, settings, least=depth)
         lack = lack or limiting
-        if depth > best[0]:
-            best = depth, task.duration
+        if reached > depth:
+            depth, duration = reached, task.duration
         if depth >= asked.nail.depth_demanded:
             break
-    depth, duration = best
     if duration == 0.0:
         return Fit((), lack)
     changes = []
@@ -199,10 +212,53 @@ def fit_blow(models: Path) -> Fit:
     return Fit(tuple(changes))
 
 
+def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> tuple[float, str]:
+    """Finds how deep the nail can be driven with swings of one duration, up to what is asked for.
+
+    Args:
+        task: The blow.
+        tools: Gripped objects that strike; one that fails is put first, so that the next duration fails soon.
+        settings: Settings of arm and controller.
+        least: Depth that is of no interest, nor is a smaller one, [m].
+
+    Returns: The depth, [m], or the least; and why it is not as deep as was asked for, empty if it is.
+    """
+    model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
+    costs: list[BlowCost | None] = []
+    for tool in tools:
+        cost = task.build_cost(model, tool.components, settings)
+        costs.append(cost)
+        reached = _bound_depth(cost, tool)
+        if reached < depth:
+            depth = reached
+            reason = f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}"
+        if depth <= least:
+            return least, reason
+    if depth < task.nail.depth_demanded:  # another blow, which is planned anew
+        nail = replace(task.nail, depth_demanded=depth)
+        task, costs = replace(task, nail=nail, force=nail.force_demanded), [None] * len(tools)
+    for k, tool in enumerate(tools):
+        cost = costs[k] or task.build_cost(model, tool.components, settings)
+        if fault := _find_fault(tool, cost, task, settings):
+            tools.insert(0, tools.pop(k))
+            return least, fault
+    return depth, reason
+
+
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
-    """How deep the nail can be driven, in tenths of a millimetre if not as deep as is asked for, [m]."""
+    """How deep the nail can be driven as planned, in tenths of a millimetre if not as deep as is asked for, [m]."""
     nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set
     depth = cost.find_greatest_depth(tool.parameters)
     return depth if depth >= nail.depth_demanded else round(math.floor(depth / _STEP_OF_DEPTH) * _STEP_OF_DEPTH, 6)
+
+
+def _find_fault(tool: Tool, cost: BlowCost, task: Hammer, settings: Settings) -> str:
+    """Why a blow that was planned fails in contact; empty if it does not."""
+    try:
+        blow = simulate_blow(tool, task, cost, list_densities([tool]), settings)
+    except AffordanceError as error:
+        return str(error)
+    problem = blow.describe_force_error(task.force, load_arm(settings.arm))
+    return f"asked for {task.force:.0f} N, {name_object(tool.name)} by {tool.grip} {problem}" if problem else ""

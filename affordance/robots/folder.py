@@ -53,8 +53,7 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
-    description = imported.tree.description
-    appearance = draw_arm(imported.arm, description.visuals, description.path, with_meshes=with_meshes)
+    appearance = draw_arm(imported.arm, imported.tree.description, with_meshes=with_meshes)
     # Whole or not at all: made beside its place, and then moved there.
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from pydrake.multibody.tree import Joint, PrismaticJoint, RevoluteJoint
+from pydrake.multibody.tree import PrismaticJoint, RevoluteJoint
 from pydrake.systems.framework import Context
 
 from affordance.exceptions import BadValueError
@@ -47,9 +47,9 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
             near = difflib.get_close_matches(name, joints, n=3, cutoff=0.4) or sorted(joints)[:8]
             problem = f"names {name!r}, which is no moving joint of {tree.description.path}"
             raise BadValueError("--posture", "", f"{problem}; nearest: {', '.join(near)}")
-        notes = tree.description.joints.get(name)
-        if notes is not None and notes.mimic is not None:
-            raise BadValueError("--posture", "", f"names {name!r}, which follows {notes.mimic.leader}")
+        mimic = tree.note(joint).mimic
+        if mimic is not None:
+            raise BadValueError("--posture", "", f"names {name!r}, which follows {mimic.leader}")
         if not isinstance(joint, RevoluteJoint | PrismaticJoint):
             raise BadValueError("--posture", "", f"names {name!r}, which is of type {joint.type_name()}")
         low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
@@ -66,28 +66,24 @@ def freeze(tree: RobotTree, chain: Chain, posture: Mapping[str, float]) -> tuple
     Returns: The plant's context, and the value of every frozen joint of one degree of freedom.
     """
     context = tree.plant.CreateDefaultContext()
-    own = {joint.name() for joint in chain.joints}
-    movable = {
-        joint.name(): joint
-        for joint in tree.joints_above.values()
-        if isinstance(joint, RevoluteJoint | PrismaticJoint)
-    }
+    own = {joint.index() for joint in chain.joints}
+    movable = [joint for joint in tree.joints_above.values() if isinstance(joint, RevoluteJoint | PrismaticJoint)]
+    by_name = {(joint.model_instance(), joint.name()): joint for joint in movable}
     values: dict[str, float] = {}
 
-    def find(name: str, joint: Joint, followed: tuple[str, ...] = ()) -> float:
-        notes = tree.description.joints.get(name)
+    def find(joint: RevoluteJoint | PrismaticJoint, followed: tuple[str, ...] = ()) -> float:
+        mimic, name = tree.note(joint).mimic, joint.name()
         low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
-        default = joint.default_positions()[0]
-        if notes is not None and notes.mimic is not None and notes.mimic.leader in movable and name not in followed:
-            leader = notes.mimic.leader
-            of_leader = find(leader, movable[leader], (*followed, name))
-            return notes.mimic.multiplier * of_leader + notes.mimic.offset
-        return float(posture.get(name, np.clip(0.0 if name in own else default, low, high)))
+        leader = None if mimic is None else by_name.get((joint.model_instance(), mimic.leader))
+        if mimic is not None and leader is not None and name not in followed:
+            return mimic.multiplier * find(leader, (*followed, name)) + mimic.offset
+        default = 0.0 if joint.index() in own else joint.default_positions()[0]
+        return float(posture.get(name, np.clip(default, low, high)))
 
-    for name, joint in movable.items():
-        value = 0.0 if name in own else find(name, joint)
-        if name not in own:
-            values[name] = value
+    for joint in movable:
+        value = 0.0 if joint.index() in own else find(joint)
+        if joint.index() not in own:
+            values[joint.name()] = value
         if isinstance(joint, RevoluteJoint):
             joint.set_angle(context, value)
         else:

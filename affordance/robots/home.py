@@ -36,6 +36,8 @@ _LEAST_SINGULAR = 0.03
 # Weight of the mean square distance of joints from the middle of their range, beside the load.
 _OFF_CENTRE = 0.1
 _STARTS, _SAMPLES, _SEED = 16, 1500, 0
+# A place and a level direction of the hand take five joints; an arm of fewer finds a posture by its build alone.
+_FEWEST_FREE = 5
 # Half the range of a joint that turns without end, [rad].
 _ENDLESS = np.pi
 
@@ -154,8 +156,10 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
             break
     best = best or singular
     if best is None:
-        problem = "has no posture with the hand level and pointing away from the shoulder"
-        raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis")
+        joints = f"its {len(arm.links)} joints ({', '.join(arm.joint_names)})"
+        problem = f"finds no posture of {joints} with the hand level and pointing away from the shoulder"
+        more = "" if len(arm.links) >= _FEWEST_FREE else ", or more joints with --base or another --tip"
+        raise ModelFileError("arm", f"{problem}; give one with --posture, or another --out-axis{more}")
     return best[1]
 
 

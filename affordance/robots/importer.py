@@ -1,6 +1,7 @@
 """From a robot's file to the arm alone, in a posture to hold things in; nothing is written here."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
@@ -36,6 +37,7 @@ class ImportOptions:
         posture: Values of joints: where those that are not the arm's are frozen, and the arm's own in its home
             posture, [rad] or [m].
         rotor_inertia: Of rotor and gears as felt at joints, by joint; of every joint under the empty name, [kg m^2].
+        effort: Limits of torque in place of the file's, by joint; of every joint under the empty name, [N m].
         damping: Whether the file's damping is kept.
         height: Of the base above the world's origin, [m]; the file's if None.
         up: Which axis of the robot's root points up; z in all but few files.
@@ -46,6 +48,7 @@ class ImportOptions:
     out_axis: str | None = None
     posture: Mapping[str, float] = field(default_factory=dict)
     rotor_inertia: Mapping[str, float] = field(default_factory=dict)
+    effort: Mapping[str, float] = field(default_factory=dict)
     damping: bool = True
     height: float | None = None
     up: str = "z"
@@ -109,10 +112,12 @@ def read_arm(path: Path, options: ImportOptions) -> ReadArm:
     chain = find_chain(tree, options.tip, options.base)
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain, options.posture)
-    arm = reduce_arm(tree, chain, context, frozen, options.out_axis)
+    names = [joint.name() for joint in chain.joints]
+    effort = _spread("--effort", options.effort, names)
+    arm = reduce_arm(tree, chain, context, frozen, out_axis=options.out_axis, effort=effort)
     if options.up != "z":
         arm = replace(arm, X_WB=turn_up(options.up) @ arm.X_WB)
-    rotors = _spread_rotors(arm, options.rotor_inertia)
+    rotors = _spread("--rotor-inertia", options.rotor_inertia, names)
     return ReadArm(tree, chain, arm.changed(damping=options.damping, rotor_inertia=rotors))
 
 
@@ -139,17 +144,35 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
     return ImportedArm(tree, chain, arm, home, payload, arm.links[worst].joint, empty, X_WB)
 
 
-def parse_rotor_inertia(words: list[str]) -> dict[str, float]:
-    """Parses ``0.1``, for every joint, or words such as ``elbow=0.1``.
+def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
+    """Parses ``0.1``, for every joint, under the empty name, or words such as ``elbow=0.1``.
+
+    Args:
+        option: The command-line option.
+        words: Words that were given.
+        unit: Unit of the values, in words.
+        may_be_zero: True if a value may be 0.
 
     Raises:
         BadValueError: A word is neither, or negative.
     """
-    values = parse_values("--rotor-inertia", [word if "=" in word else f"*={word}" for word in words])
+    for word in words:
+        if "=" not in word and not _is_number(word):
+            raise BadValueError(option, "", f"is {word!r}, must be a number or JOINT=VALUE")
+    values = parse_values(option, [word if "=" in word else f"*={word}" for word in words])
     for name, value in values.items():
-        if value < 0.0:
-            raise BadValueError("--rotor-inertia", "", f"is {value:g} for {name}, must be at least 0 kg m^2")
+        if value < 0.0 or (value == 0.0 and not may_be_zero):
+            bound = "at least 0" if may_be_zero else "more than 0"
+            where = "" if name == "*" else f" for {name}"
+            raise BadValueError(option, "", f"is {value:g}{where}, must be {bound} {unit}")
     return {"" if name == "*" else name: value for name, value in values.items()}
+
+
+def _is_number(word: str) -> bool:
+    try:
+        return math.isfinite(float(word))
+    except ValueError:
+        return False
 
 
 def build_statics(arm: ReducedArm) -> ArmStatics:
@@ -165,21 +188,28 @@ def build_statics(arm: ReducedArm) -> ArmStatics:
     return ArmStatics(plant, plant.GetFrameByName("hand_grip"), joints, efforts)
 
 
-def _spread_rotors(arm: ReducedArm, given: Mapping[str, float]) -> dict[str, float]:
-    unknown = [name for name in given if name and name not in arm.joint_names]
+def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
+    """Values by joint, of what is given for joints by name and for every joint under the empty name.
+
+    Raises:
+        BadValueError: A name is none of the arm's joints.
+    """
+    unknown = [name for name in given if name and name not in names]
     if unknown:
-        problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(arm.joint_names)}"
-        raise BadValueError("--rotor-inertia", "", problem)
-    everywhere = dict.fromkeys(arm.joint_names, given[""]) if "" in given else {}
+        problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
+        raise BadValueError(option, "", problem)
+    everywhere = dict.fromkeys(names, given[""]) if "" in given else {}
     return {**everywhere, **{name: value for name, value in given.items() if name}}
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Rejects an arm with a joint that nothing of any inertia hangs on.
+    """Rejects an arm without mass, and one with a joint that moves no inertia.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: It is one.
     """
+    if not arm.mass > 0.0:
+        raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
     q = np.linspace(0.1, 1.0, len(arm.links))
     statics.plant.SetPositions(statics.context, q)
     M = statics.plant.CalcMassMatrix(statics.context)

@@ -7,11 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 
 from affordance.arguments import StrPath, check_kind, check_path
-from affordance.files.bounded import ROBOT, read_bytes
+from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
+from affordance.robots.lacks import write_lacks
+from affordance.robots.reader import read_robot
 from affordance.robots.report import write_report
 
 _PROGRAM = Path(__file__).resolve().parent
@@ -40,6 +42,7 @@ def import_arm(
     imported = extract_arm(path, options)
     looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder) if fits_tasks else None
+    write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, imported, options, fitted, looks)
     lines = [
         f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; at home it bears "
@@ -54,8 +57,9 @@ def import_arm(
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
     """Returns the folder of models of an arm, importing it if that was not done before.
 
-    The folder is named by the file's content, the options, the tasks that come with the program and the program that
-    imports, so that it always holds what importing anew would give; meshes count by the names that the file has.
+    The folder is named by the content of the file and of those that it includes, the options, the tasks that come
+    with the program and the program that imports, so that it always holds what importing anew would give; meshes
+    count by the names that the file has.
 
     Args:
         path: The robot's file.
@@ -67,12 +71,10 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
         ModelFileError: The file cannot be parsed, or the arm finds no posture.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
-    digest.update(read_bytes(path, ROBOT))
-    sources = sorted(_PROGRAM.glob("*.py"))
-    tasks = list_model_files(MODELS)
-    for file in (*sources, *tasks):
+    program = sorted(_PROGRAM.glob("*.py"))
+    for file in (path, *read_robot(path).sources, *program, *list_model_files(MODELS)):
         digest.update(file.name.encode())
-        digest.update(file.read_bytes())
+        digest.update(read_bytes(file, MESH))
     folder = root / f"{path.stem}-{options.tip}-{digest.hexdigest()[:12]}".replace("/", "_")
     if not (folder / "report.html").exists():  # the last file to be written
         if folder.exists():

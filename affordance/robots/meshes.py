@@ -4,22 +4,25 @@ Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converte
 most so many triangles that a page with the arm stays small.
 """
 
-from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import COLLADA, FORMATS, load_scene
 from affordance.robots.arm_file import BASE, name_links
-from affordance.robots.description import Visual, as_triple
+from affordance.robots.description import Description, Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
+from affordance.robots.simplify import simplify
 
 # Of each link, at most; a page with nine links then grows by about a megabyte.
 _TRIANGLES = 4000
+# Of each colour, at least, where a link has many.
+_FEWEST = 12
 # Colours that differ by less in every channel are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
@@ -45,18 +48,16 @@ class Appearance:
         self.remarks: list[str] = []
 
 
-def draw_arm(
-    arm: ReducedArm, shapes: Mapping[str, tuple[Visual, ...]], path: Path, *, with_meshes: bool
-) -> Appearance:
+def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) -> Appearance:
     """Chooses what is drawn of each link: the file's shapes where they are available, else capsules.
 
     Args:
         arm: The arm.
-        shapes: What the file draws, by link.
-        path: The robot's file, beside or above which its meshes are looked for.
+        description: The robot's file; its meshes are looked for in its folder and above.
         with_meshes: Whether meshes are converted at all.
     """
-    appearance = Appearance()
+    appearance, path, shapes = Appearance(), description.path, description.visuals
+    replaced: list[str] = []
     ends = [*(link.X_PL for link in arm.links), arm.X_LH]
     groups = [(BASE, arm.base_bodies), *zip(name_links(arm), (link.bodies for link in arm.links), strict=True)]
     for (name, bodies), X_next in zip(groups, ends, strict=True):
@@ -71,9 +72,15 @@ def draw_arm(
                 elif with_meshes:
                     meshed += _load_mesh(shape, X_LV, path, appearance)
         drawn += _write_meshes(name, meshed, appearance)
+        if any(body in description.undrawn for body, _ in bodies):
+            replaced.append(name)
         if not drawn and name != BASE:
             drawn = _draw_capsule(X_next.translation())
         appearance.visuals[name] = drawn
+    if replaced:
+        what = "meshes and turned shapes" if description.kind == "mjcf" else "some shapes"
+        remark = f"{what} of {', '.join(replaced)} are not taken over from the file"
+        appearance.remarks.append(f"{remark}: simple shapes or capsules stand for them")
     return appearance
 
 
@@ -153,13 +160,13 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
     for number, key in enumerate(sorted(groups)):
         mesh: Any = trimesh.util.concatenate([trimesh.Trimesh(part.vertices, part.faces) for part, _ in groups[key]])
         mesh.merge_vertices()
-        target = max(4, int(_TRIANGLES * len(mesh.faces) / total))
-        if len(mesh.faces) > target:
-            mesh = mesh.simplify_quadric_decimation(face_count=target)
+        vertices, faces = np.asarray(mesh.vertices, dtype=float), np.asarray(mesh.faces, dtype=np.intp)
+        share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
+        vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
         name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
         while name in appearance.meshes:  # of a link whose name differs in what files are not called
             name = f"_{name}"
-        appearance.meshes[name] = write_obj(np.asarray(mesh.vertices), np.asarray(mesh.faces))
+        appearance.meshes[name] = write_obj(vertices, faces)
         place = (0.0, 0.0, 0.0)
         colour = groups[key][0][1]
         uri = f"package://affordance_models/{_FOLDER}/{name}"
@@ -167,23 +174,21 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
     return visuals
 
 
-def write_obj(vertices: Array, faces: Iterable[Array]) -> str:
+def write_obj(vertices: Array, faces: NDArray[np.intp]) -> str:
     """Writes triangles as a Wavefront file, each with its own normal: edges of machines are sharp.
 
     Args:
-        vertices: (N, 3), [m].
-        faces: Indices of three vertices each.
+        vertices: Places, (N, 3), [m].
+        faces: Indices of three vertices each, (M, 3).
     """
-    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices)]
-    shown = []
-    for a, b, c in faces:
-        normal = np.cross(vertices[b] - vertices[a], vertices[c] - vertices[a])
-        area = float(np.linalg.norm(normal))
-        if area > 0.0:
-            x, y, z = normal / area
-            lines.append(f"vn {x:.3f} {y:.3f} {z:.3f}")
-            shown.append((a + 1, b + 1, c + 1))
-    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(shown, start=1)]
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    shown = np.flatnonzero(areas > 0.0)
+    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices.tolist())]
+    lines += [f"vn {x:.3f} {y:.3f} {z:.3f}" for x, y, z in (normals[shown] / areas[shown, None]).tolist()]
+    listed = (faces[shown] + 1).tolist()
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(listed, start=1)]
     return "\n".join(lines) + "\n"
 
 

@@ -1,11 +1,12 @@
 """Reading an MJCF (MuJoCo) model: what Drake needs of it, and what Drake leaves out.
 
-Drake reads bodies, joints, ranges and damping with their default classes. Armature, limits of torque, friction and
-springs are read here, with the same classes; MJCF knows no velocity limit.
+Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, limits of torque, friction
+and springs are read here; MJCF knows no velocity limit.
 """
 
+import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Container
 from pathlib import Path
 from typing import cast
 from xml.etree import ElementTree
@@ -13,125 +14,152 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
+from affordance.robots.joint_faults import find_joint_fault
+from affordance.robots.mjcf_actuators import read_efforts, read_limit
+from affordance.robots.mjcf_defaults import write_out_defaults
+from affordance.robots.mjcf_include import expand_includes
 from affordance.robots.xml_reader import Numbers, remove_children
 
-# Of what acts on joints; what acts on tendons, bodies and sites is no actuator of one joint.
-_ACTUATORS = ("motor", "general", "position", "velocity", "intvelocity", "damper", "cylinder", "muscle", "adhesion")
-_MAIN = "main"
-_OF_SITES = ("name", "pos", "quat", "euler", "axisangle")
-_KEPT_SECTIONS = ("compiler", "default", "worldbody", "option")
-_Classes = Mapping[str, Mapping[str, Mapping[str, str]]]
+_OF_SITES = ("name", "pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")
+_KEPT_SECTIONS = ("compiler", "worldbody", "option")
+# What MuJoCo's compiler changes masses and inertias by, which is not done here.
+_OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
+# Geoms of these groups and above are drawn only on demand: they are collision shapes.
+_FIRST_HIDDEN_GROUP = 3
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
     """Reads an MJCF model.
 
     Raises:
-        BadValueError: A value is not what it must be, or a body's inertia would have to come from a mesh.
+        BadValueError: A value is not what it must be, a name is given twice, or an included file cannot be used.
     """
-    for tag in ("include", "replicate", "attach", "frame"):
+    sources = expand_includes(path, root)
+    for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:
             raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
+    write_out_defaults(root)
     numbers = Numbers(path)
-    classes = _read_classes(root)
-    limits, follows = _read_efforts(root, classes, numbers), _read_mimics(root, numbers)
+    efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
+    unit = "rad" if root.find("compiler[@angle='radian']") is not None else "degrees"
+    from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
+    bodies = list(root.iterfind("worldbody//body"))
+    names = _name_bodies(path, bodies)
     joints: dict[str, JointNotes] = {}
     inertials: dict[str, Inertial] = {}
     faults: dict[str, str] = {}
     visuals: dict[str, tuple[Visual, ...]] = {}
-    from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
-    for body, class_name in _list_bodies(root):
+    undrawn, shifted = set[str](), list[str]()
+    for body in bodies:
         name = body.get("name", "")
-        for joint in body.findall("joint"):
-            attributes = {**classes.get(joint.get("class", class_name), {}).get("joint", {}), **joint.attrib}
-            joint_name = attributes.get("name", "")
-            effort = _weaker(attributes.get("actuatorfrcrange"), numbers, f"joint {joint_name}.actuatorfrcrange")
-            joints[joint_name] = JointNotes(
-                kind=attributes.get("type", "hinge"),
-                effort=limits.get(joint_name) if effort is None else effort,
-                friction=_take(attributes, "frictionloss", numbers, joint_name),
-                stiffness=_take(attributes, "stiffness", numbers, joint_name),
-                mimic=follows.get(joint_name),
-                rotor_inertia=_take(attributes, "armature", numbers, joint_name),
-            )
-        visuals[name] = tuple(_read_visuals(body, classes, class_name, numbers))
-        inertial = body.find("inertial")
-        if inertial is not None and not from_geometry:
-            read = _read_inertial(inertial, numbers, f"body {name}.inertial")
-            if read is not None:
-                inertials[name] = read
-                if fault := read.find_fault():
-                    faults[name] = fault
-                    body.remove(inertial)
-            remove_children(body, ("geom",))
-        elif mesh := _find_mesh(body, classes, class_name):
-            faults[name] = f"takes its inertia from the mesh {mesh}, must have an <inertial>"
-            remove_children(body, ("geom",))
-        _make_sites_bodies(body)
         for free in [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]:
             body.remove(free)
+        for joint in body.findall("joint"):
+            joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", joints))
+            if joint_name in joints:
+                raise BadValueError(path, f"joint {joint_name}", "is there twice")
+            shifted += [joint_name] if joint.get("ref") else []
+            notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
+            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # of all its actuators
+            effort = min(efforts.get(joint_name, math.inf), whole)
+            joints[joint_name] = notes._replace(
+                effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
+            )
+        visuals[name], is_drawn = _read_visuals(body, numbers)
+        undrawn |= set() if is_drawn else {name}
+        inertial = body.find("inertial")
+        if inertial is not None and not from_geometry:
+            read = inertials[name] = _read_inertial(inertial, numbers, f"body {name}.inertial")
+            if fault := read.find_fault():
+                faults[name] = fault
+                body.remove(inertial)
+            remove_children(body, ("geom",))
+        elif mesh := _find_mesh(body):
+            faults[name] = f"takes its inertia from the mesh {mesh}, must have an <inertial>"
+            remove_children(body, ("geom",))
+        _make_sites_bodies(body, names)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
-    sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
-    for section in sections:
+    dropped = _list_dropped(root, shifted)
+    for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
         remove_children(root, (section,))
     for world in root.findall("worldbody"):
         remove_children(world, ("geom", "light", "camera", "site"))
-    dropped = (f"sections {', '.join(sections)} of the file, but for torques and couplings of joints",)
     text = ElementTree.tostring(root, encoding="unicode")
-    return Description(path, "mjcf", text, joints, inertials, faults, visuals, dropped if sections else ())
+    return Description(
+        path,
+        "mjcf",
+        text,
+        joints,
+        inertials,
+        faults,
+        visuals,
+        dropped,
+        undrawn=frozenset(undrawn),
+        sources=sources,
+    )
 
 
-def _take(attributes: Mapping[str, str], name: str, numbers: Numbers, joint: str) -> float:
-    return numbers.parse_one(attributes.get(name), f"joint {joint}.{name}", 0.0)
+def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
+    """Gives a name to bodies that have none; returns all names.
+
+    Raises:
+        BadValueError: Two bodies have the same name.
+    """
+    names: set[str] = set()
+    for body in bodies:
+        name = body.get("name")
+        if name in names:
+            raise BadValueError(path, f"body {name}", "is there twice")
+        names |= {name} if name else set()
+    for body in bodies:
+        if not body.get("name"):
+            body.set("name", _find_unused("body", names))
+            names.add(body.get("name", ""))
+    return names
 
 
-def _read_classes(root: Element) -> dict[str, dict[str, dict[str, str]]]:
-    """Attributes that default classes give to elements, by class and tag; those of a class's parents included."""
-    found: dict[str, dict[str, dict[str, str]]] = {_MAIN: {}}
-
-    def add(element: Element, inherited: dict[str, dict[str, str]]) -> None:
-        own = {tag: dict(attributes) for tag, attributes in inherited.items()}
-        for child in element:
-            if child.tag != "default":
-                own.setdefault(child.tag, {}).update(child.attrib)
-        found[element.get("class", _MAIN)] = own
-        for child in element.findall("default"):
-            add(child, own)
-
-    for element in root.findall("default"):
-        add(element, found[_MAIN])
-    return found
+def _find_unused(name: str, used: Container[str]) -> str:
+    """A name that is not used yet, with a number if need be."""
+    candidates = (name if k == 1 else f"{name}_{k}" for k in itertools.count(1))
+    return next(candidate for candidate in candidates if candidate not in used)
 
 
-def _list_bodies(root: Element) -> Iterator[tuple[Element, str]]:
-    """All bodies, each with the default class of what it holds."""
+def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointNotes:
+    """Reads a joint, and leaves of its limits what Drake is to know of them."""
 
-    def descend(element: Element, class_name: str) -> Iterator[tuple[Element, str]]:
-        for body in list(element.findall("body")):
-            own = body.get("childclass", class_name)
-            yield from descend(body, own)
-            yield body, own
+    def take(name: str) -> float:
+        return numbers.parse_one(joint.get(name), f"{key}.{name}", 0.0)
 
-    for world in root.findall("worldbody"):
-        yield from descend(world, world.get("childclass", _MAIN))
+    low, high = numbers.parse(joint.get("range"), f"{key}.range", 2, (0.0, 0.0))
+    axis = numbers.parse(joint.get("axis"), f"{key}.axis", 3, (0.0, 0.0, 1.0))
+    damping, armature, ref = take("damping"), take("armature"), take("ref")
+    fault = find_joint_fault(lower=low, upper=high, damping=damping, rotor_inertia=armature, axis=axis, unit=unit)
+    limited = joint.attrib.pop("limited", "auto") != "false" and low < high
+    for name in ("range", "ref", *(("damping", "armature", "axis") if fault else ())):
+        joint.attrib.pop(name, None)
+    if limited:  # angles count from the pose in which the model is drawn
+        joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
+    return JointNotes(
+        kind=joint.get("type", "hinge"),
+        friction=take("frictionloss"),
+        stiffness=take("stiffness"),
+        rotor_inertia=armature,
+        fault=fault,
+    )
 
 
-def _read_efforts(root: Element, classes: _Classes, numbers: Numbers) -> dict[str, float]:
-    """Largest torques of joints, from what drives them, [N m]."""
-    efforts: dict[str, float] = {}
-    for actuator in root.iterfind("actuator/*"):
-        if actuator.tag not in _ACTUATORS or not actuator.get("joint"):
-            continue
-        attributes = {**classes.get(actuator.get("class", _MAIN), {}).get(actuator.tag, {}), **actuator.attrib}
-        key = f"actuator {attributes.get('name', attributes['joint'])}"
-        words = (attributes.get("gear") or "1").split()[:1]
-        gear = abs(numbers.parse_one(" ".join(words), f"{key}.gear", 1.0))
-        limit = _weaker(attributes.get("forcerange"), numbers, f"{key}.forcerange")
-        if limit is None and actuator.tag == "motor":  # whose control is its force
-            limit = _weaker(attributes.get("ctrlrange"), numbers, f"{key}.ctrlrange")
-        if limit is not None:
-            efforts[attributes["joint"]] = efforts.get(attributes["joint"], 0.0) + limit * gear
-    return efforts
+def _list_dropped(root: Element, shifted: list[str]) -> tuple[str, ...]:
+    """Says what of the model is not taken over."""
+    sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
+    said = (
+        [f"sections {', '.join(sections)} of the file, but for torques and couplings of joints"] if sections else []
+    )
+    if shifted:
+        said.append(f"the reference angle of {', '.join(shifted)}: angles count from the pose that the file draws")
+    changed = [name for name in _OF_MASSES if root.find(f"compiler[@{name}]") is not None]
+    if changed:
+        said.append(f"what MuJoCo's compiler makes of masses by {', '.join(changed)}")
+    return tuple(said)
 
 
 def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
@@ -144,15 +172,7 @@ def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
     return follows
 
 
-def _weaker(text: str | None, numbers: Numbers, key: str) -> float | None:
-    """The smaller size of a range's two ends; None for no range."""
-    if text is None:
-        return None
-    low, high = numbers.parse(text, key, 2, (-math.inf, math.inf))
-    return min(abs(low), abs(high))
-
-
-def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial | None:
+def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     """An inertial whose axes are the body's; those of others are Drake's to turn, and only checked."""
     turned = any(inertial.get(name) for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis"))
     place = numbers.parse(inertial.get("pos"), f"{key}.pos", 3, (0.0,) * 3)
@@ -165,35 +185,43 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial | 
     return Inertial(mass, as_triple(list(place)), (0.0, 0.0, 0.0), values, in_link=not turned)
 
 
-def _find_mesh(body: Element, classes: _Classes, class_name: str) -> str:
+def _find_mesh(body: Element) -> str:
     """A mesh that gives a body its mass; empty for none."""
-    for geom in body.findall("geom"):
-        attributes = {**classes.get(geom.get("class", class_name), {}).get("geom", {}), **geom.attrib}
-        if attributes.get("mesh") and attributes.get("mass") != "0":
-            return attributes["mesh"]
-    return ""
+    meshes = [geom.get("mesh", "") for geom in body.findall("geom") if geom.get("mass") != "0"]
+    return next(filter(None, meshes), "")
 
 
-def _make_sites_bodies(body: Element) -> None:
-    """Makes bodies without mass of a body's sites, so that they can be named as tip."""
+def _make_sites_bodies(body: Element, names: set[str]) -> None:
+    """Makes bodies without mass of a body's sites, so that they can be named as tip.
+
+    A site that is called as a body is gets ``_site`` behind its name.
+    """
     for site in body.findall("site"):
-        if site.get("name"):
+        if name := site.get("name"):
+            unique = _find_unused(f"{name}_site", names) if name in names else name
+            names.add(unique)
             place = {str(key): site.attrib[key] for key in _OF_SITES if key in site.attrib}
-            ElementTree.SubElement(body, "body", place)
+            ElementTree.SubElement(body, "body", {**place, "name": unique})
         body.remove(site)
 
 
-def _read_visuals(body: Element, classes: _Classes, class_name: str, numbers: Numbers) -> Iterator[Visual]:
-    """Spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned."""
+def _read_visuals(body: Element, numbers: Numbers) -> tuple[tuple[Visual, ...], bool]:
+    """Spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned.
+
+    Returns: The shapes, and whether they are all that is drawn.
+    """
+    drawn, whole = list[Visual](), True
     for geom in body.findall("geom"):
-        attributes = {**classes.get(geom.get("class", class_name), {}).get("geom", {}), **geom.attrib}
-        kind, words = attributes.get("type", "sphere"), attributes.get("size", "").split()
-        turned = any(name in attributes for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto"))
+        kind, words = geom.get("type", "sphere"), geom.get("size", "").split()
+        turned = any(name in geom.attrib for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto"))
         counts = {"sphere": 1, "ellipsoid": 3, "box": 3, "capsule": 2, "cylinder": 2}
         if turned or kind not in counts or len(words) < counts[kind]:
+            group = numbers.parse_one(geom.get("group"), "geom.group", 0.0)
+            whole = whole and group >= _FIRST_HIDDEN_GROUP
             continue
         count = counts[kind]
         half = numbers.parse(" ".join(words[:count]), "geom.size", count, ())
         sizes = {"box": tuple(2.0 * value for value in half), "sphere": half, "ellipsoid": half}
-        place = as_triple(list(numbers.parse(attributes.get("pos"), "geom.pos", 3, (0.0,) * 3)))
-        yield Visual(kind, sizes.get(kind, (half[0], 2.0 * half[-1])), place, (0.0, 0.0, 0.0))
+        place = as_triple(list(numbers.parse(geom.get("pos"), "geom.pos", 3, (0.0,) * 3)))
+        drawn.append(Visual(kind, sizes.get(kind, (half[0], 2.0 * half[-1])), place, (0.0, 0.0, 0.0)))
+    return tuple(drawn), whole

@@ -12,6 +12,8 @@ from affordance.robots.importer import ImportedArm, ImportOptions
 _MUCH_DAMPING = 0.5
 # Less than what any geared motor is felt as: none is in the file, [kg m^2].
 _NO_ROTOR = 1e-3
+# Static payload over arm mass above which torque limits look like placeholders; of twenty robots the largest is 4.1.
+_MANY_WEIGHTS = 5.0
 _MANY = 12
 
 
@@ -79,14 +81,18 @@ def _list_assumed(imported: ImportedArm, options: ImportOptions) -> Iterator[str
         some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
         gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
         yield f"no inertia of rotors and gears, for {some}; {gives}"
+    if options.effort:
+        yield "limits of torque are those that were given, not the file's" + (
+            "" if "" in options.effort else f", for {', '.join(options.effort)}"
+        )
     light = [link.name for link in arm.links if link.inertial.mass == 0.0]
     if light:
         yield f"no mass: {', '.join(light)}, as the file has it"
 
 
 def _list_dropped(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
-    description, own = imported.tree.description, set(imported.arm.joint_names)
-    of_arm = {name: notes for name, notes in description.joints.items() if name in own}
+    tree, description = imported.tree, imported.tree.description
+    of_arm = {joint.name(): tree.note(joint) for joint in imported.chain.joints}
     friction = [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]
     if friction:
         yield f"Coulomb friction (N m), which Drake's joints do not know: {', '.join(friction)}"
@@ -102,6 +108,9 @@ def _list_dropped(imported: ImportedArm, options: ImportOptions) -> Iterator[str
     yield from description.dropped
     for link, fault in description.faults.items():
         yield f"inertia of the link {link}, which is not part of the arm: it {fault}"
+    for name, notes in description.joints.items():
+        if notes.fault:
+            yield f"limits of the joint {name}, which is not part of the arm: it {notes.fault}"
 
 
 def _list_warnings(imported: ImportedArm) -> Iterator[str]:
@@ -112,6 +121,11 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
                 f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
                 "torque at its full rate; --damping none leaves damping out"
             )
+    if imported.payload > _MANY_WEIGHTS * imported.arm.mass:
+        yield (
+            f"it bears {imported.payload:.3g} kg and weighs {imported.arm.mass:.3g} kg: its limits of torque may be "
+            "placeholders; --effort gives others"
+        )
     if imported.home.load > 1.0:
         yield (
             f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, it holds no level posture within "

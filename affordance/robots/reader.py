@@ -1,6 +1,7 @@
 """Reading a robot's file, whichever of the three formats it is in."""
 
 from pathlib import Path
+from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.robots.description import Description
@@ -23,6 +24,20 @@ def read_robot(path: Path) -> Description:
     root = read_xml(path)
     if root.tag not in _READERS:
         raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
+    _check_number(path, root)
+    try:
+        description = _READERS[root.tag](path, root)
+    except RecursionError as error:
+        raise BadValueError(path, "", "nests too deep with the files that it includes") from error
+    _check_number(path, root)  # with what was included
+    return description
+
+
+def _check_number(path: Path, root: Element) -> None:
+    """Refuses more links and joints than Drake takes in a moment.
+
+    Raises:
+        BadValueError: There are more.
+    """
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
         raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
-    return _READERS[root.tag](path, root)

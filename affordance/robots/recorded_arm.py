@@ -101,7 +101,7 @@ def _read_links(tree: RobotTree, context: Context, chain: Chain) -> Array:
         slot = next((slots[each] for each in above if each in slots), None)
         if slot is None:
             continue
-        fault = tree.description.faults.get(body.name())
+        fault = tree.description.faults.get(tree.key(body))
         if fault:
             raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
         if body.default_mass() > 0.0:

@@ -9,12 +9,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
-from pydrake.multibody.tree import BodyIndex, Frame, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context
 
 from affordance.exceptions import BadValueError
 from affordance.robots.chain import Chain
 from affordance.robots.description import Inertial, as_triple
+from affordance.robots.limbs import FEWEST_JOINTS
 from affordance.robots.tree import RobotTree
 
 
@@ -97,7 +98,13 @@ class ReducedArm:
 
 
 def reduce_arm(
-    tree: RobotTree, chain: Chain, context: Context, frozen: Mapping[str, float], out_axis: str | None
+    tree: RobotTree,
+    chain: Chain,
+    context: Context,
+    frozen: Mapping[str, float],
+    *,
+    out_axis: str | None = None,
+    effort: Mapping[str, float] | None = None,
 ) -> ReducedArm:
     """Makes an arm of a chain.
 
@@ -107,11 +114,15 @@ def reduce_arm(
         context: The plant's, chain at zero and all other joints where they are frozen.
         frozen: Where that is.
         out_axis: Which axis of the tip points out of the hand; None to find one.
+        effort: Limits of torque by joint, in place of the file's, [N m]; None for none.
 
     Raises:
-        BadValueError: A link of the arm has an impossible inertia, or a joint no limit of torque, or none of rate.
+        BadValueError: A link of the arm has an impossible inertia, or a joint impossible limits, no limit of torque,
+            or a rate of zero.
     """
     names = [joint.name() for joint in chain.joints]
+    efforts = {joint.name(): (effort or {}).get(joint.name(), tree.note(joint).effort) for joint in chain.joints}
+    _check_joints(tree, chain, efforts)
     slots = {joint.child_body().index(): k for k, joint in enumerate(chain.joints)}
 
     def find_slot(body: RigidBody) -> int:
@@ -132,11 +143,8 @@ def reduce_arm(
     for slot, joint in enumerate(chain.joints):
         frame = joint.frame_on_child()
         group = sorted(groups[slot], key=lambda body: body.index() != joint.child_body().index())
-        notes = tree.description.joints.get(names[slot])
-        effort = None if notes is None else notes.effort
-        velocity = float(joint.velocity_upper_limits()[0])
-        _check_limits(tree, joint, effort, velocity)
-        assert effort is not None
+        limit = efforts[names[slot]]
+        assert limit is not None  # it was checked
         links.append(
             ReducedLink(
                 name=joint.child_body().name(),
@@ -145,12 +153,12 @@ def reduce_arm(
                 axis=as_triple(joint.revolute_axis()),
                 lower=float(joint.position_lower_limits()[0]),
                 upper=float(joint.position_upper_limits()[0]),
-                velocity=velocity,
-                effort=effort,
+                velocity=float(joint.velocity_upper_limits()[0]),
+                effort=limit,
                 damping=float(joint.default_damping()),
-                rotor_inertia=0.0 if notes is None else notes.rotor_inertia,
+                rotor_inertia=tree.note(joint).rotor_inertia,
                 inertial=_sum_inertia(tree, context, frame, group),
-                bodies=tuple((body.name(), body.body_frame().CalcPose(context, frame)) for body in group),
+                bodies=tuple((tree.key(body), body.body_frame().CalcPose(context, frame)) for body in group),
             )
         )
         before = frame
@@ -164,7 +172,7 @@ def reduce_arm(
         X_LH=_simplify(X_LT @ RigidTransform(_turn_to(axis))),
         out_axis=axis,
         base_bodies=tuple(
-            (body.name(), body.body_frame().CalcPose(context, chain.base.body_frame())) for body in carried
+            (tree.key(body), body.body_frame().CalcPose(context, chain.base.body_frame())) for body in carried
         ),
         frozen=dict(frozen),
     )
@@ -204,22 +212,45 @@ def turn_up(axis: str) -> RigidTransform:
 
 def _check_inertias(tree: RobotTree, bodies: list[RigidBody]) -> None:
     for body in bodies:
-        fault = tree.description.faults.get(body.name())
+        fault = tree.description.faults.get(tree.key(body))
         if fault:
             raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
 
 
-def _check_limits(tree: RobotTree, joint: RevoluteJoint, effort: float | None, velocity: float) -> None:
-    path, key = tree.description.path, f"joint {joint.name()}"
-    if effort is None:
-        raise BadValueError(path, key, "has no limit of torque (effort), must have one of more than 0 N m")
-    if not effort > 0.0:
-        raise BadValueError(path, key, f"has a limit of torque (effort) of {effort:g} N m, must be more than 0")
-    if not velocity > 0.0:
-        raise BadValueError(path, key, f"has a velocity limit of {velocity:g} rad/s, must be more than 0")
-    low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
-    if not low < high:
-        raise BadValueError(path, key, f"has position limits from {low:g} to {high:g} rad, must be a range")
+def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | None]) -> None:
+    """Rejects joints that cannot move an arm, and says what may help.
+
+    Raises:
+        BadValueError: A joint has impossible limits, no limit of torque, or a rate of zero.
+    """
+    path = tree.description.path
+    for joint in chain.joints:
+        key, notes = f"joint {joint.name()}", tree.note(joint)
+        if notes.fault:
+            raise BadValueError(path, key, notes.fault)
+        effort, velocity = efforts[joint.name()], float(joint.velocity_upper_limits()[0])
+        if effort is None or not effort > 0.0:
+            found = "has no limit of torque (effort), must have one of more than 0 N m"
+            if effort is not None:
+                found = f"has a limit of torque (effort) of {effort:g} N m, must be more than 0"
+            raise BadValueError(path, key, f"{found}; {_suggest_efforts(chain, efforts)}")
+        if not velocity > 0.0:
+            raise BadValueError(path, key, f"has a velocity limit of {velocity:g} rad/s, must be more than 0")
+        low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
+        if not low < high:
+            raise BadValueError(path, key, f"has position limits from {low:g} to {high:g} rad, must be a range")
+
+
+def _suggest_efforts(chain: Chain, efforts: Mapping[str, float | None]) -> str:
+    """Says how to do without limits of torque that a file does not have."""
+    lacking = [k for k, joint in enumerate(chain.joints) if not (efforts[joint.name()] or 0.0) > 0.0]
+    names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
+    given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
+    ways = f"--effort {given} gives limits (N m)"
+    below = len(chain.joints) - len(lacking)
+    if lacking == list(range(len(lacking))) and below >= FEWEST_JOINTS:
+        ways += f", --base {chain.joints[lacking[-1]].child_body().name()} leaves out what lies below"
+    return ways
 
 
 def _carries(tree: RobotTree, body: RigidBody, base: RigidBody) -> bool:
@@ -248,7 +279,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
     """Inertia of bodies as if they were one, in a frame; a single body's numbers are the file's own."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
-        written = tree.description.inertials.get(bodies[0].name())
+        written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:
             return written
     with_mass = [body.index() for body in bodies if body.default_mass() > 0.0]

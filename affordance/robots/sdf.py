@@ -1,6 +1,7 @@
 """Reading an SDF: what Drake needs of it, and what Drake leaves out."""
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
 from typing import cast
 from xml.etree import ElementTree
@@ -8,6 +9,7 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
+from affordance.robots.joint_faults import find_joint_fault
 from affordance.robots.xml_reader import Numbers, find_text, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
@@ -37,51 +39,79 @@ def read_sdf(path: Path, root: Element) -> Description:
     inertials: dict[str, Inertial] = {}
     visuals: dict[str, tuple[Visual, ...]] = {}
     faults: dict[str, str] = {}
-    for link in list(root.iter("link")):
-        name = name_of(link, path)
-        visuals[name] = tuple(
-            visual for element in link.findall("visual") for visual in _read_visual(element, numbers, name)
-        )
-        inertial = link.find("inertial")
-        if inertial is None:
-            faults[name] = "has no <inertial>, for which SDF puts 1 kg"
-            _put_nothing(ElementTree.SubElement(link, "inertial"))
-        elif inertial.get("auto") is not None:
-            faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
-            inertial.attrib.clear()
-            _put_nothing(inertial)
-        else:
-            inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
-            if fault := inertials[name].find_fault():
-                faults[name] = fault
+    undrawn, frames = set[str](), set[str]()
+    for scope, model in _list_models(root, path):
+        for link in model.findall("link"):
+            short = name_of(link, path)
+            name, key = f"{scope}{short}", f"link {short}"
+            if name in visuals:
+                raise BadValueError(path, key, "is there twice")
+            shapes = [_read_visual(element, numbers, short) for element in link.findall("visual")]
+            visuals[name] = tuple(visual for visual in shapes if visual is not None)
+            undrawn |= {name} if None in shapes else set()
+            inertial = link.find("inertial")
+            if inertial is None:
+                faults[name] = "has no <inertial>, for which SDF puts 1 kg"
+                _put_nothing(ElementTree.SubElement(link, "inertial"))
+            elif inertial.get("auto") is not None:
+                faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
+                inertial.attrib.clear()
                 _put_nothing(inertial)
-        remove_children(link, _NOT_OF_LINKS)
-    for joint in list(root.iter("joint")):
-        if not len(joint):
-            continue  # one that a collision filter or the like refers to
-        name = name_of(joint, path)
-        if name in joints:
-            raise BadValueError(path, f"joint {name}", "is there twice")
-        joints[name] = _read_joint(joint, numbers, f"joint {name}")
-        remove_children(joint, ("sensor", f"{_DRAKE}rotor_inertia", f"{_DRAKE}gear_ratio", f"{_DRAKE}mimic"))
-        for axis in joint.findall("axis"):
-            remove_children(axis, ("mimic",))
-            dynamics = axis.find("dynamics")
-            if dynamics is not None:
-                remove_children(dynamics, ("friction", "spring_reference", "spring_stiffness"))
-    for model in list(root.iter("model")):
+            else:
+                inertials[name] = _read_inertial(inertial, numbers, f"{key}.inertial")
+                if fault := inertials[name].find_fault():
+                    faults[name] = fault
+                    _put_nothing(inertial)
+            remove_children(link, _NOT_OF_LINKS)
+        for joint in model.findall("joint"):
+            short = name_of(joint, path)
+            name, key = f"{scope}{short}", f"joint {short}"
+            if name in joints:
+                raise BadValueError(path, key, "is there twice")
+            joints[name] = _read_joint(joint, numbers, key)
+            remove_children(joint, ("sensor", f"{_DRAKE}rotor_inertia", f"{_DRAKE}gear_ratio", f"{_DRAKE}mimic"))
+            for axis in joint.findall("axis"):
+                remove_children(axis, ("mimic",))
+                dynamics = axis.find("dynamics")
+                if dynamics is not None:
+                    remove_children(dynamics, ("friction", "spring_reference", "spring_stiffness"))
+        frames |= {f"{scope}{frame.get('name', '')}" for frame in model.findall("frame")}
         remove_children(model, _NOT_OF_MODELS)
     text = ElementTree.tostring(root, encoding="unicode")
-    return Description(path, "sdf", text, joints, inertials, faults, visuals)
+    return Description(
+        path,
+        "sdf",
+        text,
+        joints,
+        inertials,
+        faults,
+        visuals,
+        undrawn=frozenset(undrawn),
+        frames=frozenset(frames),
+    )
+
+
+def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tuple[str, Element]]:
+    """Lists all models, each with the prefix of its names where models are distinguished: ``outer::inner::``."""
+    for child in element:
+        if child.tag == "model":
+            own = f"{scope}{name_of(child, path)}::"
+            yield own, child
+            yield from _list_models(child, path, own)
+        elif child.tag == "world":
+            yield from _list_models(child, path)
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
+    """Reads a joint, and leaves of its limits what Drake is to know of them."""
+
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)
 
-    effort = numbers.parse_bound(find_text(joint, "axis/limit/effort"), f"{key}.axis.limit.effort")
-    if effort is not None and (effort < 0.0 or math.isinf(effort)):
-        effort = None  # SDF's way to say that there is no limit
+    def take_bound(name: str) -> float | None:
+        return numbers.parse_bound(find_text(joint, f"axis/limit/{name}"), f"{key}.axis.limit.{name}")
+
+    effort, velocity = (_bound_or_none(take_bound(name)) for name in ("effort", "velocity"))
     mimic = joint.find("axis/mimic")
     if mimic is None:
         mimic = joint.find(f"{_DRAKE}mimic")
@@ -92,15 +122,31 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(find_text(mimic, "multiplier") or mimic.get("multiplier"), f"{key}.mimic", 1.0),
             numbers.parse_one(find_text(mimic, "offset") or mimic.get("offset"), f"{key}.mimic", 0.0),
         )
-    ratio = take(f"{_DRAKE}gear_ratio", 1.0)
-    return JointNotes(
+    lower, upper = (None, None) if joint.get("type") == "continuous" else (take_bound("lower"), take_bound("upper"))
+    ratio, rotor = take(f"{_DRAKE}gear_ratio", 1.0), take(f"{_DRAKE}rotor_inertia", 0.0)
+    axis = numbers.parse(find_text(joint, "axis/xyz"), f"{key}.axis.xyz", 3, (0.0, 0.0, 1.0))
+    damping = take("axis/dynamics/damping", 0.0)
+    fault = find_joint_fault(
+        lower=lower, upper=upper, velocity=velocity, damping=damping, rotor_inertia=rotor, axis=axis
+    )
+    notes = JointNotes(
         kind=joint.get("type", ""),
         effort=effort,
         friction=take("axis/dynamics/friction", 0.0),
         stiffness=take("axis/dynamics/spring_stiffness", 0.0),
         mimic=follows,
-        rotor_inertia=take(f"{_DRAKE}rotor_inertia", 0.0) * ratio**2,
+        rotor_inertia=rotor * ratio**2,
+        fault=fault,
     )
+    for element in joint.findall("axis") if fault else ():
+        remove_children(element, ("limit", "dynamics", "xyz"))
+        ElementTree.SubElement(element, "xyz").text = "0 0 1"
+    return notes
+
+
+def _bound_or_none(bound: float | None) -> float | None:
+    """A bound; None for one that is negative or infinite, which is SDF's way to say that there is none."""
+    return None if bound is None or bound < 0.0 or math.isinf(bound) else bound
 
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
@@ -132,13 +178,14 @@ def _put_nothing(inertial: Element) -> None:
         ElementTree.SubElement(inertia, name).text = "0"
 
 
-def _read_visual(element: Element, numbers: Numbers, link: str) -> list[Visual]:
+def _read_visual(element: Element, numbers: Numbers, link: str) -> Visual | None:
+    """Reads a shape; None for one that is not taken over."""
     geometry, key = element.find("geometry"), f"link {link}.visual"
     pose = element.find("pose")
     if geometry is None or not len(geometry):
-        return []
+        return None
     if pose is not None and (pose.get("relative_to") or pose.get("rotation_format") or pose.get("degrees")):
-        return []
+        return None
     values = numbers.parse(None if pose is None else pose.text, f"{key}.pose", 6, _NO_POSE)
     place, rpy = as_triple(list(values[:3])), as_triple(list(values[3:]))
     diffuse = find_text(element, "material/diffuse")
@@ -149,11 +196,11 @@ def _read_visual(element: Element, numbers: Numbers, link: str) -> list[Visual]:
     shape = geometry[0]
     if shape.tag == "mesh":
         scale = numbers.parse(find_text(shape, "scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
-        return [Visual("mesh", scale, place, rpy, (find_text(shape, "uri") or "").strip(), colour)]
+        return Visual("mesh", scale, place, rpy, (find_text(shape, "uri") or "").strip(), colour)
     if shape.tag not in _SIZES:
-        return []
+        return None
     sizes: tuple[float, ...] = ()
     for tag in _SIZES[shape.tag]:
         count = 3 if tag in ("size", "radii") else 1
         sizes += numbers.parse(find_text(shape, tag), f"{key}.{shape.tag}.{tag}", count, (0.01,) * count)
-    return [Visual(shape.tag, sizes, place, rpy, "", colour)]
+    return Visual(shape.tag, sizes, place, rpy, "", colour)

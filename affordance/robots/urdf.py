@@ -1,5 +1,6 @@
 """Reading a URDF: what Drake needs of it, and what Drake leaves out."""
 
+import math
 from pathlib import Path
 from typing import cast
 from xml.etree import ElementTree
@@ -7,11 +8,13 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
+from affordance.robots.joint_faults import find_joint_fault
 from affordance.robots.xml_reader import Numbers, get_attribute, name_of, remove_children
 
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 _XACRO = "http://www.ros.org/wiki/xacro"
 _NO_PLACE = (0.0, 0.0, 0.0)
+_BOUNDS = ("lower", "upper", "velocity")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
@@ -27,13 +30,16 @@ def read_urdf(path: Path, root: Element) -> Description:
     inertials: dict[str, Inertial] = {}
     visuals: dict[str, tuple[Visual, ...]] = {}
     faults: dict[str, str] = {}
+    undrawn = set[str]()
     colours = _read_colours(root, numbers)
     others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
     for link in root.findall("link"):
         name = name_of(link, path)
-        visuals[name] = tuple(
-            visual for element in link.findall("visual") for visual in _read_visual(element, numbers, name, colours)
-        )
+        if name in visuals:
+            raise BadValueError(path, f"link {name}", "is there twice")
+        shapes = [_read_visual(element, numbers, name, colours) for element in link.findall("visual")]
+        visuals[name] = tuple(visual for visual in shapes if visual is not None)
+        undrawn |= {name} if None in shapes else set()
         inertial = link.find("inertial")
         if inertial is not None:
             inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
@@ -56,11 +62,13 @@ def read_urdf(path: Path, root: Element) -> Description:
             root.remove(child)
     dropped = (f"elements {', '.join(sorted(others))} of the file, which do not concern motion",) if others else ()
     text = ElementTree.tostring(root, encoding="unicode")
-    return Description(path, "urdf", text, joints, inertials, faults, visuals, dropped)
+    return Description(path, "urdf", text, joints, inertials, faults, visuals, dropped, undrawn=frozenset(undrawn))
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
+    """Reads a joint, and leaves of its limits what Drake is to know of them."""
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
+    axis, origin, kind = joint.find("axis"), joint.find("origin"), joint.get("type", "")
     follows = None
     if mimic is not None:
         follows = Mimic(
@@ -68,14 +76,37 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    for bound in ("lower", "upper", "velocity"):  # Drake reads them; here they are only made sure to be numbers
-        numbers.parse_bound(get_attribute(limit, bound), f"{key}.limit.{bound}")
-    numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
+    for attribute in ("xyz", "rpy"):  # Drake reads them; here they are only made sure to be numbers
+        numbers.parse(get_attribute(origin, attribute), f"{key}.origin.{attribute}", 3, _NO_PLACE)
+    bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
+    if kind == "continuous":  # turns without end, whatever its limit says
+        bounds.update(lower=None, upper=None)
+    elif bounds["lower"] is not None or bounds["upper"] is not None:
+        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # what URDF puts for one alone
+    damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
+    direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
+    fault = find_joint_fault(
+        lower=bounds["lower"],
+        upper=bounds["upper"],
+        velocity=bounds["velocity"],
+        damping=damping,
+        axis=direction,
+    )
+    effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
+    if limit is not None:
+        limit.attrib.pop("effort", None)  # it is kept here
+        for name, value in bounds.items():
+            limit.attrib.pop(name, None)
+            if value is not None and math.isfinite(value) and not fault:
+                limit.set(name, repr(value))
+    if fault:
+        remove_children(joint, ("axis", "dynamics"))
     return JointNotes(
-        kind=joint.get("type", ""),
-        effort=numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort"),
+        kind=kind,
+        effort=None if effort is None or math.isinf(effort) else effort,
         friction=numbers.parse_one(get_attribute(dynamics, "friction"), f"{key}.dynamics.friction", 0.0),
         mimic=follows,
+        fault=fault,
     )
 
 
@@ -106,10 +137,11 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 
 def _read_visual(
     element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
-) -> list[Visual]:
+) -> Visual | None:
+    """Reads a shape; None for one that is not taken over."""
     geometry, origin, key = element.find("geometry"), element.find("origin"), f"link {link}.visual"
     if geometry is None or not len(geometry):
-        return []
+        return None
     shape = geometry[0]
     place = as_triple(list(numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)))
     rpy = as_triple(list(numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)))
@@ -119,11 +151,11 @@ def _read_visual(
         colour = numbers.parse(get_attribute(material.find("color"), "rgba"), f"{key}.color", 4, (0.7,) * 3 + (1.0,))
     if shape.tag == "mesh":
         scale = numbers.parse(shape.get("scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
-        return [Visual("mesh", scale, place, rpy, shape.get("filename", ""), colour)]
+        return Visual("mesh", scale, place, rpy, shape.get("filename", ""), colour)
     if shape.tag not in _SIZES:
-        return []
+        return None
     sizes: tuple[float, ...] = ()
     for attribute in _SIZES[shape.tag]:
         count = 3 if attribute == "size" else 1
         sizes += numbers.parse(shape.get(attribute), f"{key}.{shape.tag}.{attribute}", count, (0.01,) * count)
-    return [Visual(shape.tag, sizes, place, rpy, "", colour)]
+    return Visual(shape.tag, sizes, place, rpy, "", colour)

@@ -3,11 +3,15 @@
 import math
 from collections.abc import Iterable
 from pathlib import Path
+from typing import NoReturn
+from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
+from xml.parsers import expat
 
 from affordance.exceptions import BadValueError
 from affordance.files import xml_file as files
 from affordance.files.bounded import ROBOT
+from affordance.robots.undeclared import parse_undeclared
 
 
 def read_xml(path: Path) -> Element:
@@ -16,7 +20,16 @@ def read_xml(path: Path) -> Element:
     Raises:
         BadValueError: It cannot be read, is too large, is not XML, or defines entities.
     """
-    return files.read_xml(path, ROBOT)
+    return files.read_xml(path, ROBOT, _parse)
+
+
+def _parse(content: bytes) -> Element:
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as error:
+        if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
+            raise
+        return parse_undeclared(content)
 
 
 class Numbers:
@@ -52,6 +65,14 @@ class Numbers:
     def parse_one(self, text: str | None, key: str, default: float) -> float:
         """Parses one finite number; arguments and errors as of ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
+
+    def refuse(self, key: str, problem: str) -> NoReturn:
+        """Rejects what stands at a place of the file.
+
+        Raises:
+            BadValueError: Always.
+        """
+        raise BadValueError(self._path, key, problem)
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent.

@@ -22,7 +22,7 @@ from affordance.control.strike import Strike
 from affordance.exceptions import StallError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
+from affordance.plant.arm import Arm, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import Nail, NailPlacement, NailRecord
 from affordance.settings import Settings
@@ -30,6 +30,9 @@ from affordance.simulation.diagram import END_MARGIN, TrialDiagram
 from affordance.simulation.trial import TrialRunner, finish, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
+# A blow does what is asked if the peak of the nail's resistance is off by no more than this: the formula by which
+# blows are planned leaves aside what nail and contact take (docs/decisions/0013-nail.md).
+FORCE_TOLERANCE = 0.15
 # A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
 # minute or two, the integrator has stalled.
 _MAX_STEPS = 200_000
@@ -66,6 +69,27 @@ class Blow:
     def travel(self) -> float:
         """How far the nail was driven, [m]."""
         return float(self.nail.travel[-1])
+
+    def describe_force_error(self, force: float, arm: Arm) -> str:
+        """Says that the peak resistance is not the one that was asked for, and what may help; empty if it is.
+
+        Args:
+            force: Peak resistance that was asked for, [N].
+            arm: The arm.
+        """
+        if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
+            return ""
+        joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
+        rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
+        ways = []
+        # Where damping brings a light wrist to rest within a control period, it does not give way to the nail.
+        if any(joint.default_damping_vector().any() for joint in joints):
+            ways.append("an arm without damping (import-arm --damping none)")
+        if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
+            ways.append("the inertia of its rotors (import-arm --rotor-inertia)")
+        ways = ways or ["a smaller depth_demanded", "a longer blow.duration"]
+        bound = f"must agree to {100.0 * FORCE_TOLERANCE:.0f} %"
+        return f"gives {self.force:.0f} N, {bound}; what may help: {' or '.join(ways)}"
 
 
 def simulate_blow(

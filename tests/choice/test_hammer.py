@@ -6,14 +6,17 @@ import re
 import numpy as np
 import pytest
 from helpers.held_stick import HELD, PI
+from helpers.slow_arm import make_slow_models
 
 from affordance.choice.blow_cost import AIM
-from affordance.choice.hammer import load_hammer, plan_strike
+from affordance.choice.hammer import find_swing, load_hammer, plan_strike, sample_swing
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
 from affordance.control.strike import SHORTEST_HORIZON
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.work_map import find_crossovers, map_work
 from affordance.files.model_folder import MODELS
+from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import CONTACT_STIFFNESS
 from affordance.settings import DEFAULT_SETTINGS
 
@@ -204,3 +207,17 @@ def test_crossover_is_where_the_map_changes_sides(hammer, own_model):
     assert forces[changes[0]] <= crossovers[0] <= forces[changes[0] + 1]
     works = [planned[grip].compute(PI[grip][None], crossovers[0]).work[0] for grip in HELD]
     assert works[0] == pytest.approx(works[1], rel=1e-3)
+
+
+@pytest.mark.parametrize("grip", HELD)
+def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, grip):
+    """Whose whole range of speeds is a few of the steps that serve our arm."""
+    models = make_slow_models(tmp_path)
+    task, model = load_hammer(models / "nail.yaml"), ArmModel(load_arm(models / ARM.name))
+    planned = task.build_cost(model, HELD[grip].components, DEFAULT_SETTINGS)
+    assert planned.speeds[-1] < 1.0
+    for speed in (0.5625, float(planned.find_speed(PI[grip][None])[0])):
+        interpolated = planned.compute_at_speed(PI[grip][None], np.array([speed]))
+        swing = find_swing(model, planned.target, task, speed, None)
+        exact = MotionCost(model, sample_swing(swing, TICK)).compute(PI[grip][None])
+        assert interpolated.work[0] == pytest.approx(exact.work[0], rel=5e-3)

@@ -7,11 +7,12 @@ import shutil
 import pytest
 
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError, UnavailableError
+from affordance.exceptions import BadValueError, InfeasibleError, StallError, UnavailableError
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings
 from affordance.proprioception.faults import Faults
+from affordance.robots.lacks import write_lacks
 from affordance.runs.repeats import compute_key
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import FeatureSource
@@ -55,8 +56,8 @@ def made_up(monkeypatch):
 
 def test_experiments_are_run_in_turn_each_in_a_folder_of_its_name(made_up, tmp_path):
     out = tmp_path / "deep" / "out"
-    report = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2)
-    assert report == out / "report.html"
+    result = suite.run_suite(["other", "one"], out, models=MODELS, seed=3, repeats=7, jobs=2)
+    assert result == (out / "report.html", {})
     assert list_files(out) == ["one/ran.txt", "other/ran.txt", "report.html"]
     said = "models, 3, features, planned in 2 jobs, 7 repeats, 2 jobs; found "
     assert (out / "other" / "ran.txt").read_text(encoding="utf-8") == f"other: {said}"
@@ -85,17 +86,89 @@ def test_learner_is_the_papers_or_that_asked_for(made_up, tmp_path, monkeypatch)
     assert seen == [Learner.DENSITY, Learner.KINDS_MAP]
 
 
-def test_nothing_is_written_where_one_of_them_cannot_be_planned(made_up, tmp_path, monkeypatch):
-    """Not even what was asked for before it."""
+def refuse_other(self, jobs):
+    """A plan of which only one of the experiments can be done."""
+    if self.name == "other":
+        raise BadValueError("nail.yaml", "blow", "cannot be carried out")
 
-    def plan(self, jobs):
-        if self.name == "other":
-            raise BadValueError("nail.yaml", "blow", "cannot be carried out")
 
-    monkeypatch.setattr(MadeUp, "plan", plan)
+def test_experiment_that_cannot_be_planned_is_left_out_and_named(made_up, tmp_path, monkeypatch, caplog):
+    """Before anything is run, and by the report that stands there afterwards."""
+    monkeypatch.setattr(MadeUp, "plan", refuse_other)
+    result = suite.run_suite(["other", "one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    assert result.left_out == {"other": "nail.yaml: blow: cannot be carried out"}
+    assert "other is left out: nail.yaml: blow: cannot be carried out" in caplog.text
+    assert list_files(tmp_path) == ["left_out.json", "one/ran.txt", "report.html"]
+    assert "nail.yaml: blow: cannot be carried out" in result.report.read_text(encoding="utf-8")
+
+
+def test_experiment_that_ends_while_it_is_run_is_left_out_and_the_next_is_run(made_up, tmp_path, monkeypatch):
+    run = suite.run_experiment
+
+    def fail_for_one(experiment, plan, folder, *, repeats, jobs):
+        if experiment.name == "one":
+            raise StallError("stick", 0.8, 5, ())
+        run(experiment, plan, folder, repeats=repeats, jobs=jobs)
+
+    monkeypatch.setattr(suite, "run_experiment", fail_for_one)
+    result = suite.run_suite(["one", "other"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    assert "stalls" in result.left_out["one"]
+    assert (tmp_path / "other" / "ran.txt").exists()
+
+
+def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path, monkeypatch):
+    """And the section of an experiment that cannot be done any more."""
+    arguments = {"models": MODELS, "seed": 0, "repeats": 1, "jobs": 1}
+    section = tmp_path / "other" / "section.json"
+    with monkeypatch.context() as patch:
+        patch.setattr(MadeUp, "plan", refuse_other)
+        section.parent.mkdir()
+        section.write_text("{}", encoding="utf-8")
+        suite.run_suite(["other", "one"], tmp_path, **arguments)
+        assert not section.exists()
+    report, left_out = suite.run_suite(["other"], tmp_path, **arguments)
+    assert not left_out
+    assert "cannot be carried out" not in report.read_text(encoding="utf-8")
+    assert not (tmp_path / "left_out.json").exists()
+
+
+def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path, monkeypatch):
+    monkeypatch.setattr(MadeUp, "plan", refuse_other)
     with pytest.raises(BadValueError, match="cannot be carried out"):
-        suite.run_suite(["one", "other"], tmp_path / "out", models=MODELS, seed=0, repeats=1, jobs=1)
+        suite.run_suite(["other"], tmp_path / "out", models=MODELS, seed=0, repeats=1, jobs=1)
     assert not (tmp_path / "out").exists()
+
+
+def test_what_the_import_of_the_arm_could_not_fit_is_not_planned_again(made_up, tmp_path, monkeypatch):
+    """Unless a file was changed since."""
+    models = tmp_path / "models"
+    shutil.copytree(MODELS, models)
+    write_lacks(models, {"path": "stick by wood leaves the path by 0.05 m"})
+    planned = []
+    monkeypatch.setattr(MadeUp, "plan", lambda self, jobs: planned.append(self.name))
+    arguments = {"models": models, "seed": 0, "repeats": 1, "jobs": 1}
+    result = suite.run_suite(["weight", "reach", "hammer"], tmp_path / "out", **arguments)
+    assert planned == ["weight", "hammer"]
+    assert result.left_out["reach"].endswith("as its import found: stick by wood leaves the path by 0.05 m")
+    with pytest.raises(InfeasibleError, match="leaves the path"):
+        suite.run_suite(["reach"], tmp_path / "alone", **arguments)
+    path = models / "paths" / "reach.yaml"
+    path.write_text(path.read_text(encoding="utf-8").replace("duration: 2.0", "duration: 4.0"), encoding="utf-8")
+    assert not suite.run_suite(["reach"], tmp_path / "out", **arguments).left_out
+
+
+def test_arm_that_cannot_hold_the_objects_of_one_experiment_does_the_others(tmp_path, monkeypatch):
+    models = tmp_path / "models"
+    shutil.copytree(MODELS, models)
+    path = models / "tools" / "weight.yaml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("semi_axes: [0.125, 0.015, 0.015]", "semi_axes: [0.125, 0.06, 0.06]"), "utf-8")
+    assert text != path.read_text(encoding="utf-8")
+    ran = []
+    monkeypatch.setattr(suite, "run_experiment", lambda experiment, *_, **__: ran.append(experiment.name))
+    result = suite.run_suite(["weight", "com"], tmp_path / "out", models=models, seed=0, repeats=1, jobs=1)
+    assert ran == ["com"]
+    assert "loads" in result.left_out["weight"]
 
 
 def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_path, monkeypatch, caplog):
@@ -109,7 +182,7 @@ def test_experiment_that_does_not_work_on_this_machine_is_left_out(made_up, tmp_
 
     monkeypatch.setattr(suite, "run_experiment", fail_for_one)
     suite.run_suite(["one", "other"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
-    assert list_files(tmp_path) == ["other/ran.txt", "report.html"]
+    assert list_files(tmp_path) == ["left_out.json", "other/ran.txt", "report.html"]
     assert "one is left out: rendered pictures are" in caplog.text
     with pytest.raises(UnavailableError, match=r"libEGL.so.1 is missing"):
         suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)

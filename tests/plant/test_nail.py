@@ -15,7 +15,7 @@ from pydrake.systems.primitives import LogVectorOutput
 from affordance.choice.hammer import load_hammer
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.plant.nail import CONTACT_STIFFNESS, NailPlacement, add_nail
+from affordance.plant.nail import CONTACT_STIFFNESS, NailPlacement, NailRecord, add_nail
 from affordance.plant.nail_system import NailResistance
 
 GOOD = (MODELS / "nail.yaml").read_text(encoding="utf-8")
@@ -162,3 +162,12 @@ def test_yielding_nail_resists_as_much_at_any_depth_until_it_is_out(nail):
     context = system.CreateDefaultContext()
     system.GetInputPort("state").FixValue(context, [0.01, -1.0])
     assert system.GetOutputPort("resistance").Eval(context)[0] == pytest.approx(-300.0)
+
+
+def test_nail_is_at_rest_when_it_has_come_its_way(nail):
+    times = np.linspace(0.0, 0.1, 1001)
+    travel = np.clip((times - 0.05) / 0.02, 0.0, 1.0) * 0.01
+    contact = np.where((times > 0.05) & (times < 0.07), 300.0, 0.0)
+    record = NailRecord(times, travel, np.gradient(travel, times), contact, contact)
+    assert record.time_of_touch == pytest.approx(0.05, abs=2e-4)
+    assert record.time_of_rest == pytest.approx(0.07, abs=2e-4)

@@ -1,12 +1,15 @@
 """Every mistake in a robot's file, or in what is said of it, is one line that names file or option and place."""
 
+import math
+import re
 from pathlib import Path
 
 import pytest
 from helpers.robot_files import MJCF, SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
-from affordance.robots.importer import ImportOptions, extract_arm, parse_rotor_inertia
+from affordance.robots.importer import ImportOptions, extract_arm, parse_spread
+from affordance.robots.notes import list_notes
 
 TIP = ImportOptions("right_tool")
 GOOD_LIMIT = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
@@ -61,6 +64,33 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
         ),
         ({'joint name="neck"': 'joint name="lift"'}, "joint lift: is there twice"),
         ({'<parent link="right_1"/>': '<parent link="nowhere"/>'}, "cannot be parsed: "),
+        # Over these Drake would end the program, or say what only those understand who wrote it.
+        ({'velocity="3"': 'velocity="-3"'}, "joint right_j1: has a velocity limit of -3 rad/s, must be more than 0"),
+        (
+            {'lower="-2.5" upper="2.4"': 'lower="2.5" upper="-2.4"'},
+            "joint right_j1: has position limits from 2.5 to -2.4 rad, must be a range",
+        ),
+        ({'effort="40"': 'effort="inf"'}, "joint right_j1: has no limit of torque (effort), must"),
+        ({'damping="0.2"': 'damping="-0.2"'}, "joint right_j2: has a damping of -0.2 N m s/rad, must be at least 0"),
+        ({'<axis xyz="1 0.2 0"/>': '<axis xyz="0 0 0"/>'}, "joint right_j4: has an axis of zero length, must have a"),
+        (
+            {'<axis xyz="1 0.2 0"/>': '<axis xyz="1 nan 0"/>'},
+            "joint right_j4.axis.xyz: is '1 nan 0', must be 3 finite",
+        ),
+        (
+            {'<origin xyz="0.25 0 0.02"': '<origin xyz="inf 0 0"'},
+            "origin.xyz: is 'inf 0 0', must be 3 finite numbers",
+        ),
+        ({'<link name="right_2">': '<link name="right_1">'}, "link right_1: is there twice"),
+        (
+            {'<parent link="left_1"/><child link="left_2"/>': '<parent link="left_1"/><child link="right_2"/>'},
+            "link right_2: is the child of two joints, right_j2 and left_j2, must be of one",
+        ),
+        (
+            {'ixy="1e-4"': 'ixy="0.01"'},
+            "has products of inertia no solid can have (Ixy, Ixz, Iyz 0.01, -0.0002, 0.0003 kg m^2, which make the "
+            "principal moments -0.00",
+        ),
     ],
 )
 def test_a_bad_urdf_is_refused_in_one_line(tmp_path: Path, changes: dict[str, str], said: str) -> None:
@@ -69,6 +99,51 @@ def test_a_bad_urdf_is_refused_in_one_line(tmp_path: Path, changes: dict[str, st
     text = refuse(path)
     assert said in text
     assert str(path) in text
+
+
+def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_path: Path) -> None:
+    """As over the neck of this robot Drake would end the program, whatever its arm."""
+    good = 'type="revolute"><parent link="torso"/><child link="head"/>'
+    path = write_urdf(tmp_path)
+    text = path.read_text()
+    start = text.index(GOOD_LIMIT, text.index(good))
+    wrong = 'lower="3" upper="-3" velocity="-1" effort="-7"'
+    path.write_text(text[:start] + wrong + text[start + len(GOOD_LIMIT) :])
+    imported = extract_arm(path, TIP)
+    said = "limits of the joint neck, which is not part of the arm: it has position limits from 3 to -3 rad"
+    assert any(note.startswith(said) for note in list_notes(imported, TIP).dropped)
+
+
+def test_a_joint_without_end_has_no_limits_whatever_its_file_says(tmp_path: Path) -> None:
+    """By the rules of URDF; where one bound of another joint is left out, it is 0."""
+    path = write_urdf(tmp_path, changes={'lower="-2.5" upper="2.4"': 'upper="2.4"'})
+    *others, last = extract_arm(path, TIP).arm.links
+    assert (last.lower, last.upper) == (-math.inf, math.inf)
+    assert [(link.lower, link.upper) for link in others] == [(0.0, 2.4)] * 3
+
+
+def test_infinite_limits_are_none(tmp_path: Path) -> None:
+    limits = {'lower="-2.5" upper="2.4" velocity="3"': 'lower="-inf" upper="inf" velocity="inf"'}
+    for link in extract_arm(write_urdf(tmp_path, changes=limits), TIP).arm.links:
+        assert (link.lower, link.upper, link.velocity) == (-math.inf, math.inf, math.inf)
+
+
+def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
+    """As simulators' own elements have them."""
+    block = '<gazebo reference="torso"><sensor:camera a:b="1" xml:lang="en"/></gazebo>'
+    path = write_urdf(tmp_path, changes={"<gazebo/>": block})
+    assert len(extract_arm(path, TIP).arm.links) == 4
+    path = write_urdf(tmp_path, changes={"<gazebo/>": block.replace("</gazebo>", "")})
+    assert "is not XML: mismatched tag" in refuse(path)
+
+
+def test_a_robot_without_masses_is_refused(tmp_path: Path) -> None:
+    """As many files for planning are, which say where links are and no more."""
+    path = write_urdf(tmp_path)
+    path.write_text(re.sub(r"<inertial>.*?</inertial>", "", path.read_text()))
+    assert refuse(path).endswith(
+        "two_arms.urdf: has no mass for any link of the arm, must have inertias (<inertial>)"
+    )
 
 
 def test_mimic_and_prismatic_end_a_chain_but_not_one_that_names_its_base(tmp_path: Path) -> None:
@@ -101,24 +176,32 @@ def test_a_bad_option_is_refused_in_one_line(tmp_path: Path, options: ImportOpti
     assert said in refuse(write_urdf(tmp_path), options)
 
 
-def test_rotor_inertia_must_be_numbers_of_at_least_zero() -> None:
-    assert parse_rotor_inertia(["0.1", "elbow=0.2"]) == {"": 0.1, "elbow": 0.2}
-    with pytest.raises(AffordanceError, match="is -1 for elbow, must be at least 0"):
-        parse_rotor_inertia(["elbow=-1"])
-    with pytest.raises(AffordanceError, match="must be JOINT=VALUE"):
-        parse_rotor_inertia(["elbow=heavy"])
+def test_values_for_joints_must_be_numbers_within_their_bounds() -> None:
+    def parse(*words: str, may_be_zero: bool = True) -> dict[str, float]:
+        return parse_spread("--option", list(words), unit="N m", may_be_zero=may_be_zero)
+
+    assert parse("0.1", "elbow=0.2") == {"": 0.1, "elbow": 0.2}
+    assert parse("0") == {"": 0.0}
+    for words, may_be_zero, said in (
+        (("elbow=-1",), True, "--option: is -1 for elbow, must be at least 0 N m"),
+        (("0",), False, "--option: is 0, must be more than 0 N m"),
+        (("elbow=heavy",), True, "is 'elbow=heavy', must be JOINT=VALUE"),
+        (("heavy",), True, "is 'heavy', must be a number or JOINT=VALUE"),
+        (("nan",), True, "is 'nan', must be a number or JOINT=VALUE"),
+    ):
+        with pytest.raises(AffordanceError) as caught:
+            parse(*words, may_be_zero=may_be_zero)
+        assert said in str(caught.value)
 
 
 def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Path) -> None:
     path = tmp_path / "twins.sdf"
     model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
     twin = model.replace('name="swinger"', 'name="other"')
-    for name in ("pan", "tilt", "bend"):
-        twin = twin.replace(f'joint name="{name}"', f'joint name="{name}_2"')
     path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
     text = refuse(path, ImportOptions("grip"))
     assert "has more than once: other::grip, swinger::grip" in text
-    assert extract_arm(path, ImportOptions("other::grip")).arm.joint_names == ["pan_2", "tilt_2", "bend_2"]
+    assert extract_arm(path, ImportOptions("other::grip")).arm.joint_names == ["pan", "tilt", "bend"]
 
 
 @pytest.mark.parametrize(
@@ -126,6 +209,16 @@ def test_a_tip_that_two_models_share_is_asked_for_by_its_full_name(tmp_path: Pat
     [
         ("<effort>20</effort>", "", "joint bend: has no limit of torque (effort)"),
         ("<effort>20</effort>", "<effort>-1</effort>", "joint bend: has no limit of torque (effort)"),
+        ("<lower>-3</lower>", "<lower>nan</lower>", "joint pan.axis.limit.lower: is 'nan', must be a number"),
+        ("<lower>-3</lower>", "<lower>4</lower>", "joint pan: has position limits from 4 to 3 rad, must be a range"),
+        (
+            "<velocity>2</velocity><effort>20",
+            "<velocity>fast</velocity><effort>20",
+            "joint bend.axis.limit.velocity: is",
+        ),
+        ("<friction>0.7</friction>", "<damping>-1</damping>", "joint pan: has a damping of -1 N m s/rad"),
+        ("<xyz>0 0 1</xyz>", "<xyz>0 0 0</xyz>", "joint pan: has an axis of zero length"),
+        ('<link name="wrist">', '<link name="upper">', "link upper: is there twice"),
         ("<velocity>2</velocity><effort>20", "<velocity>0</velocity><effort>20", "joint bend: has a velocity limit"),
         ("<mass>0.5</mass>", "<mass>half</mass>", "link wrist.inertial.mass: is 'half', must be a finite number"),
         ("<mass>0.5</mass>", "<mass>0</mass>", "link wrist: has a mass of 0 kg with moments of inertia"),
@@ -157,7 +250,16 @@ def test_an_sdf_link_of_the_arm_without_inertial_is_refused_and_not_taken_for_a_
         ),
         ('mass="0.4"', 'mass="0"', "link third: has a mass of 0 kg"),
         ('diaginertia="0.001 0.0012 0.0013"', 'diaginertia="0 0 0"', "makes no arm that Drake takes: "),
-        ("<asset>", '<include file="more.xml"/><asset>', "include: is not read here, must be written out"),
+        ('range="-2 2"', 'range="2 -2"', "joint a1: has position limits from 2 to -2 rad, must be a range"),
+        (
+            '<joint damping="0.1"',
+            '<joint damping="-1"',
+            "joint a1: has a damping of -1 N m s/rad, must be at least 0",
+        ),
+        ('axis="0 1 0.1"', 'axis="0 0 0"', "joint a4: has an axis of zero length"),
+        ('forcerange="-8 7"', 'forcerange="8 -7"', "actuator a3.forcerange: is from 8 to -7, must rise"),
+        ('name="a2"', 'name="a1"', "joint a1: is there twice"),
+        ('body name="second"', 'body name="first"', "body first: is there twice"),
     ],
 )
 def test_a_bad_mjcf_is_refused_in_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:

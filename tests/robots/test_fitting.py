@@ -1,5 +1,6 @@
 """Tasks are changed to what an arm can do, in the order that is said, and every change is written down."""
 
+import re
 from pathlib import Path
 
 import pytest
@@ -7,8 +8,10 @@ import yaml
 
 from affordance.choice.hammer import load_hammer
 from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import NoPlanError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
 from affordance.robots import fitting
 from affordance.robots.changes import SIZE_OF_TOOLS, Change, apply_changes
 from affordance.robots.fitting import NAIL, PATH, fit_blow, fit_objects, fit_path, measure_holding
@@ -78,6 +81,32 @@ def test_paths_are_tried_as_they_are_then_mirrored_then_slower_and_last_smaller(
     assert load_path(models / PATH).points[0] == pytest.approx((-0.075, 0.15, 0.15))
 
 
+def test_the_object_that_a_path_failed_with_is_tried_first_with_the_next_path(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried = []
+
+    def fail(model: object, path: object, tool: Tool, settings: object) -> str:
+        tried.append(f"{tool.name} by {tool.grip}")
+        return "is too heavy" if tried[-1] == "hammer by steel" and len(tried) < 6 else ""
+
+    monkeypatch.setattr(fitting, "_find_lack_of_plan", fail)
+    monkeypatch.setattr(fitting, "_find_lack_of_motion", lambda *arguments: "")
+    fit_path(models)
+    assert tried[3:7] == ["hammer by steel", "hammer by steel", "hammer by steel", "stick by wood"]
+
+
+def test_a_motion_that_the_controller_finds_no_plan_for_is_no_path(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stop(*arguments: object) -> None:
+        raise NoPlanError(0.3)
+
+    monkeypatch.setattr(fitting, "_find_lack_of_plan", lambda *arguments: "")
+    monkeypatch.setattr(fitting, "roll_out", stop)
+    assert "no plan keeps the joints' position and velocity limits at t = 0.300 s" in fit_path(models).lack
+
+
 def test_a_path_for_a_slow_arm_is_made_slower_and_can_then_be_followed(
     models: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -109,10 +138,28 @@ def test_a_nail_for_a_weak_shoulder_is_driven_less_deep(models: Path, monkeypatc
     assert fit_blow(models).changes == ()
 
 
-def hold_one_object(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_blow_that_misses_its_force_in_contact_is_not_done_and_a_way_out_is_named(
+    models: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """By damping of a light wrist, as URDFs have it, which no plan shows; without it our arm meets the force."""
+    hold_one_object(monkeypatch, name="crooked stick", grip="steel")
+    monkeypatch.setattr(fitting, "_SWING_PACES", (1.0,))
+    for joint in ("forearm_rotation", "wrist_flexion", "wrist_deviation"):
+        change_joint(models, joint, "</xyz>", "</xyz><dynamics><damping>1</damping></dynamics>")
+    fit = fit_blow(models)
+    assert fit.changes == ()
+    assert re.match(r"asked for 427 N, the crooked stick by steel gives \d{3} N, must agree to 15 %", fit.lack)
+    assert "import-arm --damping none" in fit.lack
+
+
+def hold_one_object(monkeypatch: pytest.MonkeyPatch, *, name: str = "stick", grip: str = "wood") -> None:
     """Has only one of the novel objects tried, in one grip, as planning takes long."""
     every = fitting.list_held
-    monkeypatch.setattr(fitting, "list_held", lambda *arguments: every(*arguments)[:1])
+
+    def pick(models: Path, *files: object) -> list[Tool]:
+        return [tool for tool in every(models, *files) if (tool.name, tool.grip) == (name, grip)]
+
+    monkeypatch.setattr(fitting, "list_held", pick)
 
 
 def test_a_change_is_said_at_the_top_of_its_file_and_leaves_the_rest(tmp_path: Path) -> None:

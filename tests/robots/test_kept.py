@@ -14,6 +14,7 @@ from affordance.robots import kept, report
 from affordance.robots.folder import Fitted
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_kept
+from affordance.robots.lacks import read_lacks
 
 TIP = ImportOptions("right_tool")
 
@@ -67,6 +68,11 @@ def test_the_report_says_what_was_taken_assumed_left_out_and_lacks(tmp_path: Pat
     assert (folder / "posture.png").stat().st_size > 10_000
 
 
+def test_what_the_arm_cannot_do_is_kept_for_runs(tmp_path: Path) -> None:
+    folder = import_kept(write_urdf(tmp_path), TIP, tmp_path / "kept")
+    assert read_lacks(folder) == {"blow": "too weak"}
+
+
 def parse(*words: str) -> argparse.Namespace:
     parser = argparse.ArgumentParser()
     command.add_arguments(parser)
@@ -88,6 +94,43 @@ def test_the_command_imports_any_format_and_says_what_it_did(
     assert text.count("<drake:rotor_inertia>0.2<") == 3
     assert text.count("<drake:rotor_inertia>0.3<") == 1
     assert "translation: [0.0, 0.0, 1.1]" in (out / ARM.name).read_text()
+
+
+def test_the_command_lists_ends_of_limbs_without_a_tip(tmp_path: Path) -> None:
+    with pytest.raises(AffordanceError, match=r"--tip: is missing: .* limbs end in right_4 \(4 joints\), right_tool"):
+        command.run(parse(str(write_urdf(tmp_path)), "--out", str(tmp_path / "models")))
+    assert not (tmp_path / "models").exists()
+
+
+def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(tmp_path: Path) -> None:
+    """A robot's file often has 0, or a number that no motor gives."""
+    path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
+    words = [str(path), "--tip", "right_tool", "--effort", "1000", "right_j4=900", "--tasks", "keep"]
+    assert command.run(parse(*words, "--out", str(tmp_path / "models"))) == 0
+    assert (tmp_path / "models" / "arm.sdf").read_text().count("<effort>1000.0<") == 3
+    text = (tmp_path / "models" / "report.txt").read_text()
+    assert "limits of torque are those that were given, not the file's" in text
+    assert "its limits of torque may be placeholders; --effort gives others" in text
+
+
+def test_a_kept_import_is_made_anew_if_an_included_file_was_changed(tmp_path: Path) -> None:
+    start, end = MJCF.index("<actuator>"), MJCF.index("</mujoco>")
+    path, motors = tmp_path / "reacher.xml", tmp_path / "motors.xml"
+    path.write_text(MJCF[:start] + '<include file="motors.xml"/></mujoco>')
+    motors.write_text(f"<mujoco>{MJCF[start:end]}</mujoco>")
+    first = import_kept(path, ImportOptions("grip_site"), tmp_path / "kept")
+    motors.write_text(motors.read_text().replace("-9 9", "-8 8"))
+    assert import_kept(path, ImportOptions("grip_site"), tmp_path / "kept") != first
+
+
+def test_shapes_of_an_mjcf_that_are_not_taken_over_are_named(tmp_path: Path) -> None:
+    path = tmp_path / "reacher.xml"
+    mesh = '<geom type="mesh" mesh="m"/>'
+    text = MJCF.replace('<site name="grip_site"', f'{mesh}<site name="grip_site"')
+    path.write_text(text.replace('<body name="third"', mesh.replace("/>", ' group="3"/>') + '<body name="third"'))
+    folder = import_kept(path, ImportOptions("grip_site"), tmp_path / "kept")
+    said = "meshes and turned shapes of base, third are not taken over from the file: simple shapes or capsules stand"
+    assert said in (folder / "report.txt").read_text()
 
 
 def test_the_command_writes_nothing_if_the_file_is_wrong(tmp_path: Path) -> None:

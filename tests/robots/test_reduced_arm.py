@@ -98,7 +98,8 @@ def test_an_mjcf_joint_has_the_torque_of_the_weaker_direction_and_the_armature_o
     path = tmp_path / "reacher.xml"
     path.write_text(MJCF)
     imported = read_arm(path, ImportOptions("grip_site"))
-    assert [link.effort for link in imported.arm.links] == [30.0, 18.0, 7.0, 30.0]
+    # All actuators share the gear of 2 that the main class gives to motors.
+    assert [link.effort for link in imported.arm.links] == [30.0, 18.0, 14.0, 30.0]
     assert [link.rotor_inertia for link in imported.arm.links] == [0.05, 0.05, 0.05, 0.01]
     assert [link.damping for link in imported.arm.links] == [0.1] * 4
     assert imported.arm.X_LH.translation()[0] == pytest.approx(0.1)
@@ -119,6 +120,19 @@ def test_rotors_and_damping_are_what_is_asked_for(tmp_path: Path) -> None:
         statics.plant.SetPositions(statics.context, q)
         matrices.append(statics.plant.CalcMassMatrix(statics.context))
     np.testing.assert_allclose(matrices[1] - matrices[0], np.diag([0.1, 0.3, 0.1, 0.1]), rtol=0.0, atol=1e-14)
+
+
+def test_models_that_share_names_keep_what_is_theirs(tmp_path: Path) -> None:
+    """As two arms of one kind in a world, the second with a heavier hand and stronger joints."""
+    model = SDF.removeprefix('<sdf version="1.9">').removesuffix("</sdf>")
+    twin = model.replace('name="swinger"', 'name="other"').replace("<mass>0.5</mass>", "<mass>0.7</mass>")
+    twin = twin.replace("<effort>30</effort>", "<effort>35</effort>")
+    path = tmp_path / "twins.sdf"
+    path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
+    first, second = (read_arm(path, ImportOptions(f"{name}::grip")).arm for name in ("swinger", "other"))
+    assert [link.effort for link in first.links] == [30.0, 30.0, 20.0]
+    assert [link.effort for link in second.links] == [35.0, 35.0, 20.0]
+    assert (first.links[-1].inertial.mass, second.links[-1].inertial.mass) == (0.5, 0.7)
 
 
 @pytest.mark.parametrize("robot", ROBOTS, ids=lambda robot: robot.name)

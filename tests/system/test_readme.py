@@ -37,7 +37,7 @@ def test_own_objects_make_an_experiment(tmp_path):
     models = tmp_path / "my_models"
     shutil.copytree(MODELS, models)
     (models / "tools" / "weight.yaml").write_text(find_blocks("yaml")[0], encoding="utf-8")
-    report = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
+    report, _ = run_suite(["weight"], tmp_path / "results", models=models, seed=0, repeats=1, jobs=1)
     assert "dumb-bell" in report.read_text(encoding="utf-8")
     assert (tmp_path / "results" / "weight" / "metrics.json").exists()
 

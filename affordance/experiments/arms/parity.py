@@ -47,8 +47,7 @@ def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
     tree, chain = read.tree, set(read.arm.joint_names)
     values = {}
     for joint in tree.joints_above.values():
-        notes = tree.description.joints.get(joint.name())
-        if joint.num_velocities() != 1 or joint.name() in chain or notes is None or notes.mimic is not None:
+        if joint.num_velocities() != 1 or joint.name() in chain or tree.note(joint).mimic is not None:
             continue
         low, high = joint.position_lower_limits()[0], joint.position_upper_limits()[0]
         low, high = (low if np.isfinite(low) else -0.5 * np.pi), (high if np.isfinite(high) else 0.5 * np.pi)

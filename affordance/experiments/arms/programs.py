@@ -1,26 +1,15 @@
-"""The experiments as this study uses them: whether one can be run with a folder of models, and what it finds."""
+"""The experiments as the study of arms uses them: what one finds with a folder of models."""
 
 import json
 from pathlib import Path
 from typing import Any
 
 from affordance.exceptions import AffordanceError
-from affordance.experiments.suite import load_experiment, run_suite
+from affordance.experiments.suite import run_suite
 from affordance.named_settings import NO_CHANGES, Changes
-from affordance.plant.arm import ARM
-from affordance.settings import Settings
 
 OK = "ok"
 NAMES = ("weight", "com", "reach", "hammer")
-
-
-def find_lack(name: str, models: Path) -> str:
-    """Says why an experiment cannot be run with a folder of models, in a line; ``ok`` if it can."""
-    try:
-        load_experiment(name, models, 0, Settings(arm=models / ARM.name)).plan(1)
-    except AffordanceError as error:
-        return str(error).replace(f"{models}/", "")
-    return OK
 
 
 def run_program(

@@ -1,11 +1,12 @@
 """The work of a blow with one tool whose inertia is known, without the table of all speeds."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
-from affordance.choice.blow_cost import AIM
-from affordance.choice.hammer import Hammer, sample_swing
+from affordance.choice.blow_cost import AIM, BlowCost
+from affordance.choice.hammer import Hammer, find_swing, sample_swing
 from affordance.choice.motion_cost import MotionCost
-from affordance.control.swing import Swing, plan_swing
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -15,24 +16,31 @@ from affordance.settings import Settings
 # The posture at the strike, and with it the mass, hardly depends on the speed: the second swing is within a hundredth
 # of the speed of the first, and a third within a tenth of that.
 _NUM_SWINGS = 3
-# Tip speed to begin with, [m/s].
-_FIRST_SPEED = 4.0
 
 
-def compute_blow_work(task: Hammer, settings: Settings, held: Tool) -> float:
+def compute_blow_work(
+    task: Hammer, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool
+) -> float:
     """Plans the demanded blow with a tool that is gripped, and returns its work, [J].
+
+    Args:
+        task: The blow.
+        settings: Settings of arm and controller.
+        costs: Blows planned for tools, by tool and grip; the search begins with the one for a tool of the same name.
+        held: The tool, or one like it, as it is gripped.
 
     Raises:
         AffordanceError: No swing does it.
     """
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)
-    speed = _FIRST_SPEED
-    swing: Swing | None = None
+    planned, pi = costs[held.name][held.grip], held.parameters[None]
+    speed = float(planned.find_speed(pi)[0])
+    swing = planned.pick_swing(speed)
     for _ in range(_NUM_SWINGS):
-        swing = plan_swing(model, target, speed=speed, duration=task.duration, guess=swing)
-        (mass,) = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end).compute(held.parameters[None])
+        swing = find_swing(model, target, task, speed, swing)
+        (mass,) = EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end).compute(pi)
         speed = float(task.nail.compute_tip_speed(np.array(AIM * task.force), mass))
     assert swing is not None  # there is at least one
     motion = sample_swing(swing, settings.control_period)
-    return float(MotionCost(model, motion).compute(held.parameters[None]).work[0])
+    return float(MotionCost(model, motion).compute(pi).work[0])

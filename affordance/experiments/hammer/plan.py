@@ -16,13 +16,10 @@ from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper
 from affordance.experiments.shared.grip_choices import plan_choices
 from affordance.experiments.shared.off_axis import measure_changes
 from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
-
-# A blow does what is asked if the peak of the nail's resistance is off by no more than this: the formula by which
-# blows are planned leaves aside what nail and contact take (docs/decisions/0013-nail.md).
-FORCE_TOLERANCE = 0.15
 
 
 class HammerPlan(NamedTuple):
@@ -87,13 +84,14 @@ def plan_hammer(
     except AffordanceError as error:
         raise BadValueError(path, "blow", f"cannot be carried out: {error}") from error
     simulated = {name: {grip: next(done) for grip in grips} for name, grips in held.items()}
+    arm = load_arm(settings.arm)
     for tool in tools:
         for grip, blow in simulated[tool.name].items():
-            if abs(blow.force / task.force - 1.0) > FORCE_TOLERANCE:
-                problem = f"asks for {task.force:.0f} N, {name_object(tool.name)} by {grip} gives {blow.force:.0f} N"
-                raise BadValueError(path, "blow", f"{problem}, must agree to {100 * FORCE_TOLERANCE:.0f} %")
+            if problem := blow.describe_force_error(task.force, arm):
+                what = f"asks for {task.force:.0f} N, {name_object(tool.name)} by {grip}"
+                raise BadValueError(path, "blow", f"{what} {problem}")
         check_one_grip_is_cheaper(novel_file, tool, [blow.work for blow in simulated[tool.name].values()])
-    work = partial(compute_blow_work, task, exact)
+    work = partial(compute_blow_work, task, exact, costs)
     off_axis = measure_changes(work, tools, jobs=jobs, description="hammer: parts moved")
     return HammerPlan(choices, costs, simulated, off_axis)
 

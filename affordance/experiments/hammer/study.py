@@ -4,7 +4,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -36,8 +36,8 @@ class HammerStudy(NamedTuple):
 
     Attributes:
         crossovers: Forces at which both grips cost the same, [N].
-        checked: Blows on either side of the first of them, by force and grip; empty if there is none.
-        yielding: The demanded blows on a nail of constant resistance, by grip.
+        checked: Blows on either side of the first of them, by force and grip; without forces at which one fails.
+        yielding: The demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
         swings: What other swings to the same strike take, by grip; empty if there is none for one of them.
         map: Work over force and density of the denser part.
         densities: Of the map's rows, (R,), [kg/m^3].
@@ -94,13 +94,13 @@ def study_blows(
     # The mean of the skin friction over the demanded travel takes the same energy.
     mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
     nail = replace(task.nail, yield_force=mean)
-    blows = [partial(simulate_blow, held[grip], task, costs[grip], true, settings, nail=nail) for grip in held]
+    blows = [partial(_simulate, held[grip], task, costs[grip], true, settings, nail=nail) for grip in held]
     for force in beside:
         able = costs if force <= task.force else up_to_most
-        blows += [partial(simulate_blow, held[grip], task, able[grip], true, settings, force=force) for grip in held]
+        blows += [partial(_simulate, held[grip], task, able[grip], true, settings, force=force) for grip in held]
     done = iter(run_tasks(blows, jobs=jobs, description="hammer: crossover"))
-    yielding = {grip: next(done) for grip in held}
-    checked = {force: {grip: next(done) for grip in held} for force in beside}
+    yielding, *dealt = (_keep_all({grip: next(done) for grip in held}) for _ in (nail, *beside))
+    checked = {force: pair for force, pair in zip(beside, dealt, strict=True) if pair}
     swings = _compare_swings(held, costs, simulated, settings, jobs)
     densest = max(tool.components, key=lambda part: part.material.density)
     densities = list_densities_of_map(densest.material.density)
@@ -121,6 +121,23 @@ def list_densities_of_map(true: float) -> Array:
     """Densities of the denser part over which the work is mapped, (R,), around the true one, [kg/m^3]."""
     least, most = min(_MAP_MIN_DENSITY, true / _MAP_BEYOND), max(_MAP_MAX_DENSITY, _MAP_BEYOND * true)
     return np.linspace(least, most, _MAP_DENSITIES)
+
+
+def _simulate(*arguments: Any, **changes: Any) -> Blow | AffordanceError:
+    """Simulates an additional blow; returns the error of one that fails, as it may on a light arm."""
+    try:
+        return simulate_blow(*arguments, **changes)
+    except AffordanceError as error:
+        return error
+
+
+def _keep_all(blows: Mapping[str, Blow | AffordanceError]) -> dict[str, Blow]:
+    """Blows by grip; empty if one of them failed."""
+    for blow in blows.values():
+        if isinstance(blow, AffordanceError):
+            _LOG.warning("additional blows are left out of the study: %s", blow)
+            return {}
+    return {grip: blow for grip, blow in blows.items() if isinstance(blow, Blow)}
 
 
 def _plan_blows(task: Hammer, gripped: Tool, settings: Settings) -> BlowCost:

@@ -7,7 +7,7 @@ import numpy as np
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.control.start_posture import Start
-from affordance.exceptions import BadArgumentError, BadValueError, ModelFileError
+from affordance.exceptions import BadArgumentError, BadValueError, InfeasibleError, ModelFileError
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
@@ -51,7 +51,7 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
 
     Raises:
         AffordanceError: The arm cannot take the posture.
-        BadValueError: A tool is too heavy for a joint.
+        InfeasibleError: A tool is too heavy for a joint.
         ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
     """
     add_arm(DiagramBuilder(), settings.arm, tools[0])  # with shapes, which only a replay or a blow would miss
@@ -66,7 +66,7 @@ def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Setting
         tau = np.abs(hold.tau_arm + hold.Y @ tool.parameters)
         worst = int(np.argmax(tau / arm.limits.tau_max))
         if tau[worst] > arm.limits.tau_max[worst]:
-            raise BadValueError(
+            raise InfeasibleError(
                 path,
                 f"tools: {tool.name}",
                 f"weighs {tool.mass:.3g} kg and loads {arm.joint_names[worst]} with {tau[worst]:.3g} N m in the "

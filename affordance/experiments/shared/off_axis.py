@@ -4,12 +4,14 @@ Where it changes by much, as from a posture near rank loss, what is chosen says 
 what they are made of.
 """
 
+import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
+from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Grip, Tool
 from affordance.runs.repeats import run_tasks
 
@@ -32,13 +34,22 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
     """Largest relative change of the work with a tool in a grip, over the tools of ``list_shifted``.
 
+    Shifted tools with which the arm cannot do the task, as one at its limit, do not count.
+
     Args:
-        compute_work: Work with a tool that is gripped, [J].
+        compute_work: Work with a tool that is gripped, [J]; raises an AffordanceError if the task cannot be done.
         tool: The tool.
-        grip: Stays where it is in the tool.
+        grip: Grip of the tool, which stays where it is.
+
+    Raises:
+        AffordanceError: The task cannot be done with the tool as it is.
     """
     work = compute_work(tool.gripped_by(grip))
-    return max(abs(compute_work(shifted.gripped_by(grip)) / work - 1.0) for shifted in list_shifted(tool))
+    changes = [0.0]
+    for shifted in list_shifted(tool):
+        with contextlib.suppress(AffordanceError):
+            changes.append(abs(compute_work(shifted.gripped_by(grip)) / work - 1.0))
+    return max(changes)
 
 
 def measure_changes(

@@ -13,8 +13,9 @@ from helpers.shared import compute_once, make_folder_once
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import AffordanceError, BadValueError, StallError
 from affordance.experiments.hammer import study
+from affordance.experiments.hammer.drawings import label_blows
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.plan import plan_hammer
 from affordance.experiments.hammer.study import list_densities_of_map
@@ -144,6 +145,28 @@ def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan
     assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
 
 
+def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, numbers, monkeypatch, caplog):
+    """As a light arm stalls on a nail that yields, though it can deal the demanded blow."""
+
+    def stall(*arguments, nail=None, **changes):
+        if nail is not None:
+            raise StallError("stick", 0.8, 200_000, ())
+        return plan.blows.simulated["stick"]["wood"]
+
+    monkeypatch.setattr(study, "simulate_blow", stall)
+    monkeypatch.setattr(study, "_MAP_FORCES", 20)
+    monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
+    monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
+    first, settings = experiment.novel[0], remove_errors(experiment.settings)
+    costs, simulated = (each[first.name] for each in (plan.blows.costs, plan.blows.simulated))
+    found = study.study_blows(first, experiment.task, settings, costs, simulated, jobs=1)
+    assert found.yielding == {}
+    assert len(found.checked) == 2
+    assert "left out of the study: the simulated blow with the stick stalls" in caplog.text
+    remarks = render(experiment, plan, numbers, yielding_nail={}).remarks
+    assert not any("constant resistance" in remark for remark in remarks)
+
+
 def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     """Of the first tool, as the others are planned alike."""
     settings = dataclasses.replace(
@@ -185,6 +208,17 @@ def test_share_of_light_ends_is_of_what_was_chosen():
     near, far = np.array([0, 1]), np.array([1, 0])
     chosen = np.array([0, 1, 0, NO_OPTION])
     assert compute_share_of_light_ends(chosen, rho=rho, near=near, far=far) == pytest.approx(1 / 3)
+
+
+def test_trajectories_last_until_the_nail_of_a_heavy_arm_is_at_rest(plan):
+    blows = list(plan.blows.simulated["stick"].values())
+    usual = label_blows(blows, plan.study.map, plan.study.densities)["time_since_touch"].values
+    assert usual[-1] == pytest.approx(0.012, abs=1e-4)
+    nail = blows[0].nail
+    slow = nail._replace(times=nail.time_of_touch + 4.0 * (nail.times - nail.time_of_touch))
+    heavy = dataclasses.replace(blows[0], nail=slow)
+    longer = label_blows([heavy], plan.study.map, plan.study.densities)["time_since_touch"].values
+    assert longer[-1] > slow.time_of_rest - slow.time_of_touch > 0.012
 
 
 def test_run_without_any_choice_ends_as_others_do(experiment, plan, numbers, tmp_path):

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from helpers.two_tools import HAMMER, REACH, STICK
 
+from affordance.exceptions import AffordanceError
 from affordance.experiments.reach import compute_reach_work
 from affordance.experiments.shared.off_axis import SHIFT, list_shifted, measure_change, measure_changes
 from affordance.settings import DEFAULT_SETTINGS
@@ -45,3 +46,24 @@ def test_reaching_from_its_start_hardly_depends_on_where_parts_sit():
     changed = [tool for k, tool in enumerate(list_shifted(STICK)) if k in (2, 4, 8, 10)]
     works = [compute_reach_work(REACH, DEFAULT_SETTINGS, tool.gripped_by(grip)) for tool in (STICK, *changed)]
     assert 0.0 < np.abs(np.array(works[1:]) / works[0] - 1.0).max() < 0.03
+
+
+def test_tools_with_which_a_task_at_its_limit_cannot_be_done_do_not_count():
+    """As where a part sits 2 mm further out, so that the arm would have to be faster than it can."""
+    grip = STICK.grips[0]
+    limit = compute_place(STICK.gripped_by(grip))
+
+    def compute_work(held):
+        if compute_place(held) > limit + 1e-9:
+            raise AffordanceError("no swing is so fast")
+        return compute_place(held)
+
+    assert measure_change(compute_work, STICK, grip) == pytest.approx(0.002 / 0.225)
+
+
+def test_task_that_cannot_be_done_with_the_tool_as_it_is_has_no_change():
+    def refuse(held):
+        raise AffordanceError("no swing is so fast")
+
+    with pytest.raises(AffordanceError, match="so fast"):
+        measure_change(refuse, STICK, STICK.grips[0])

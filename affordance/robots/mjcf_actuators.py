@@ -1,0 +1,78 @@
+"""Largest torques of an MJCF model's joints, by what drives them; default classes are written out before."""
+
+import math
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element
+
+from affordance.robots.mjcf_defaults import ACTUATORS
+from affordance.robots.xml_reader import Numbers
+
+# Makes an actuator's force depend on more than its control, so that no range of the control bounds the force.
+_FEEDBACK = ("kp", "kv")
+
+
+def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
+    """Reads the largest torque of every joint whose actuators are limited, [N m].
+
+    Each actuator gives at most what the weaker direction of its force range allows, and where its force is a multiple
+    of its control what the control's range allows, times its gear; those of one joint add up.
+
+    Raises:
+        BadValueError: A range or gear is not what it must be.
+    """
+    efforts: dict[str, float] = {}
+    for actuator in root.iterfind("actuator/*"):
+        joint = actuator.get("joint") or actuator.get("jointinparent")
+        if actuator.tag not in ACTUATORS or not joint:
+            continue
+        key = f"actuator {actuator.get('name', joint)}"
+        gear = abs(numbers.parse_one(_take_first(actuator.get("gear")), f"{key}.gear", 1.0))
+        limits = [read_limit(actuator.attrib, "force", numbers, key)]
+        gain = _find_gain(actuator, numbers, key)
+        if gain is not None:
+            limits.append(gain * read_limit(actuator.attrib, "ctrl", numbers, key))
+        if math.isfinite(min(limits)):
+            efforts[joint] = efforts.get(joint, 0.0) + gear * min(limits)
+    return efforts
+
+
+def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:
+    """Reads a range such as ``forcerange``, which ``forcelimited`` can switch off.
+
+    Args:
+        attributes: Attributes of the element.
+        name: Name of the limited quantity, such as ``force``.
+        numbers: Parses them.
+        key: Where the element stands in the file.
+
+    Returns: The smaller size of the range's two ends, infinite for no limit.
+
+    Raises:
+        BadValueError: The range is not two numbers, or falls.
+    """
+    text = attributes.get(f"{name}range")
+    low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))
+    if low > high:
+        numbers.refuse(f"{key}.{name}range", f"is from {low:g} to {high:g}, must rise")
+    if low == high or attributes.get(f"{name}limited") == "false":
+        return math.inf
+    return min(abs(low), abs(high))
+
+
+def _find_gain(actuator: Element, numbers: Numbers, key: str) -> float | None:
+    """Force over control, where that is all there is to the force; None elsewhere."""
+    if actuator.tag == "motor":
+        return 1.0
+    plain = (
+        actuator.tag == "general"
+        and actuator.get("gaintype", "fixed") == "fixed"
+        and actuator.get("biastype", "none") == "none"
+        and not any(name in actuator.attrib for name in _FEEDBACK)
+    )
+    if not plain:
+        return None
+    return abs(numbers.parse_one(_take_first(actuator.get("gainprm")), f"{key}.gainprm", 1.0))
+
+
+def _take_first(text: str | None) -> str:
+    return " ".join((text or "").split()[:1])

@@ -1,0 +1,72 @@
+"""Default classes of an MJCF model, written out: every element gets the attributes that its class gives it.
+
+A class inherits from the class that it is nested in, and all actuators of a class share one set of attributes,
+whatever they are called there. An element is of its own class, else of the nearest ``childclass`` above it, else of
+the main one.
+"""
+
+from xml.etree.ElementTree import Element
+
+_MAIN = "main"
+# All of them set the attributes of one and the same default actuator.
+ACTUATORS = (
+    "general",
+    "motor",
+    "position",
+    "velocity",
+    "intvelocity",
+    "damper",
+    "cylinder",
+    "muscle",
+    "adhesion",
+    "dcmotor",
+)
+_ACTUATOR = "actuator"
+# Elements of a body whose attributes are written out; others say nothing that is read here.
+_OF_BODIES = ("joint", "geom", "site")
+
+type _Attributes = dict[str, dict[str, str]]
+
+
+def write_out_defaults(root: Element) -> None:
+    """Gives joints, geoms, sites and actuators the attributes of their classes, and removes the classes."""
+    classes = _read_classes(root)
+
+    def fill(element: Element, class_name: str, kind: str) -> None:
+        given = classes.get(element.get("class", class_name), {}).get(kind, {})
+        element.attrib.update({**given, **element.attrib})
+        element.attrib.pop("class", None)
+
+    def descend(body: Element, class_name: str) -> None:
+        class_name = body.attrib.pop("childclass", class_name)
+        for child in body:
+            if child.tag == "body":
+                descend(child, class_name)
+            elif child.tag in _OF_BODIES:
+                fill(child, class_name, child.tag)
+
+    for world in root.findall("worldbody"):
+        descend(world, _MAIN)
+    for element in root.iterfind("actuator/*"):
+        fill(element, _MAIN, _ACTUATOR)
+    for element in root.findall("default"):
+        root.remove(element)
+
+
+def _read_classes(root: Element) -> dict[str, _Attributes]:
+    """Attributes by class and kind of element; those of a class's parents included."""
+    found: dict[str, _Attributes] = {_MAIN: {}}
+
+    def add(element: Element, inherited: _Attributes) -> None:
+        own = {kind: dict(attributes) for kind, attributes in inherited.items()}
+        for child in element:
+            if child.tag != "default":
+                kind = _ACTUATOR if child.tag in ACTUATORS else child.tag
+                own.setdefault(kind, {}).update(child.attrib)
+        found[element.get("class", _MAIN)] = own
+        for child in element.findall("default"):
+            add(child, own)
+
+    for element in root.findall("default"):
+        add(element, found[_MAIN])
+    return found

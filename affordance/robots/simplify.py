@@ -1,0 +1,103 @@
+"""Fewer triangles for meshes of any make: open, of many parts, with cracks between patches, as CAD programs export.
+
+Vertices within a cell of a grid become one, placed where the planes of the triangles around it meet best (Lindstrom
+2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The grid is the finest that keeps the bound on
+triangles. No point moves by more than two cells, so nothing falls off or apart; collapsing edges one by one leaves
+such meshes in pieces, or with many times the triangles that were asked for.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+
+# Bounds of the cell width, as parts of the mesh's diagonal, and bisections that find it to less than 1 %. The
+# coarsest grid has a single cell, and no triangle.
+_FINEST, _COARSEST, _HALVINGS = 1.0 / 5000.0, 1.01, 11
+# The mean decides in directions in which the planes of a cell say less than this part of what they say in the best.
+_LEAST_SINGULAR = 1e-2
+# Cells along an axis that a key of 64 bits can number.
+_MOST_CELLS = 1 << 20
+
+type _Indices = NDArray[np.intp]
+
+
+def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
+    """Reduces a mesh to a number of triangles.
+
+    Args:
+        vertices: Places, (N, 3), [m].
+        faces: Indices of three vertices each, (M, 3).
+        most: Largest number of triangles.
+
+    Returns: Vertices and faces of the reduced mesh; the same if it has no more triangles than that.
+    """
+    if len(faces) <= most:
+        return vertices, faces
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    finest, coarsest = _FINEST * diagonal, _COARSEST * diagonal
+    found = _cluster(vertices, faces, coarsest)
+    for _ in range(_HALVINGS):
+        width = float(np.sqrt(finest * coarsest))
+        tried = _cluster(vertices, faces, width)
+        if len(tried.faces) > most:
+            finest = width
+        else:
+            coarsest, found = width, tried
+    used, kept = np.unique(found.faces, return_inverse=True)
+    return _place(vertices, faces, found.cells, coarsest)[used], kept.reshape(-1, 3)
+
+
+class _Clusters(NamedTuple):
+    """Vertices by cell.
+
+    Attributes:
+        cells: Number of the cell of each vertex, (N,).
+        faces: Triangles between three cells, each once, (K, 3).
+    """
+
+    cells: _Indices
+    faces: _Indices
+
+
+def _cluster(vertices: Array, faces: _Indices, width: float) -> _Clusters:
+    """Numbers the cells of a grid of a width, [m], that hold vertices."""
+    steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
+    keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]
+    cells = np.unique(keys, return_inverse=True)[1].ravel()
+    between = cells[faces]
+    apart = (between != np.roll(between, 1, axis=1)).all(axis=1)
+    between = between[apart]
+    ordered = np.sort(between, axis=1).astype(np.int64)
+    count = int(cells.max()) + 1
+    _, first = np.unique((ordered[:, 0] * count + ordered[:, 1]) * count + ordered[:, 2], return_index=True)
+    return _Clusters(cells, between[np.sort(first)])
+
+
+def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:
+    """Places one vertex for each cell: least squares of its distances from the planes of all triangles at it."""
+    count = int(cells.max()) + 1
+    corners = vertices[faces]
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    normals = np.divide(normals, areas[:, None], out=np.zeros_like(normals), where=areas[:, None] > 0.0)
+    weights = areas + 1e-12 * (areas.max() or 1.0)  # where all triangles have no area the plain mean is left
+    owners, repeated = cells[faces].T.ravel(), np.tile(np.arange(len(faces)), 3)
+
+    def add_up(values: Array) -> Array:
+        """Sums values of corners, (3 M, k), over cells, (count, k)."""
+        return np.stack([np.bincount(owners, column, count) for column in values.T], axis=1)
+
+    places, weight = vertices[faces].transpose(1, 0, 2).reshape(-1, 3), weights[repeated][:, None]
+    mean = add_up(weight * places) / np.maximum(add_up(weight), np.finfo(float).tiny)
+    n = normals[repeated]
+    heights = np.einsum("ij,ij->i", n, corners[repeated, 0] - mean[owners])[:, None]
+    A = add_up(weight * (n[:, :, None] * n[:, None, :]).reshape(-1, 9)).reshape(-1, 3, 3)
+    b = add_up(weight * heights * n)
+    U, s, Vt = np.linalg.svd(A)
+    inverse = np.divide(1.0, s, out=np.zeros_like(s), where=s > _LEAST_SINGULAR * s[:, :1])
+    moved = np.einsum("nji,nj->ni", Vt, inverse * np.einsum("nji,nj->ni", U, b))
+    placed: Array = mean + np.clip(moved, -width, width)
+    return placed

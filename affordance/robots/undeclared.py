@@ -1,0 +1,40 @@
+"""XML whose prefixes were never declared, as simulators' own elements in a robot's file often are."""
+
+from xml.etree import ElementTree
+from xml.etree.ElementTree import Element
+from xml.parsers import expat
+
+# Prefixes that XML itself declares.
+_DECLARED = ("xml", "xmlns")
+_NAMESPACE = "undeclared:"
+
+
+def parse_undeclared(content: bytes) -> Element:
+    """Parses XML after declaring, in its root element, every prefix that is used and declared nowhere.
+
+    Raises:
+        ParseError: It is wrong in another way too.
+    """
+    used, declared, place = list[str](), set[str](), list[int]()
+    parser = expat.ParserCreate()  # which knows nothing of namespaces
+
+    def note(name: str, attributes: dict[str, str]) -> None:
+        if not place:
+            place.append(parser.CurrentByteIndex + len(f"<{name}".encode()))
+        for each in (name, *attributes):
+            prefix, colon, rest = each.partition(":")
+            if prefix == "xmlns" and colon:
+                declared.add(rest)
+            elif colon and prefix not in used:
+                used.append(prefix)
+
+    parser.StartElementHandler = note
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        wrong = ElementTree.ParseError(str(error))
+        wrong.code, wrong.position = error.code, (error.lineno, error.offset)
+        raise wrong from error
+    missing = [prefix for prefix in used if prefix not in declared and prefix not in _DECLARED]
+    declarations = "".join(f' xmlns:{prefix}="{_NAMESPACE}{prefix}"' for prefix in missing).encode()
+    return ElementTree.fromstring(content[: place[0]] + declarations + content[place[0] :])

@@ -1,0 +1,203 @@
+"""What an MJCF model says of joints and torques, as MuJoCo compiles it, and files that it includes."""
+
+from pathlib import Path
+
+import pytest
+from helpers.robot_files import MJCF
+
+from affordance.exceptions import BadValueError
+from affordance.robots.importer import ImportOptions, read_arm
+from affordance.robots.reduced_arm import ReducedArm
+
+TIP = ImportOptions("grip_site")
+
+
+def read(folder: Path, *changes: tuple[str, str], options: ImportOptions = TIP) -> ReducedArm:
+    """Reads the arm of a model in which texts are exchanged."""
+    text = MJCF
+    for old, new in changes:
+        assert old in text, old
+        text = text.replace(old, new)
+    path = folder / "reacher.xml"
+    path.write_text(text)
+    return read_arm(path, options).arm
+
+
+def list_efforts(arm: ReducedArm) -> list[float]:
+    return [link.effort for link in arm.links]
+
+
+# Limits of torque of a1 to a4, whose gears are 3, 2, 2, 3; values as found in the dynamics of MuJoCo 3.17.
+@pytest.mark.parametrize(
+    ("changes", "efforts"),
+    [
+        # The actuators of a class share their attributes, whatever they are called in it; a class inherits.
+        ([('<motor gear="2"/>', '<general gear="2" forcerange="-3 3"/>')], [9.0, 6.0, 14.0, 9.0]),
+        ([('<motor gear="2"/>', '<position gear="2" forcerange="-3 4" kp="9"/>')], [9.0, 6.0, 14.0, 9.0]),
+        # The last of them in a class counts.
+        (
+            [('<motor gear="2"/>', '<motor gear="2" forcerange="-3 3"/><general forcerange="-4 4"/>')],
+            [12.0, 8.0, 14.0, 12.0],
+        ),
+        # Control and force are both limited.
+        ([('joint="a2" ctrlrange="-9 9"', 'joint="a2" ctrlrange="-9 9" forcerange="-100 100"')], [30, 18, 14, 30]),
+        ([('joint="a2" ctrlrange="-9 9"', 'joint="a2" ctrlrange="-9 9" forcerange="-5 6"')], [30, 10, 14, 30]),
+        # A limit can be switched off; then the other one holds.
+        (
+            [
+                (
+                    'joint="a2" ctrlrange="-9 9"',
+                    'joint="a2" ctrlrange="-9 9" forcerange="-1 1" forcelimited="false"',
+                )
+            ],
+            [30.0, 18.0, 14.0, 30.0],
+        ),
+        # What all actuators of a joint may give together.
+        ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-500 500"')], [30, 18, 14, 30]),
+        ([('name="a2" axis="0 1 0"', 'name="a2" axis="0 1 0" actuatorfrcrange="-4 5"')], [30, 4, 14, 30]),
+        # A general actuator multiplies its control, unless it feeds back.
+        (
+            [('<motor joint="a2" ctrlrange="-9 9"/>', '<general joint="a2" ctrlrange="-1 1" gainprm="7"/>')],
+            [30.0, 14.0, 14.0, 30.0],
+        ),
+        (
+            [
+                (
+                    '<motor joint="a2" ctrlrange="-9 9"/>',
+                    '<general joint="a2" ctrlrange="-1 1" gainprm="7" biastype="affine" biasprm="0 -70" '
+                    'forcerange="-20 20"/>',
+                )
+            ],
+            [30.0, 40.0, 14.0, 30.0],
+        ),
+        # Two actuators of a joint add up.
+        ([("<actuator>", '<actuator><motor joint="a2" ctrlrange="-1 1"/>')], [30, 20, 14, 30]),
+    ],
+)
+def test_torque_is_limited_by_all_that_limits_it(
+    tmp_path: Path, changes: list[tuple[str, str]], efforts: list[float]
+) -> None:
+    assert list_efforts(read(tmp_path, *changes)) == efforts
+
+
+def test_position_control_without_a_limit_of_force_has_none(tmp_path: Path) -> None:
+    for limits in ('forcerange="-8 7" forcelimited="false"', 'ctrlrange="-1 1" kp="50"', 'forcerange="0 0"'):
+        with pytest.raises(BadValueError, match=r"joint a3: has no limit of torque .* --effort a3=VALUE gives"):
+            read(tmp_path, ('forcerange="-8 7"', limits))
+
+
+def test_classes_inherit_from_those_they_are_nested_in_and_the_elements_own_class_comes_first(tmp_path: Path) -> None:
+    nested = '<default class="weak"><joint armature="0.7"/></default></default></default>'
+    arm = read(
+        tmp_path,
+        ("</default></default>", nested),
+        ('name="second" pos="0.3 0 0"', 'name="second" childclass="weak" pos="0.3 0 0"'),
+        ('joint name="a4" axis', 'joint name="a4" class="main" axis'),
+        (' armature="0.01"/>', "/>"),
+    )
+    assert [link.rotor_inertia for link in arm.links] == [0.05, 0.05, 0.7, 0.02]
+    assert [link.damping for link in arm.links] == [0.1] * 4
+    # The range is of the class "strong", of which the last joint is not.
+    assert [link.upper for link in arm.links] == [2.0, 2.0, 2.0, float("inf")]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "limits"),
+    [
+        ('range="-2 2"', 'range="-2 2" limited="false"', (float("-inf"), float("inf"))),
+        ('range="-2 2"', 'range="-2 2" limited="true"', (-2.0, 2.0)),
+        # MuJoCo's angles count from the reference, the arm's from the pose that the file draws.
+        ('range="-2 2"', 'range="-2 2" ref="0.5"', (-2.5, 1.5)),
+    ],
+)
+def test_limits_of_joints_are_those_of_the_compiler(
+    tmp_path: Path, old: str, new: str, limits: tuple[float, float]
+) -> None:
+    assert {(link.lower, link.upper) for link in read(tmp_path, (old, new)).links} == {limits}
+
+
+def test_a_site_that_is_called_as_its_body_is_told_apart(tmp_path: Path) -> None:
+    change = 'site name="grip_site"', 'site name="third"'
+    assert read(tmp_path, change, options=ImportOptions("third")).X_LH.translation()[0] == 0.0
+    assert read(tmp_path, change, options=ImportOptions("third_site")).X_LH.translation()[0] == pytest.approx(0.1)
+
+
+def test_bodies_and_joints_without_names_get_some(tmp_path: Path) -> None:
+    arm = read(
+        tmp_path,
+        ('body name="second"', "body"),
+        ('<joint name="a3" axis="0 1 0"/>', '<joint axis="0 1 0" actuatorfrcrange="-5 5"/>'),
+        ('<position joint="a3" forcerange="-8 7"/>', ""),
+    )
+    assert [(link.name, link.joint) for link in arm.links][2] == ("body", "body_joint")
+    assert list_efforts(arm) == [30.0, 18.0, 5.0, 30.0]
+
+
+ACTUATORS = MJCF[MJCF.index("<actuator>") : MJCF.index("</mujoco>")]
+
+
+def write_parts(folder: Path, **files: str) -> Path:
+    """Writes a model whose actuators and defaults are included from files of the given content."""
+    start, end = MJCF.index("<default>"), MJCF.index("<asset>")
+    main = MJCF[:start] + '<include file="parts/defaults.xml"/>' + MJCF[end:]
+    main = main.replace(ACTUATORS, '<include file="motors.xml"/>')
+    content = {
+        "reacher.xml": main,
+        "parts/defaults.xml": f"<mujocoinclude>{MJCF[start:end]}</mujocoinclude>",
+        "motors.xml": f"<mujoco>{ACTUATORS}</mujoco>",
+        **files,
+    }
+    for name, text in content.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_text(text)
+    return folder / "reacher.xml"
+
+
+def test_included_files_are_part_of_the_model(tmp_path: Path) -> None:
+    found = read_arm(write_parts(tmp_path / "split"), TIP)
+    assert list_efforts(found.arm) == list_efforts(read(tmp_path))
+    assert [path.name for path in found.tree.description.sources] == ["defaults.xml", "motors.xml"]
+
+
+@pytest.mark.parametrize(
+    ("files", "said"),
+    [
+        (
+            {"motors.xml": '<mujoco><include file="../secret.xml"/></mujoco>'},
+            "must be a file in the model's own folder",
+        ),
+        (
+            {"motors.xml": '<mujoco><include file="/etc/hosts"/></mujoco>'},
+            "motors.xml: include: names '/etc/hosts', must",
+        ),
+        ({"motors.xml": "<mujoco><include/></mujoco>"}, "include: names '', must be a file"),
+        ({"motors.xml": '<mujoco><include file="motors.xml"/></mujoco>'}, "names 'motors.xml' a second time"),
+        ({"motors.xml": '<mujoco><include file="reacher.xml"/></mujoco>'}, "names 'reacher.xml' a second time"),
+        ({"motors.xml": "<robot/>"}, "motors.xml: is of <robot>, must be of <mujoco> or <mujocoinclude>"),
+        ({"motors.xml": "<mujoco>"}, "motors.xml: line 1, column 9: is not XML"),
+        ({"motors.xml": '<mujoco><include file="none.xml"/></mujoco>'}, "none.xml: cannot be read"),
+        (
+            {
+                "motors.xml": '<mujoco><include file="0.xml"/></mujoco>',
+                **{f"{k}.xml": f'<mujoco><include file="{k + 1}.xml"/></mujoco>' for k in range(20)},
+            },
+            "nests deeper than 8 files",
+        ),
+    ],
+)
+def test_an_include_stays_in_the_models_folder_and_comes_to_an_end(
+    tmp_path: Path, files: dict[str, str], said: str
+) -> None:
+    (tmp_path / "secret.xml").write_text(f"<mujoco>{ACTUATORS}</mujoco>")
+    with pytest.raises(BadValueError) as caught:
+        read_arm(write_parts(tmp_path / "model", **files), TIP)
+    assert said in str(caught.value)
+
+
+def test_a_link_of_the_models_folder_does_not_lead_out_of_it(tmp_path: Path) -> None:
+    (tmp_path / "secret.xml").write_text(f"<mujoco>{ACTUATORS}</mujoco>")
+    path = write_parts(tmp_path / "model")
+    (path.parent / "motors.xml").unlink()
+    (path.parent / "motors.xml").symlink_to(tmp_path / "secret.xml")
+    with pytest.raises(BadValueError, match="must be a file in the model's own folder"):
+        read_arm(path, TIP)
