@@ -84,7 +84,7 @@ def test_model_of_the_noise_comes_before_its_numbers():
         ("noise.model=pink", "settings: noise.model: is 'pink', must be one of weber, white"),
         ("noise.weber_fraction=-0.1", "settings: noise.weber_fraction: is -0.1, must be from 0 to 1"),
         ("noise.threshold=0", "settings: noise.threshold: is 0, must be more than 0"),
-        ("prior.sd=.nan", "settings: prior.sd: is nan, must be from 0.001 to 1000000"),
+        ("prior.sd=.nan", "settings: prior.sd: is nan, must be from 0.001 to 1e+12"),
         ("prior.sd=much", "settings: prior.sd: is 'much', must be a number"),
         ("mpc.num_steps=2.5", "settings: mpc.num_steps: is 2.5, must be a whole number"),
         ("learner=kind_map", "must be one of density, kinds_map, kinds_drawn; did you mean 'kinds_map'?"),

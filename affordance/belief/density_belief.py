@@ -27,8 +27,8 @@ from affordance.objects.tool import DENSITY_MAX
 _MOST_SHOWN = 8
 # Densities from here on are shown without decimals, [kg/m^3].
 _WHOLE = 10.0
-# More than ten times the densest solid, [kg/m^3].
-_SD_MAX = 1e6
+# Far above any density, so that a flat prior can be asked for, [kg/m^3].
+_SD_MAX = 1e12
 
 
 @dataclass(frozen=True)

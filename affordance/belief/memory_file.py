@@ -1,6 +1,5 @@
 """Memories of materials as files, so that what one run taught is known before the next."""
 
-import json
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.atomic import write_json, write_text
-from affordance.files.bounded import RESULTS, read_text
+from affordance.files.bounded import read_json
 
 # Key that the file of a learner with kinds has, and that of one density for each colour has not.
 _OF_KINDS = "gate"
@@ -55,11 +54,10 @@ def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
         BadValueError: The file cannot be read, or holds no memory.
     """
     path = check_path("path", path)
-    text = read_text(path, RESULTS)
+    content = read_json(path)
     try:
-        content = json.loads(text)
         if _OF_KINDS in content:
-            return memory_record.read_memory(text)
+            return memory_record.build_memory(content)
         colours = tuple((float(r), float(g), float(b)) for r, g, b in content["colours"])
         precision = np.array(content["precision"], dtype=float).reshape(len(colours), len(colours))
         belief = DensityBelief(precision, np.array(content["information_vector"], dtype=float).reshape(len(colours)))

@@ -45,7 +45,11 @@ def write_memory(memory: KindMemory) -> str:
 
 def read_memory(text: str | bytes) -> KindMemory:
     """Reads what ``write_memory`` wrote."""
-    content = json.loads(text)
+    return build_memory(json.loads(text))
+
+
+def build_memory(content: Mapping[str, Any]) -> KindMemory:
+    """Builds a memory from what its JSON says."""
     settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
     objects = tuple(_read_object(known) for known in content["objects"])
     priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])

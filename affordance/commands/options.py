@@ -69,15 +69,18 @@ def add_set(parser: argparse.ArgumentParser) -> None:
 
 
 def check_bounds(arguments: argparse.Namespace) -> None:
-    """Checks the numbers that commands share.
+    """Checks the numbers and the folder that commands share.
 
     Raises:
-        BadValueError: A number is out of bounds.
+        BadValueError: A number is out of bounds, or the folder of models is none.
     """
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
         if value is not None:
             check_whole(f"--{name}", value, bound)
+    models = getattr(arguments, "models", None)
+    if models is not None and not models.is_dir():
+        raise BadValueError("--models", "", f"is {str(models)!r}, which is no folder")
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:

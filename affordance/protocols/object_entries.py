@@ -206,9 +206,10 @@ def find_file(name: str, key: str, path: Path, models: Path) -> Path:
         BadValueError: There is neither.
     """
     for folder in (path.parent, models):
-        if (folder / name).is_file():
+        if (folder / name).exists():  # what is no file is refused by whoever reads it
             return folder / name
     problem = f"is {name!r}, which is neither in the protocol's folder nor in {models}"
-    near = difflib.get_close_matches(Path(name).name, [each.name for each in path.parent.iterdir()], n=1)
-    hint = f"; did you mean {near[0]!r}?" if near and near[0] != path.name else ""
+    there = {each.stem: each.name for each in path.parent.iterdir() if each != path}
+    near = difflib.get_close_matches(Path(name).stem, there, n=1)
+    hint = f"; did you mean {there[near[0]]!r}?" if near else ""
     raise BadValueError(path, key, problem + hint)

@@ -31,17 +31,13 @@ SUFFIXES = (".yaml", ".yml")
 # The objects that are chosen about and not held, beside the groups.
 NOVEL = "novel"
 
-
-# What a run writes beside the figures of a protocol, and beside the folders of protocols.
+# Files that a run writes next to the figures of a protocol.
 _FILES = ("diagram", "replay", "seen", "trajectories")
-_FOLDERS = ("agreement", "experience", "frames", "robustness", "vision", "vision_comparison")
 
 
 def _check_name(name: str) -> str:
     if not name.replace("_", "").isalnum() or not name.isascii() or name != name.lower():
         raise complain(f"is {name!r}, must be of small letters, digits and underscores: it names a folder")
-    if name in _FOLDERS:
-        raise complain(f"is {name!r}, must be another: results have a folder of that name already")
     return FileName().check(name)
 
 

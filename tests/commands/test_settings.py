@@ -51,7 +51,7 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["run", "weight", "--set", "prior.sd=-1"], "settings: prior.sd: is -1, must be from 0.001 to 1000000"),
+        (["run", "weight", "--set", "prior.sd=-1"], "settings: prior.sd: is -1, must be from 0.001 to 1e+12"),
         (["run", "weight", "--learner", "kinds_map", "--set", "learner=density"], "stands beside --learner"),
         (["run", "linear_plus", "--set", "noise.model=white"], "noise: is WhiteNoise, must be WeberNoise for lifts"),
         (["run", "linear_plus", "--set", "learner=density"], "settings.learner: stands beside observers.learners"),

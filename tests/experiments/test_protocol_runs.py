@@ -71,7 +71,7 @@ def test_protocol_changes_settings_by_name_and_a_user_has_the_last_word(load):
             "{}",
             r"mine\.yaml: settings\.prior\.sb: is 'prior\.sb', must be one of prior\.mode",
         ),
-        ("{prior: {sd: -8}}", "{}", r"mine\.yaml: settings\.prior\.sd: is -8, must be from 0\.001 to 1000000"),
+        ("{prior: {sd: -8}}", "{}", r"mine\.yaml: settings\.prior\.sd: is -8, must be from 0\.001 to 1e\+12"),
         ("[1]", "{}", r"mine\.yaml: settings: is \[1\], must be a mapping"),
         (
             "{noise.threshold: 0.1}",
@@ -207,7 +207,7 @@ def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs
 def test_figure_of_the_report_stays_in_the_folder(tmp_path, file):
     path = tmp_path / "mine.yaml"
     report = json.dumps({"figures": [{"file": file, "caption": "Elsewhere."}]})
-    text = PROTOCOL.format(blocks="  - {name: a, do: {look: {}}}", observers="{}", numbers="")
+    text = PROTOCOL.format(blocks="  - {name: a, do: {look: {}}}", observers="{}", settings="{}", numbers="")
     path.write_text(text.split("report:")[0] + f"report: {report}\n", encoding="utf-8")
     with pytest.raises(BadValueError, match=r"figures\[0\].file: is .*, must be |holds the control character"):
         load_protocol_experiment(str(path))

@@ -258,7 +258,7 @@ def test_more_objects_than_colours_are_drawn(weight, tmp_path):
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
     experiment = weight.with_tools(
         (*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
-    ).with_duration(0.05)
+    ).with_duration(0.1)
     run_experiment(experiment, None, tmp_path, repeats=2, jobs=1)
     assert (tmp_path / "metrics.json").exists()
 

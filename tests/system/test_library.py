@@ -176,8 +176,8 @@ def build_load(size):
         # What was taken as it was.
         (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
         (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
-        (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1000000"),
-        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1000000"),
+        (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e+12"),
+        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1e+12"),
         (
             lambda: Material("ice", (0.5, 0.5, 0.5), -917.0),
             "Material: density: is -917.0, must be from 0.001 to 1000",

@@ -72,7 +72,10 @@ PROTOCOLS = {
     "figure of the report elsewhere": (change("file: odd_one.png", "file: /etc/x.png"), "figures[0].file: is '/etc"),
     "figure in place of another": (change("odd_one: {draw", "replay: {draw"), "results have a file of that name"),
     "name elsewhere": (change("name: mine", "name: ../mine"), "name: is '../mine', must be of small letters"),
-    "name in place of another": (change("name: mine", "name: experience"), "results have a folder of that name"),
+    "name in place of another": (
+        change("name: mine", "name: experience"),
+        "must be another: results/experience is of other results",
+    ),
     "reserved name": (change("name: mine", "name: nul"), "no name that Windows reserves"),
     "endless name": (change("name: mine", f"name: {'m' * 500}"), "must be the name of a file"),
     "section elsewhere": (change("  title: ", "  section: ../../../x\n  title: "), "report.section: is '../../../x'"),

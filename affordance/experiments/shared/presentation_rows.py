@@ -140,7 +140,7 @@ def describe_experience(
             prior=config.settings.prior,
             force=math.nan,
             expected=expect_mass(seen, before, config.settings),
-            p_value=experience.p_value[repeat, trial],
+            p_value=experience.p_value[repeat, trial] if experience.p_value.size else math.nan,
         )
         rows.append(row)
     return rows

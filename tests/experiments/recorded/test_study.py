@@ -152,5 +152,5 @@ def test_a_missing_clone_is_named_before_anything_is_run(tmp_path):
     ):
         study_recorded.run(parser.parse_args(words))
     assert not (tmp_path / "results").exists()
-    with pytest.raises(AffordanceError, match="--draws: is 0, must be from 1 to 100000"):
+    with pytest.raises(AffordanceError, match="--repeats: is 0, must be from 1 to 1000000"):
         study_recorded.run(parser.parse_args([*words, "--draws", "0"]))
