@@ -8,7 +8,7 @@ where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is what the plan misses o
 subject to the double integrator and
 
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
-    |M vdot_0 + b| <= tau_max                                                  (torque: at the first step)
+    |tau_0| <= tau_max                                                         (torque: of the first control period)
 
 s is zero wherever these limits can be kept, and else as small as can be. Priorities: torque > position and velocity >
 goal > cost. The goal is soft, so that a plan always exists: it is missed by about
@@ -41,7 +41,8 @@ class MpcSolution(NamedTuple):
 
     Attributes:
         vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
-        tau: Torques of the first step under the believed inertia, shape (num_joints,), [N m].
+        tau: Torques under the believed inertia, shape (num_joints,), [N m]: held for the first control period, or, where
+            a limit is active, those of its beginning, which the program bounds.
         status: How it was found.
     """
 
@@ -91,7 +92,7 @@ class MinimumAccelerationMpc:
         Args:
             x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             goal: The goal at the end of the horizon.
-            model: The believed dynamics, already at state x.
+            model: The believed dynamics, already at state x; may be left at another.
 
         Returns: The optimal plan; with status FAILED, a plan and torques of NaN.
         """
@@ -101,9 +102,10 @@ class MinimumAccelerationMpc:
         N = self.settings.num_steps
         motion = trajectory[N:]
         if ((motion >= self._motion_lower) & (motion <= self._motion_upper)).all():
-            tau = model.compute_inverse_dynamics(trajectory[0])
+            tau = model.compute_held_torque(x, trajectory[0])
             if (np.abs(tau) <= self.limits.tau_max).all():
                 return MpcSolution(trajectory[:N], tau, MpcStatus.FREE)
+            model.set_state(x)
         return self.solve_limited(x, goal, model)
 
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
@@ -137,7 +139,9 @@ class MinimumAccelerationMpc:
         motion = self._coasting @ x.reshape(2, n) + self._motion_response @ solution.vdot
         within = ((motion > self._within_lower) & (motion < self._within_upper)).all()
         within &= (np.abs(solution.tau) < self.limits.tau_max - LIMIT_TOLERANCE).all()
-        return solution._replace(status=MpcStatus.FREE) if within else solution
+        tau = model.compute_held_torque(x, solution.vdot[0])
+        within &= (np.abs(tau) <= self.limits.tau_max).all()
+        return MpcSolution(solution.vdot, tau, MpcStatus.FREE) if within else solution
 
     def _run_program(self, x: Array, goal: TerminalGoal, model: ArmModel, *, guess: Array) -> MpcSolution:
         num_goal_rows = (len(goal.d_q), len(goal.d_v))

@@ -117,21 +117,12 @@ class MpcController(SampledSystem):
             self._count_failure(context, discrete_state, "the solver failed")
             self._continue_plan(context, discrete_state, x)
             return
-        tau = self._hold_torque(x, solution.vdot[0]) if solution.status is MpcStatus.FREE else solution.tau
-        discrete_state.set_value(self._tau, tau)
+        discrete_state.set_value(self._tau, solution.tau)
         discrete_state.set_value(self._plan, solution.vdot.ravel())
         discrete_state.set_value(self._made, np.array([now, horizon]))
         if solution.status is MpcStatus.LIMITED:
             limited, failed = context.get_discrete_state(self._counts).value()
             discrete_state.set_value(self._counts, np.array([limited + 1, failed]))
-
-    def _hold_torque(self, x: Array, vdot: Array) -> Array:
-        """Torque that, held for a tick, gives mean accelerations, within limits.
-
-        Where a limit is active the program has bounded the torque of the tick's beginning, and that is what counts.
-        """
-        tau: Array = np.clip(self._model.compute_held_torque(x, vdot), -self._limits.tau_max, self._limits.tau_max)
-        return tau
 
     def _get_mpc(self, horizon: float) -> MinimumAccelerationMpc:
         ticks = round(horizon / self._control_period)
@@ -145,7 +136,9 @@ class MpcController(SampledSystem):
         made, horizon = context.get_discrete_state(self._made).value()
         plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
         vdot = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made)
-        discrete_state.set_value(self._tau, self._hold_torque(x, vdot))
+        tau_max = self._limits.tau_max
+        tau = np.clip(self._model.compute_held_torque(x, vdot), -tau_max, tau_max)
+        discrete_state.set_value(self._tau, tau)
 
     def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
         _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", context.get_time(), reason)

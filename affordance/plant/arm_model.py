@@ -45,6 +45,13 @@ class ArmModel:
         self._plant.CalcForceElementsContribution(self._context, self._forces)
         return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
 
+    def compute_held_torque(self, x: Array, vdot: Array) -> Array:
+        """Torques that give joint accelerations from state x on, the state last set, shape (num_joints,), [N m].
+
+        A model whose torques are held for a control period overrides this, and may leave x.
+        """
+        return self.compute_inverse_dynamics(vdot)
+
     def compute_mass_matrix(self) -> Array:
         """Mass matrix M, shape (num_joints, num_joints), [kg m^2]."""
         return self._plant.CalcMassMatrix(self._context)

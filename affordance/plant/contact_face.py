@@ -5,13 +5,12 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.geometry import Cylinder, Shape, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import RigidBody
 
 from affordance.arrays import Array
+from affordance.plant.contact_material import register_surface
 
-# Dry skin or wood on metal (Drake's own default is frictionless).
-_FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 # A surface that is flatter than this is taken as flat, [m].
 _FLAT = 1.0
 # The disc that stands for a flat surface: it reaches as far as a tip may creep on a nail, and as deep as no nail
@@ -44,4 +43,4 @@ class ContactFace(NamedTuple):
         X_TF = RigidTransform(
             RotationMatrix.MakeFromOneVector(self.normal_T, 2), np.array(self.p_TS) - depth * np.array(self.normal_T)
         )
-        plant.RegisterCollisionGeometry(body, X_TF, shape, name, _FRICTION)
+        register_surface(plant, body, X_TF, shape, name)

@@ -54,12 +54,15 @@ class HeldTorqueModel(ArmModel):
 
         Returns: Torques, (num_joints,), [N m].
         """
-        q, v = np.split(x, 2)
-        half = 0.5 * self._period
-        v_middle = v + half * vdot
-        self.set_state(np.concatenate([q + half * 0.5 * (v + v_middle), v_middle]))
-        # What damping takes as rates change in the tick is in the held mass matrix already.
-        tau: Array = self.compute_inverse_dynamics(vdot) - 0.5 * self._damping * vdot
+        n, half = len(vdot), 0.5 * self._period
+        x_middle = np.empty(2 * n)
+        v, v_middle = x[n:], x_middle[n:]
+        v_middle[:] = v + half * vdot
+        x_middle[:n] = x[:n] + half * 0.5 * (v + v_middle)
+        self.set_state(x_middle)
+        tau = self.compute_inverse_dynamics(vdot)
+        if self._is_damped:  # what damping takes as rates change in the tick is in the held mass matrix already
+            tau = tau - 0.5 * self._damping * vdot
         return tau
 
     def compute_fastest_decay(self) -> float:

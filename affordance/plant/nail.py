@@ -9,24 +9,19 @@ from typing import Annotated, NamedTuple, Self
 
 import numpy as np
 from pydantic import Field, model_validator
-from pydrake.geometry import AddContactMaterial, Box, Cylinder, ProximityProperties, Sphere
+from pydrake.geometry import Box, Cylinder, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.plant import CoulombFriction, MultibodyPlant
+from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, SpatialInertia
 
 from affordance.arrays import Array
 from affordance.files.data_model import DataModel, Within
 from affordance.plant.contact_face import ContactFace
+from affordance.plant.contact_material import CONTACT_STIFFNESS, register_surface
 
 # Load that withdraws a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
 # wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
 _WITHDRAWAL = 54.12e6
-# Under 500 N tool and head approach by half a millimetre, a thirtieth of what the nail moves; what a contact of this
-# stiffness stores takes 1.2 % off the peak, [N/m].
-CONTACT_STIFFNESS = 1e6
-# Hunt and Crossley's; wood takes back most of what a contact stores, [s/m].
-_CONTACT_DISSIPATION = 1.0
-_FRICTION = CoulombFriction(static_friction=0.5, dynamic_friction=0.5)
 # Slip at which friction has its full value: below it, it is smoothed. In the 5 ms of a blow this lets the tool creep
 # by 50 um on the nail; at Drake's own 1e-3 the integrator's Newton iteration fails where slipping turns to sticking,
 # and a blow takes up to three times as long (6000 steps instead of 500 have been seen), for a peak that is the same
@@ -200,14 +195,7 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
     joint = plant.AddJoint(PrismaticJoint(name, start, body.body_frame(), np.array([0.0, 0.0, 1.0])))
     if plant.geometry_source_is_registered():
         head = RigidTransform(np.array([0.0, 0.0, nail.head_radius]))
-        material = ProximityProperties()
-        AddContactMaterial(
-            dissipation=_CONTACT_DISSIPATION,
-            point_stiffness=CONTACT_STIFFNESS,
-            friction=_FRICTION,
-            properties=material,
-        )
-        plant.RegisterCollisionGeometry(body, head, Sphere(nail.head_radius), "head", material)
+        register_surface(plant, body, head, Sphere(nail.head_radius), "head")
         grey, wood = np.array([0.45, 0.47, 0.5, 1.0]), np.array([0.85, 0.72, 0.53, 1.0])
         plant.RegisterVisualGeometry(body, head, Sphere(nail.head_radius), "head_visual", grey)
         shank = RigidTransform(np.array([0.0, 0.0, 0.5 * nail.length]))

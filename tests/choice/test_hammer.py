@@ -17,7 +17,7 @@ from affordance.experiments.hammer.work_map import find_crossovers, map_work
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.nail import CONTACT_STIFFNESS
+from affordance.plant.contact_material import CONTACT_STIFFNESS
 from affordance.settings import DEFAULT_SETTINGS
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon

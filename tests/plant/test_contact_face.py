@@ -3,12 +3,16 @@
 import numpy as np
 import pytest
 from pydrake.geometry import Cylinder, Sphere
-from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+from pydrake.math import RigidTransform
+from pydrake.multibody.math import SpatialVelocity
+from pydrake.multibody.plant import AddMultibodyPlantSceneGraph, ContactModel
 from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.objects.inertia import Ellipsoid
 from affordance.plant.contact_face import ContactFace
+from affordance.plant.contact_material import CONTACT_STIFFNESS, DISSIPATION
+from affordance.plant.nail import NailPlacement, add_nail
 
 UPRIGHT = np.array([0.0, 0.0, 1.0])
 
@@ -59,3 +63,26 @@ def test_face_touches_at_its_point_and_nowhere_before(rng, radius, shape):
     reach = found.radius() if shape is Sphere else 0.5 * found.length()
     np.testing.assert_allclose(X_TF.translation() + reach * normal, face.p_TS, atol=1e-12)
     np.testing.assert_allclose(X_TF.rotation().matrix() @ UPRIGHT, normal, atol=1e-12)
+
+
+@pytest.mark.parametrize("radius", [0.05, np.inf])
+@pytest.mark.parametrize("depth", [1e-5, 3e-4])
+@pytest.mark.parametrize("speed", [0.0, 0.2, 3.0])
+def test_force_is_that_of_the_stated_stiffness_and_dissipation(hammer, radius, depth, speed):
+    """Hunt and Crossley's k x (1 + d v), in a plant with tool and nail, by Drake's own contact results."""
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0)
+    tool = plant.AddRigidBody("tool", plant.AddModelInstance("tool"), SpatialInertia.SolidCubeWithDensity(1.0, 0.1))
+    ContactFace(np.zeros(3), -UPRIGHT, radius).add_to(plant, tool, "face")
+    add_nail(plant, NailPlacement(hammer.nail, np.zeros(3), -UPRIGHT))
+    plant.set_contact_model(ContactModel.kPoint)
+    plant.Finalize()
+    diagram = builder.Build()
+    context = diagram.CreateDefaultContext()
+    plant_context = plant.GetMyMutableContextFromRoot(context)
+    plant.SetFreeBodyPose(plant_context, tool, RigidTransform([0.0, 0.0, -depth]))
+    plant.SetFreeBodySpatialVelocity(plant_context, tool, SpatialVelocity(np.zeros(3), -speed * UPRIGHT))
+    results = plant.get_contact_results_output_port().Eval(plant_context)
+    assert results.num_point_pair_contacts() == 1
+    force = np.linalg.norm(results.point_pair_contact_info(0).contact_force())
+    assert force == pytest.approx(CONTACT_STIFFNESS * depth * (1.0 + DISSIPATION * speed), rel=1e-6)

@@ -10,7 +10,7 @@ from affordance.choice.blow_cost import AIM
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import StallError
 from affordance.objects.tool import list_densities
-from affordance.plant.nail import CONTACT_STIFFNESS
+from affordance.plant.contact_material import CONTACT_STIFFNESS
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.diagram import build_trial_diagram
@@ -92,7 +92,7 @@ def test_arm_comes_to_rest_where_it_began_within_its_limits(blow, hammer, own_mo
     assert record.counts.failed == 0
     thrown = (record.times > done.nail.time_of_touch) & (record.times < done.nail.time_of_touch + 0.05)
     assert (np.abs(record.v[~thrown]) <= limits.v_max).all()
-    assert (np.abs(record.v[thrown]) <= 1.5 * limits.v_max).all()
+    assert (np.abs(record.v[thrown]) <= 1.6 * limits.v_max).all()
     assert (np.abs(record.tau) <= limits.tau_max + 1e-9).all()
     thrown = (record.times > done.nail.time_of_touch) & (record.times < done.nail.time_of_touch + 0.15)
     beyond = np.maximum(limits.q_lower - record.q, record.q - limits.q_upper)
@@ -121,9 +121,9 @@ def test_energy_at_the_strike_is_enough_for_the_nail(blow, hammer):
 
 
 def test_light_tip_that_catches_at_the_nail_on_its_way_back_takes_few_steps(hammer, planned):
-    """The wood weighs what one of the densities of benchmarks/decision.py does; a stall takes tens of thousands."""
+    """Found among 110 random pairs of densities, 12 of which do so; a stall takes tens of thousands of steps."""
     wood, steel = (component.looks_like.colour for component in HELD["wood"].components)
-    blow = simulate_blow(HELD["steel"], hammer, planned["steel"], {wood: 252.0, steel: 3727.0}, DEFAULT_SETTINGS)
+    blow = simulate_blow(HELD["steel"], hammer, planned["steel"], {wood: 96.2, steel: 161.7}, DEFAULT_SETTINGS)
     _, leave = blow.strike.contact
     times, contact = blow.nail.times, blow.nail.contact
     assert np.abs(contact[times <= leave][-1]) < 1.0  # it has left the nail

@@ -133,7 +133,7 @@ def test_memories_of_every_learner_come_back_from_their_files(learner, tmp_path)
 def test_file_that_is_no_memory_is_refused_by_name(text, tmp_path):
     path = tmp_path / "memory.json"
     path.write_text(text, encoding="utf-8")
-    with pytest.raises(AffordanceError, match=r"memory\.json: is no memory of materials") as caught:
+    with pytest.raises(AffordanceError, match=r"memory\.json: is (no memory of materials|not JSON)") as caught:
         read_memory(path)
     assert "\n" not in str(caught.value)
 
@@ -141,7 +141,7 @@ def test_file_that_is_no_memory_is_refused_by_name(text, tmp_path):
 def test_experiment_is_loaded_and_run_from_python(tmp_path):
     report = run_suite("two_families", str(tmp_path), repeats=1, changes={"noise.weber_fraction": 0.1})
     numbers = json.loads((tmp_path / "two_families" / "metrics.json").read_text(encoding="utf-8"))
-    assert report == tmp_path / "report.html"
+    assert report == (tmp_path / "report.html", {})
     assert numbers["repeats"] == 1
 
 
@@ -176,8 +176,8 @@ def build_load(size):
         # What was taken as it was.
         (lambda: WeberNoise(weber_fraction=-0.07), "WeberNoise: weber_fraction: is -0.07, must be from 0 to 1"),
         (lambda: WhiteNoise(-1.0), "WhiteNoise: sd: is -1.0, must be from 1e-12 to 10000"),
-        (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e+12"),
-        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1e+12"),
+        (lambda: Prior(sd=-4000.0), "Prior: sd: is -4000.0, must be from 0.001 to 1e\\+12"),
+        (lambda: Prior(deviation_sd=-100.0), "Prior: deviation_sd: is -100.0, must be from 0 to 1e\\+12"),
         (
             lambda: Material("ice", (0.5, 0.5, 0.5), -917.0),
             "Material: density: is -917.0, must be from 0.001 to 1000",
