@@ -41,8 +41,8 @@ class MpcSolution(NamedTuple):
 
     Attributes:
         vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
-        tau: Torques under the believed inertia, shape (num_joints,), [N m]: held for the first control period, or, where
-            a limit is active, those of its beginning, which the program bounds.
+        tau: Torques under the believed inertia, shape (num_joints,), [N m]: held for the first control period, or,
+            where a limit is active, those of its beginning, which the program bounds.
         status: How it was found.
     """
 
