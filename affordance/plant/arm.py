@@ -7,6 +7,7 @@ directives file describes (see models/arm.dmd.yaml); nothing here knows how many
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError, BadValueError, ModelFileError, describe_choice
+from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import check_yaml
 from affordance.objects.drake_geometry import make_drawn_shape
@@ -150,9 +152,18 @@ def add_arm(
 def load_arm(directives: Path = ARM) -> Arm:
     """Loads an arm alone, without geometry, for use as an internal model.
 
+    As long as its files stay as they are it is the same arm each time: who simulates it makes a Context of their own.
+
     Raises:
         ModelFileError: The file cannot be loaded or does not describe a fit arm.
     """
+    stamps = [(file, file.stat()) for file in list_arm_files(directives)]
+    return _load_arm(directives, tuple((file, stamp.st_mtime_ns, stamp.st_size) for file, stamp in stamps))
+
+
+@lru_cache(maxsize=16)
+def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
+    """Loads an arm whose files have these times and sizes."""
     return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
