@@ -26,6 +26,8 @@ _DEFENSIVE = 0.05
 # Moves of every sample in each distribution in between, and the step of a random walk that is best in ten dimensions,
 # 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
 _NUM_MOVES, _WALK = 6, 0.75
+# Rounds of moves in the posterior itself, until samples of one ancestor are no longer alike.
+_MAX_ROUNDS = 10
 _MAX_ITERATIONS = 60
 # Of a climb, after which the likelihood is linearised anew.
 _STEPS_A_ROUND = 5
@@ -57,15 +59,27 @@ class WeightedBodies(NamedTuple):
     Attributes:
         pi: Ten parameters each, shape (N, 10).
         weights: Shape (N,), sum one.
+        ancestors: Index of the sample that each descends from, shape (N,); its own where none was drawn anew.
     """
 
     pi: Array
     weights: Array
+    ancestors: NDArray[np.intp]
 
     @property
     def effective_size(self) -> float:
-        """How many equally weighted samples say as much (Kish)."""
-        return float(1.0 / np.sum(self.weights**2))
+        """Number of independent samples that would estimate the means as well, for the worst of the ten parameters.
+
+        The variance of a weighted mean is that of the sums over samples of one ancestor, which may be alike (Lee &
+        Whiteley 2018, Variance estimation in the particle filter).
+        """
+        away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
+        sums = np.zeros_like(away)
+        np.add.at(sums, self.ancestors, away)
+        variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
+        # Of fewer ancestors than parameters their scatter says nothing.
+        most = float(len(np.unique(self.ancestors)))
+        return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
 
 
 def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
@@ -119,7 +133,7 @@ def draw_bodies(
         theta = proposal.draw(rng, num_samples)
         log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
         bodies = _weigh(theta, log_ratios)
-        if bodies.effective_size >= _ENOUGH * num_samples:
+        if 1.0 / np.sum(bodies.weights**2) >= _ENOUGH * num_samples:
             return bodies
         if attempt == 0:
             centre = bodies.weights @ theta
@@ -127,7 +141,7 @@ def draw_bodies(
             # A share of the curvature's keeps it from collapsing onto a few samples of great weight.
             covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
             proposal = _Proposal(centre, covariance, prior)
-    exponent = 0.0
+    exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
     while exponent < 1.0:
         step = _find_step(log_ratios, 1.0 - exponent, num_samples)
         exponent += step
@@ -135,18 +149,22 @@ def draw_bodies(
         chosen = _resample(weights, rng)
         centre = weights @ theta
         root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
-        theta, log_ratios = theta[chosen], log_ratios[chosen]
+        theta, log_ratios, ancestors = theta[chosen], log_ratios[chosen], ancestors[chosen]
         log_proposals = proposal.compute_log_density(theta)
-        for move in range(_NUM_MOVES):
-            # Scales of random walks in ten dimensions, from the best in theory downwards.
-            moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
-            moved_proposals = proposal.compute_log_density(moved)
-            moved_ratios = evaluate(moved) - moved_proposals
-            gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
-            accepted = np.log(rng.random(num_samples)) < gain
-            theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
-            log_proposals[accepted] = moved_proposals[accepted]
-    return WeightedBodies(parameters_from_theta(theta), np.full(num_samples, 1.0 / num_samples))
+        for _ in range(_MAX_ROUNDS):
+            for move in range(_NUM_MOVES):
+                # Scales of random walks in ten dimensions, from the best in theory downwards.
+                moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
+                moved_proposals = proposal.compute_log_density(moved)
+                moved_ratios = evaluate(moved) - moved_proposals
+                gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
+                accepted = np.log(rng.random(num_samples)) < gain
+                theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
+                log_proposals[accepted] = moved_proposals[accepted]
+            bodies = WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+            if exponent < 1.0 or bodies.effective_size >= _ENOUGH * num_samples:
+                break
+    return bodies
 
 
 class _Proposal:
@@ -192,7 +210,7 @@ def _normalise(log_weights: Array) -> Array:
 
 
 def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
-    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights))
+    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights), np.arange(len(theta)))
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:

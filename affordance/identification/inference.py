@@ -7,7 +7,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.assumptions import list_assumptions
-from affordance.identification.body_posterior import WeightedBodies, draw_bodies
+from affordance.identification.body_posterior import draw_bodies
 from affordance.identification.evidence import Evidence
 from affordance.identification.gains import Gains
 from affordance.identification.part_posterior import NotTheSeenObjectError, PlacedObject, SeenObject, infer_parts
@@ -73,7 +73,7 @@ def infer(
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
-    bodies = WeightedBodies(solid.remove_common_factor(bodies.pi, gains.common_sd, rng), bodies.weights)
+    bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)
     single = fit.statistics.sum_squares(fit.weights) / counts

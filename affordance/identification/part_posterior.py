@@ -176,7 +176,7 @@ def infer_parts(
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
     weights = np.exp(log_weights - log_weights.max())
-    bodies = WeightedBodies(pi, weights / weights.sum())
+    bodies = WeightedBodies(pi, weights / weights.sum(), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, p_value)
 
 

@@ -211,7 +211,7 @@ class PayloadIdentifier(SampledSystem):
             pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
         else:
             pi = self._seen.placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
-        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)))
+        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)), np.arange(len(pi)))
 
 
 def build_replay(
