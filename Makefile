@@ -4,7 +4,7 @@ PYTHON := $(VENV)/bin/python
 # Exact versions, for what is installed and for what builds it.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
-SOURCES := affordance benchmarks diagrams tests run_experiments.py
+SOURCES := affordance studies diagrams tests run_experiments.py
 
 .PHONY: run test wheel lint format diagrams bench trust clean
 .DEFAULT_GOAL := help
@@ -49,10 +49,10 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 	$(PYTHON) diagrams/redraw.py
 
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
-	$(PYTHON) -m benchmarks.run
+	$(PYTHON) -m studies.speed.run
 
 trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
-	$(PYTHON) -m benchmarks.trust.run
+	$(PYTHON) -m studies.trust.run
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

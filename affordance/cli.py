@@ -14,13 +14,13 @@ from typing import Protocol, cast
 from affordance.commands.parser import OneLineParser
 from affordance.commands.study import STUDIES
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.files.clone import import_study
 from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
 # Commands in the order of the help; a dash of a name is an underscore of its module.
 COMMANDS = (
     "run",
-    "robustness",
     "new-protocol",
     "predict",
     "rank",
@@ -28,7 +28,6 @@ COMMANDS = (
     "import-arm",
     "identify",
     "study",
-    "fit-kappa",
     "doctor",
 )
 # Experiments that are commands of their own.
@@ -65,6 +64,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words and words[0] in EXPERIMENTS:
         words = ["run", *words]
+    if words and words[0] in STUDIES:  # robustness and fit-kappa were commands of their own
+        words = ["study", *words]
     if not words or words[0] in ("-h", "--help"):
         print(_describe(program))
         return 0
@@ -73,16 +74,19 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 0
     name = words[0]
     if name not in COMMANDS:
-        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS))}", file=sys.stderr)
+        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS, *STUDIES))}", file=sys.stderr)
         return 2
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:
         if name not in _FREE:
             provide_libraries()
-        name, words = _choose_study(words[1:]) if name == "study" else (name, words[1:])
-        command = load_command(name)
+        words = words[1:]
+        if name == "study" and words and not words[0].startswith("-"):
+            command, name, words = load_study(words[0]), f"study {words[0]}", words[1:]
+        else:
+            command = load_command(name)
         logging.getLogger("drake").setLevel(logging.WARNING)  # Meshcat announces its port
-        parser = OneLineParser(prog=f"{program} {name.replace('_', ' ')}", description=command.HELP)
+        parser = OneLineParser(prog=f"{program} {name}", description=command.HELP)
         command.add_arguments(parser)
         return command.run(parser.parse(words))
     except AffordanceError as error:
@@ -102,17 +106,16 @@ def describe_system_error(error: OSError) -> str:
     return " ".join(": ".join(str(part) for part in parts if part).split())
 
 
-def _choose_study(words: list[str]) -> tuple[str, list[str]]:
-    """The command of a study, and its own words; that which lists the studies if none is named.
+def load_study(name: str) -> Command:
+    """Imports the command of a study.
 
     Raises:
         BadValueError: There is no such study.
+        UnavailableError: The package does not lie in a clone.
     """
-    if not words or words[0].startswith("-"):
-        return "study", words
-    if words[0] not in STUDIES:
-        raise BadValueError("study", "", describe_choice(words[0], STUDIES))
-    return f"study_{words[0]}", words[1:]
+    if name not in STUDIES:
+        raise BadValueError("study", "", describe_choice(name, STUDIES))
+    return cast(Command, import_study(STUDIES[name]))
 
 
 def load_command(name: str) -> Command:

@@ -19,12 +19,12 @@ class Stream(enum.IntEnum):
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
     OBSERVATION = 10**6 + 7  # the observation of an object that is chosen about, with its name
-    CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
+    CALIBRATION_TRUTH = 10**6 + 11  # true densities (studies/trust/calibration.py)
     CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
     ACCELERATION = 10**6 + 14  # errors of felt accelerations, beside the seed of a trial
     SETTINGS = 10**6 + 15  # settings of the study of robustness
     ROBUSTNESS = 10**6 + 16  # what observers of that study feel and choose
-    FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)
+    FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (studies/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
     LIFT = 10**6 + 22  # errors of feeling in these lifts
     KINDS = 10**6 + 23  # hypotheses about kinds that are drawn

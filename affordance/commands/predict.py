@@ -4,8 +4,8 @@ import argparse
 
 from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
 from affordance.exceptions import BadValueError
-from affordance.experiments.people.prediction import format_predictions
 from affordance.experiments.prediction import predict_protocol
+from affordance.experiments.shared.learner_predictions import format_predictions
 from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers

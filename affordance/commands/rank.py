@@ -9,24 +9,24 @@ from affordance.belief.memory_file import read_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.reach import Reach
-from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
-from affordance.control.timed_path import load_path
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.experiments.tools.which_end import (
+from affordance.choice.which_end import (
     AFTER,
     BEFORE,
     ONE_DENSITY,
     GripRanking,
     build_beliefs,
-    gain_experience,
     list_options,
     rank_grips,
 )
-from affordance.experiments.tools.workshop import select_known
+from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
+from affordance.control.timed_path import load_path
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.data_model import Whole
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import MATERIALS, load_materials, load_tools
 from affordance.objects.tool import Tool
+from affordance.objects.workshop import select_known
+from affordance.simulation.holds import gain_experience
 
 HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"
 TASKS = ("hammer", "reach", "mash")

@@ -9,7 +9,8 @@ from affordance.belief.learner import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
 from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.suite import EXPERIMENTS, STUDIES, run_suite
+from affordance.experiments.suite import EXPERIMENTS, run_suite
+from affordance.files.clone import has_studies
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
@@ -21,7 +22,7 @@ HELP = "run the paper's simulations or a protocol of your own; write numbers, fi
 NOT_PROTOCOLS = ("vision",)
 # Exit status where some of several experiments could not be done.
 LEFT_OUT = 3
-_REPEATS, _STUDY_REPEATS = 200, 300
+_REPEATS = 200
 # Settings that have an option of their own.
 _OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
@@ -32,10 +33,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "experiment",
         nargs="?",
         default="all",
-        help=f"{', '.join(EXPERIMENTS)}, all of these (default), {', '.join(STUDIES)}, or a protocol (path or name)",
+        help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)",
     )
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
-    add_repeats(parser, None, f"{what}{_REPEATS}); for robustness settings (default {_STUDY_REPEATS})")
+    add_repeats(parser, None, f"{what}{_REPEATS})")
     add_seed(parser)
     add_jobs(parser)
     add_out(parser)
@@ -92,8 +93,6 @@ def find_repeats(arguments: argparse.Namespace) -> int:
     """How many repeats are run: as many as the command line says, else as the protocol does, else as is usual."""
     if arguments.repeats is not None:
         return int(arguments.repeats)
-    if arguments.experiment in STUDIES:
-        return _STUDY_REPEATS
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return _REPEATS
     check_experiment(arguments)
@@ -143,7 +142,9 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
     """
     check_bounds(arguments)
     check_experiment(arguments)
-    return list(EXPERIMENTS) if arguments.experiment == "all" else [arguments.experiment]
+    if arguments.experiment != "all":
+        return [arguments.experiment]
+    return [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or has_studies()]
 
 
 def check_experiment(arguments: argparse.Namespace) -> None:
@@ -152,12 +153,11 @@ def check_experiment(arguments: argparse.Namespace) -> None:
     Raises:
         BadValueError: It is neither.
     """
-    if arguments.experiment in ("all", *STUDIES):
+    if arguments.experiment == "all":
         return
     if arguments.experiment not in EXPERIMENTS and Path(arguments.experiment).suffix not in SUFFIXES:
         known = (
             *EXPERIMENTS,
-            *STUDIES,
             "all",
             *(name for name in list_shipped(arguments.models) if name not in EXPERIMENTS),
         )

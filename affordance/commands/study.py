@@ -1,18 +1,28 @@
-"""``affordance study``: names the studies; each is a command of its own, of the module study_NAME."""
+"""``affordance study``: lists the studies; each is a command of its own, in a clone of the repository."""
 
 import argparse
-import importlib
 
-STUDIES = ("people", "learners", "arms", "recorded", "tools")
+from affordance.files.clone import import_study
+
+# Modules of the studies with HELP, add_arguments and run.
+STUDIES = {
+    "robustness": "studies.robustness.command",
+    "people": "studies.people.command",
+    "fit-kappa": "studies.people.fit_kappa",
+    "learners": "studies.learners.command",
+    "arms": "studies.arms.command",
+    "recorded": "studies.recorded.command",
+    "tools": "studies.tools.command",
+}
 HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Declares no arguments."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the studies, a line each."""
-    for name in STUDIES:
-        print(f"  affordance study {name:<10} {importlib.import_module(f'affordance.commands.study_{name}').HELP}")
+    """Prints the studies, one line each."""
+    for name, module in STUDIES.items():
+        print(f"  affordance study {name:<10} {import_study(module).HELP}")
     return 0

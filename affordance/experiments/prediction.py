@@ -10,9 +10,9 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
-from affordance.experiments.people.prediction import Contrast, Prediction, contrast_learners, summarise
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_observers
+from affordance.experiments.shared.learner_predictions import Contrast, Prediction, contrast_learners, summarise
 from affordance.experiments.shared.presented import PresentedExperiment
 from affordance.files.atomic import write_json
 from affordance.named_settings import NO_CHANGES, Changes

@@ -2,6 +2,7 @@
 
 import importlib
 import logging
+import os
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -17,6 +18,7 @@ from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
+from affordance.files.clone import import_study
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM, load_arm
@@ -34,10 +36,8 @@ _LOG = logging.getLogger(__name__)
 EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 # Observers that are simulated unless another number is asked for.
 DEFAULT_REPEATS = 200
-# Modules with a function ``load``, by their names on the command line; no part of "all".
-STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
 # The study of vision, which is of "all".
-_VISION = "affordance.experiments.vision.experiment"
+_VISION = "studies.seeing.experiment"
 # Tasks that an experiment needs; one that the import of an arm could not fit is not planned again.
 _NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "path"), "hammer": ("objects", "blow")}
 
@@ -77,17 +77,16 @@ def load_experiment(
     name, models = str(check_path("name", name)), check_path("models", models)
     (seed,) = check_seed(check_kind("seed", seed, int))
     check_kind("settings", settings, Settings)
-    if name != "vision" and name not in STUDIES:
+    if name != "vision":
         protocols: Any = importlib.import_module("affordance.experiments.protocol_runs")
         found: Experiment = protocols.load_protocol_experiment(name, models, seed, settings, changes)
         return found
-    module: Any = importlib.import_module(STUDIES.get(name, _VISION))
-    experiment: Experiment = module.load(models, seed, change_settings(settings, changes))
+    experiment: Experiment = import_study(_VISION).load(models, seed, change_settings(settings, changes))
     return experiment
 
 
 def run_suite(
-    names: Sequence[str],
+    names: Sequence[str | Experiment],
     out: StrPath,
     *,
     models: StrPath = MODELS,
@@ -103,7 +102,7 @@ def run_suite(
     Of several experiments, those that cannot be done are left out: the log and the report name them.
 
     Args:
-        names: Names of EXPERIMENTS or STUDIES, or names or paths of protocols; one may stand alone.
+        names: Names of EXPERIMENTS, names or paths of protocols, or experiments; a name may stand alone.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
@@ -133,7 +132,7 @@ def run_suite(
         experiment
         for name in names
         for experiment in attempts.make(
-            Path(name).stem, partial(_load_fitted, name, models, seed, settings, changes), InfeasibleError
+            _find_name(name), partial(_load_fitted, name, models, seed, settings, changes), InfeasibleError
         )
     ]
     try:
@@ -160,12 +159,18 @@ def run_suite(
     return SuiteResult(write_report(out), attempts.left_out)
 
 
-def _load_fitted(name: str, models: Path, seed: int, settings: Settings, changes: Changes) -> Experiment:
+def _find_name(name: StrPath | Experiment) -> str:
+    return Path(name).stem if isinstance(name, str | os.PathLike) else name.name
+
+
+def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Settings, changes: Changes) -> Experiment:
     """Loads an experiment unless the import of the arm has found that it cannot be done.
 
     Raises:
         InfeasibleError: It has, or an object is too heavy.
     """
+    if not isinstance(name, str | os.PathLike):
+        return name
     lacks = read_lacks(models)
     for need in _NEEDS.get(name, ()):
         if need in lacks:

@@ -2,6 +2,7 @@
 
 import hashlib
 import importlib.metadata
+import inspect
 import json
 import logging
 import os
@@ -10,6 +11,7 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -82,8 +84,8 @@ def list_versions() -> dict[str, str]:
 def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:
     """Computes what a repeat depends on besides its number: configuration, models, libraries and this program.
 
-    Of the program all counts but the folders that only report, of a folder of models what the program reads. A change
-    of anything else keeps the repeats.
+    Of the program all counts but the folders that only report, of a folder of models what the program reads, and of a
+    configuration defined elsewhere the folder of its module. A change of anything else keeps the repeats.
 
     Args:
         config: A dataclass.
@@ -94,9 +96,12 @@ def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> 
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
+    home = Path(inspect.getfile(type(config))).parent if is_dataclass(config) else _PACKAGE
+    if not home.is_relative_to(_PACKAGE):
+        programs = (home, *programs)
     named = [
         (str(path.relative_to(program)), path)
-        for program in (_PACKAGE, *programs)
+        for program in (_PACKAGE, *dict.fromkeys(programs))
         for path in sorted(program.rglob("*.py"))
         if path.relative_to(program).parts[0] not in _DECIDE_NOTHING
     ]

@@ -92,7 +92,7 @@ def test_options_need_names_of_their_own(count):
 def test_simulated_motions_cost_what_inner_simulation_says(choice):
     """The torques of ticks are those of their middles: what is planned is what is done.
 
-    The full check, over more beliefs, tools and both tasks, is in benchmarks/inner_vs_full.py.
+    The full check, over more beliefs, tools and both tasks, is in studies/speed/inner_vs_full.py.
     """
     rho = np.vstack(
         [[720.0, 7850.0], believe(3000.0, 3000.0, 1500.0).belief.draw_samples(np.random.default_rng(5), 2)]

@@ -8,7 +8,7 @@ import pytest
 from affordance.belief.learner import Learner
 from affordance.cli import main
 from affordance.experiments.lifting import LiftExperiment
-from affordance.experiments.people.prediction import contrast_learners, format_predictions, summarise
+from affordance.experiments.shared.learner_predictions import contrast_learners, format_predictions, summarise
 from affordance.protocols.people import Spread
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.protocols.schema import write_protocol

@@ -16,7 +16,7 @@ from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.inverse_dynamics import InverseDynamics
-from benchmarks.peer_arms import build_pinocchio, read_grip
+from studies.speed.peer_arms import build_pinocchio, read_grip
 
 STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 HELD = STICK.gripped_by(STICK.grips[0])

@@ -14,7 +14,7 @@ from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
-from benchmarks.trust.section import SECTION as TRUST
+from studies.trust.section import SECTION as TRUST
 
 PROTOCOLS = ("weight", "com", "reach", "hammer")
 SECTIONS = {path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), TRUST)}

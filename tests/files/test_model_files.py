@@ -3,9 +3,9 @@
 import shutil
 
 from affordance.experiments.protocol_runs import load_protocol_experiment
-from affordance.experiments.robustness.experiment import load
 from affordance.files.model_files import list_arm_files, list_model_files
 from affordance.files.model_folder import MODELS
+from studies.robustness.experiment import load
 
 
 def list_names(paths, folder):

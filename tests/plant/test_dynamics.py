@@ -8,7 +8,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.plant.arm import add_arm
-from benchmarks.peer_arms import build_pinocchio, build_toolbox_arm
+from studies.speed.peer_arms import build_pinocchio, build_toolbox_arm
 
 
 def test_dynamics_agree_with_pinocchio(model, rng):

@@ -5,7 +5,7 @@ import pytest
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor, compute_payload_regressors
-from benchmarks.peer_arms import build_pinocchio
+from studies.speed.peer_arms import build_pinocchio
 
 # Where Pinocchio keeps our parameters: its order is m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz.
 FROM_PINOCCHIO = [0, 1, 2, 3, 4, 6, 9, 5, 7, 8]

@@ -173,7 +173,7 @@ def draw_from_prior(rng, count):
 
 
 def test_density_dependent_noise_stays_close_to_brute_force_bayes(hold, rng):
-    """The plug-in posterior is an approximation; benchmarks/estimator_study.py has the whole table."""
+    """The plug-in posterior is an approximation; studies/speed/estimator_study.py has the whole table."""
     noise = WeberNoise(weber_fraction=0.07, threshold=0.097)
     axis = np.linspace(0, 40_000, 20_001)[1:]
     offsets = []

@@ -10,9 +10,9 @@ from helpers.robot_files import MJCF, SDF, write_urdf
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from affordance.experiments.arms.parity import compute_parity
-from affordance.experiments.arms.robots import ROBOTS, Robot, find_folder
 from affordance.robots.importer import ImportOptions, build_statics, read_arm
+from studies.arms.parity import compute_parity
+from studies.arms.robots import ROBOTS, Robot, find_folder
 
 # What is left is rounding.
 EXACT = 1e-12

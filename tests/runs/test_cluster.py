@@ -16,8 +16,8 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import run_repeats
-from benchmarks.trust.cluster import kill_while_busy
-from benchmarks.trust.dask_cluster import DaskCluster
+from studies.trust.cluster import kill_while_busy
+from studies.trust.dask_cluster import DaskCluster
 
 REPEATS = 12
 
@@ -82,7 +82,7 @@ def test_cluster_is_complete_once_it_is_there(tmp_path):
 def test_victim_counts_only_if_it_had_a_task_of_a_run_that_had_begun(tmp_path, monkeypatch, is_busy, has_begun):
     cluster = DaskCluster(tmp_path, num_workers=1)
     (victim,) = cluster.workers
-    monkeypatch.setattr("benchmarks.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
+    monkeypatch.setattr("studies.trust.cluster.PATIENCE", 30.0 if is_busy and has_begun else 0.5)
     try:
         with cluster.connect() as client:
             task = client.submit(time.sleep, 60) if is_busy else None

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.people.linear_plus import GROUPS, build_experiment
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.simulation.clamp_trial import run_clamp_and_release, tabulate_excursions
+from studies.people.linear_plus import GROUPS, build_experiment
 
 DURATION = 0.6
 

@@ -24,7 +24,7 @@ from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
-from benchmarks.peer_arms import build_pinocchio, read_grip
+from studies.speed.peer_arms import build_pinocchio, read_grip
 
 PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
 

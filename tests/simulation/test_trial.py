@@ -345,7 +345,7 @@ def test_diagrams_are_freed(weight):
 
 
 def test_accuracy_chosen_is_that_of_a_far_tighter_reference(weight):
-    """A small version of benchmarks/convergence.py: below a hundredth of a millimetre in the first, largest drop."""
+    """A small version of studies/speed/convergence.py: below a hundredth of a millimetre in the largest drop."""
     tool = weight.tools[0]
     tight = dataclasses.replace(weight.settings, integration_scheme="runge_kutta5", accuracy=1e-10)
     heights = [

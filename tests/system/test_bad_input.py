@@ -1,4 +1,4 @@
-"""Spoilt files: a small version of benchmarks/trust/bad_input.py, a corpus kept for ever, and files of results."""
+"""Spoilt files: a small version of studies/trust/bad_input.py, a corpus kept for ever, and files of results."""
 
 import logging
 import sys
@@ -17,7 +17,7 @@ from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.report import write_report, write_section
 from affordance.reporting.section import Section
 from affordance.runs.repeats import run_repeats
-from benchmarks.trust.bad_input import (
+from studies.trust.bad_input import (
     FILES,
     Answer,
     Case,
@@ -127,7 +127,7 @@ def test_only_distinct_files_are_counted(monkeypatch):
         tried.append((case.file, case.content))
         return Answer(2, "", f"{case.file}: {case.keys[0] if case.keys else ''}: is wrong\n", False)
 
-    monkeypatch.setattr("benchmarks.trust.bad_input.answer", refuse)
+    monkeypatch.setattr("studies.trust.bad_input.answer", refuse)
     failures, numbers = measure(arms=0)
     assert failures == []
     assert numbers["bad_inputs_tried"] == numbers["bad_inputs_refused"] == len(tried) == len(set(tried))

@@ -12,7 +12,7 @@ import pytest
 from helpers.children import PATIENCE, ROOT
 
 from affordance.files.model_folder import MODELS
-from benchmarks.trust.kills import list_differences
+from studies.trust.kills import list_differences
 
 
 @pytest.fixture
@@ -113,7 +113,7 @@ def wait_for(out, pattern):
 
 def test_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
-    # While repeats are run, and while their results are written; benchmarks/trust/kills.py kills at random moments.
+    # While repeats are run, and while their results are written; studies/trust/kills.py kills at random moments.
     for written in ("repeat_*.npz", "figure3.png"):
         process = start("weight", "--repeats", 4, "--jobs", 1, "--out", interrupted)
         wait_for(interrupted, written)

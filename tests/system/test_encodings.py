@@ -5,7 +5,7 @@ import ast
 import pytest
 from helpers.children import ROOT
 
-SOURCES = sorted(path for folder in ("affordance", "benchmarks") for path in (ROOT / folder).rglob("*.py"))
+SOURCES = sorted(path for folder in ("affordance", "studies") for path in (ROOT / folder).rglob("*.py"))
 # Of methods and of the function ``open``, by how many arguments there are if the encoding is given by its place.
 CALLS = {"read_text": 1, "write_text": 2, "open": 4}
 
@@ -27,7 +27,7 @@ def list_without_encoding(text):
     return found
 
 
-@pytest.mark.parametrize("folder", ["affordance", "benchmarks"])
+@pytest.mark.parametrize("folder", ["affordance", "studies"])
 def test_every_text_file_names_its_encoding(folder):
     paths = [path for path in SOURCES if path.is_relative_to(ROOT / folder)]
     assert len(paths) > 10

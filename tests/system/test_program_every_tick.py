@@ -5,7 +5,7 @@ import pytest
 from affordance.control.constrained_qp import AccelerationProgram
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.settings import DEFAULT_SETTINGS
-from benchmarks.program_every_tick import BY_PROGRAM, find_difference, list_runs
+from studies.speed.program_every_tick import BY_PROGRAM, find_difference, list_runs
 
 # Of holds, [s]: the first second has the largest motion, and in Simulation II an elbow that meets its limit.
 DURATION = 1.0

@@ -1,0 +1,149 @@
+"""Which tool to take and which end of it to hold: before any experience, after it, and with one density for all.
+
+Options are ranked by what a task is believed to cost. What is believed before is that any material may weigh
+anything; after, what holding other things has taught; and one who gives everything one density knows shapes and
+nothing else.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
+from affordance.choice.motion_cost import Costs
+from affordance.choice.options import Option
+from affordance.choice.ranking import pick_cheapest, rank_options
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Material, Tool
+from affordance.settings import Settings
+from affordance.vision.drawing import measure_drawing
+from affordance.vision.pixels.seen_tool import observe_tool
+from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
+
+# Names of what may be believed.
+BEFORE, AFTER, ONE_DENSITY, TRUE = "before", "after", "one_density", "true"
+NUM_SAMPLES = 4000
+
+
+class RankedGrip(NamedTuple):
+    """An option under one belief.
+
+    Attributes:
+        tool: Name of the tool.
+        grip: Name of the grip.
+        work: Expected work, [J].
+        p_best: Probability that it is the cheapest of all options.
+        p_best_of_tool: Probability that it is the cheapest grip of its tool.
+        p_feasible: Probability that it does what is asked within the limits of torque.
+        problem: Why it is not chosen whatever it costs; empty if it may be.
+    """
+
+    tool: str
+    grip: str
+    work: float
+    p_best: float
+    p_best_of_tool: float
+    p_feasible: float
+    problem: str
+
+
+class GripRanking(NamedTuple):
+    """Options in the order in which they are chosen, and how probable it is that none can do it."""
+
+    ranked: tuple[RankedGrip, ...]
+    p_none: float
+
+    def find_best(self, tool: str) -> RankedGrip:
+        """The best-ranked grip of a tool."""
+        return next(each for each in self.ranked if each.tool == tool)
+
+
+def list_seen_options(tools: Sequence[Tool], stand: TurningStand, seed: int) -> list[Option]:
+    """Options as two pictures of each tool show them.
+
+    Raises:
+        SeeingError: The pictures do not show what is needed.
+    """
+    options = []
+    for tool in tools:
+        features = observe_tool(tool, stand, np.random.default_rng([seed, *tool.name.encode()]))
+        options += [Option(tool.name, grip.name, features, grip.X_TG) for grip in tool.grips]
+    return options
+
+
+def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
+    """Options as the tools are drawn, with what a drawing is off by."""
+    return [Option(tool.name, grip.name, measure_drawing(tool), grip.X_TG) for tool in tools for grip in tool.grips]
+
+
+def list_options(tools: Sequence[Tool], *, by_sight: bool, seed: int) -> list[Option]:
+    """Options as they are seen, or drawn."""
+    return list_seen_options(tools, get_turning_stand(), seed) if by_sight else list_drawn_options(tools)
+
+
+def build_beliefs(materials: Mapping[str, Material], experience: Memory, settings: Settings) -> dict[str, Memory]:
+    """What is believed before and after experience, with one density for all, and by one who knows.
+
+    Args:
+        materials: All that is known by sight.
+        experience: What was learned of some of them.
+        settings: Those of the prior; its mode is the one density.
+    """
+    colours: list[Colour] = list(dict.fromkeys(material.colour for material in materials.values()))
+    return {
+        BEFORE: MaterialMemory().add_colours(colours, settings.prior),
+        AFTER: experience.add_colours(colours, settings.prior),
+        ONE_DENSITY: MaterialMemory.from_densities(dict.fromkeys(colours, settings.prior.mode)),
+        TRUE: MaterialMemory.from_densities({each.colour: each.density for each in materials.values()}),
+    }
+
+
+def rank_grips(
+    options: Sequence[Option],
+    task: TaskCostModel,
+    beliefs: Mapping[str, Memory],
+    settings: Settings,
+    *,
+    seed: int,
+    num_samples: int = NUM_SAMPLES,
+) -> dict[str, GripRanking]:
+    """Ranks options under each belief; motions are planned once.
+
+    Raises:
+        AffordanceError: No motion could be planned.
+    """
+    choice = plan_choice(options, task, settings)
+    return {
+        name: summarise(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)
+        for name, memory in beliefs.items()
+    }
+
+
+def summarise(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> GripRanking:
+    """Ranks the options of a choice, and the grips of each tool among themselves."""
+    ranking = rank_options(choice, memory, rng, num_samples)
+    costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
+    within: dict[str, float] = {}
+    names = [option.object_name for option in choice.options]
+    for tool in dict.fromkeys(names):
+        own = [index for index, name in enumerate(names) if name == tool]
+        of_tool = Costs(costs.work[own], costs.effort[own], costs.feasible[own], costs.cost[own])
+        picked = pick_cheapest(of_tool, rng)
+        for place, index in enumerate(own):
+            within[choice.options[index].name] = float((picked == place).mean())
+    ranked = tuple(
+        RankedGrip(
+            entry.option.object_name,
+            entry.option.grip,
+            entry.work,
+            entry.p_best,
+            within[entry.option.name],
+            entry.p_feasible,
+            entry.infeasible_reason,
+        )
+        for entry in ranking.ranked
+    )
+    return GripRanking(ranked, ranking.p_none)

@@ -1,0 +1,31 @@
+"""Studies, which lie beside the package in a clone of the repository and not in a wheel."""
+
+import importlib
+import sys
+from pathlib import Path
+from typing import Any
+
+from affordance.exceptions import UnavailableError
+
+_CLONE = Path(__file__).resolve().parents[2]
+
+
+def has_studies() -> bool:
+    """Whether the package lies in a clone of the repository."""
+    return (_CLONE / "studies" / "__init__.py").is_file()
+
+
+def import_study(module: str) -> Any:
+    """Imports a module of the studies.
+
+    Args:
+        module: Name of the module, ``studies.seeing.experiment``.
+
+    Raises:
+        UnavailableError: The package does not lie in a clone.
+    """
+    if not has_studies():
+        raise UnavailableError(f"the study {module.split('.')[1]} is", "studies need a clone of the repository")
+    if str(_CLONE) not in sys.path:  # the command of an installed package; its processes inherit the path
+        sys.path.append(str(_CLONE))
+    return importlib.import_module(module)

@@ -1,0 +1,142 @@
+"""What the arm feels when it holds the learning tools, simulated once for every study of what that teaches.
+
+Torques, the arm's own share of them and the payload regressor do not depend on what is believed, so the same holds
+serve any geometry and any tool that is left out. Several holds of one tool are one observation with less noise: its
+own deviation from its materials, and the error of having seen it, are the same each time.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from affordance.arguments import Seed, check_seed
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.proprioception.estimator import TorqueStatistics, condition_on_torques
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRunner
+from affordance.vision.drawing import measure_drawing
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.visual_prior import predict_object
+
+# How long a tool is held: the arm is at rest again after half of it, [s].
+DURATION = 1.0
+_ROUNDING = 1e-9
+# At the end of a presentation the memory learns, and what was felt is gone: it is read this much before, [s].
+_TO_SPARE = 0.05
+
+
+def simulate_holds(
+    tools: Sequence[Tool], settings: Settings, *, rounds: int, seed: Seed
+) -> dict[str, list[TorqueStatistics]]:
+    """Lets the arm hold each tool in each round, in random order, learning as it goes.
+
+    Args:
+        tools: As they are gripped, the same order for the same holds.
+        settings: Those of the arm.
+        rounds: How often each is held.
+        seed: Of everything random.
+
+    Returns: What was felt in the holds of each tool, by its name.
+    """
+    runner, seed = TrialRunner(settings), check_seed(seed)
+    colours = list_colours(tools)
+    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
+    drawings = {tool.name: measure_drawing(tool) for tool in tools}
+    order = np.random.default_rng([*seed, 1])
+    felt: dict[str, list[TorqueStatistics]] = {tool.name: [] for tool in tools}
+    for turn in range(rounds):
+        for index in order.permutation(len(tools)):
+            tool = tools[index]
+            # From 1, as a seed that ends in 0 gives the numbers of the same seed without it.
+            hold = feel(runner, tool, memory, duration=DURATION, seed=(*seed, 1 + turn, 1 + int(index)))
+            felt[tool.name].append(hold)
+            memory = _teach(memory, drawings[tool.name], felt[tool.name][-1], settings, settings.noise)
+            memory = memory.restrict_to(colours)
+    return felt
+
+
+def feel(
+    runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
+) -> TorqueStatistics:
+    """What is felt in one hold; arguments are those of ``TrialRunner.run_hold``."""
+    trial = runner.get_diagram(duration + _TO_SPARE)
+    simulator = runner.prepare(trial, tool, trial.hold, memory, seed)
+    simulator.AdvanceTo(duration + _ROUNDING)
+    return trial.estimator.get_statistics(trial.estimator.GetMyContextFromRoot(simulator.get_context()))
+
+
+def learn(
+    felt: Mapping[str, Sequence[TorqueStatistics]],
+    features: Mapping[str, Sequence[ComponentFeatures]],
+    colours: Sequence[Colour],
+    settings: Settings,
+) -> Memory:
+    """Learns from tools that were held, what is felt of each in one go.
+
+    Args:
+        felt: The holds of each tool, by its name.
+        features: What is known of its geometry, as it was held.
+        colours: Those of the materials that the learner knows by sight; of other colours nothing is remembered.
+        settings: Those of prior and noise.
+    """
+    memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
+    for name, holds in felt.items():
+        percept = TorqueStatistics(
+            np.mean([hold.features for hold in holds], axis=0), sum(hold.num_samples for hold in holds)
+        )
+        memory = _teach(memory, features[name], percept, settings, _average(settings.noise, len(holds)))
+        memory = memory.restrict_to(colours)
+    return memory
+
+
+def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
+    """What holding tools in the arm's home posture teaches of their materials.
+
+    Args:
+        tools: Each is held by its first grip, or as it is written if it has none.
+        settings: Those of the arm.
+        holds: How often each is held.
+        seed: Of everything random.
+    """
+    held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
+    felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
+    return learn(felt, {tool.name: measure_drawing(tool) for tool in held}, list_colours(held), settings)
+
+
+def list_colours(tools: Sequence[Tool]) -> list[Colour]:
+    """The colours that tools show, each once, in the order of their parts."""
+    return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
+
+
+def _teach(
+    memory: Memory,
+    features: Sequence[ComponentFeatures],
+    felt: TorqueStatistics,
+    settings: Settings,
+    noise: NoiseModel,
+) -> Memory:
+    belief = predict_object(features, memory, settings.prior)
+    num_joints = _count_joints(felt, noise)
+    posterior, _ = condition_on_torques(belief, felt, num_joints, noise, settings.prior.deviation_sd)
+    return posterior.memory
+
+
+def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
+    """How many joints features of such a length are of."""
+    count = 1
+    while noise.num_features(count) < len(felt.features):
+        count += 1
+    return count
+
+
+def _average(noise: NoiseModel, count: int) -> NoiseModel:
+    """The noise of the mean of several holds; where each sample has its own error, their number says it already."""
+    if not isinstance(noise, WeberNoise) or noise.independent_samples:
+        return noise
+    shrink = 1.0 / np.sqrt(count)
+    return replace(noise, weber_fraction=shrink * noise.weber_fraction, threshold=shrink * noise.threshold)

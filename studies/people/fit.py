@@ -1,0 +1,110 @@
+"""The fit of kappa to Linear+ and Linear++: one number, two groups, and how well these determine it.
+
+What is compared is the learned fraction f of each group, people's against that of simulated observers. Its error in
+people follows from the published intervals; simulated means have one too, which counts. With Gaussian errors
+
+    log L(kappa) = -1/2 sum over groups (f_people - f(kappa))^2 / (se_people^2 + se(kappa)^2) - log of their roots
+
+Nothing but kappa is free, so this is its profile likelihood; where it is within 1.92 of its largest value is the
+95 % interval. Between the values of kappa that were simulated, f and its error are interpolated linearly.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import chi2
+
+from affordance.arrays import Array
+from affordance.belief.learner import Learner
+from affordance.settings import Settings
+from studies.people.fraction import Fraction
+from studies.people.lift_experiment import simulate_observers
+from studies.people.linear_plus import GROUPS, Group, build_experiment
+
+_CONFIDENCE = 0.95
+# Steps of kappa in which the interpolated likelihood is searched.
+_STEP = 0.001
+
+
+class KappaFit(NamedTuple):
+    """What the two groups say of kappa, for one learner.
+
+    Attributes:
+        kappas: Those simulated, K of them, increasing.
+        fractions: Mean learned fraction of simulated observers, (K, groups).
+        fraction_ses: Standard errors of it, (K, groups).
+        grid: Where the likelihood was computed, (N,).
+        log_likelihood: There, less its largest value, (N,).
+        kappa: Where it is largest.
+        low: Lower end of the 95 % interval; the smallest simulated if the likelihood does not end it.
+        high: Upper end; the largest simulated if the likelihood does not end it.
+    """
+
+    kappas: Array
+    fractions: Array
+    fraction_ses: Array
+    grid: Array
+    log_likelihood: Array
+    kappa: float
+    low: float
+    high: float
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the interval ends within what was simulated, on either side."""
+        return bool(self.low > self.grid[0] and self.high < self.grid[-1])
+
+
+def simulate_fraction(
+    group: Group, learner: Learner, kappa: float, settings: Settings, *, repeats: int, seed: int, jobs: int
+) -> tuple[float, float]:
+    """Mean learned fraction of simulated observers, at least 2, and its standard error."""
+    experiment = build_experiment(group)
+    observers = simulate_observers(experiment, learner, settings, repeats=repeats, seed=seed, jobs=jobs, kappa=kappa)
+    fractions = observers.measure(experiment.measures["f"])
+    return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(repeats))
+
+
+def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:
+    """Finds kappa and its interval.
+
+    Args:
+        kappas: Values that were simulated, (K,), increasing.
+        fractions: Mean learned fraction of simulated observers, (K, groups).
+        fraction_ses: Standard errors of it, (K, groups).
+        people: Learned fraction of people, of each group.
+    """
+    grid = np.arange(kappas[0], kappas[-1] + 0.5 * _STEP, _STEP)
+    log_likelihood = np.zeros(len(grid))
+    for group, found in enumerate(people):
+        mean = np.interp(grid, kappas, fractions[:, group])
+        variance = found.se**2 + np.interp(grid, kappas, fraction_ses[:, group]) ** 2
+        log_likelihood -= 0.5 * ((found.mean - mean) ** 2 / variance + np.log(variance))
+    log_likelihood -= log_likelihood.max()
+    inside = grid[log_likelihood >= -0.5 * chi2.ppf(_CONFIDENCE, 1)]
+    best = float(grid[log_likelihood.argmax()])
+    return KappaFit(kappas, fractions, fraction_ses, grid, log_likelihood, best, float(inside[0]), float(inside[-1]))
+
+
+def simulate_and_fit(
+    learner: Learner,
+    kappas: Array,
+    people: list[Fraction],
+    settings: Settings,
+    *,
+    repeats: int,
+    seed: int,
+    jobs: int,
+) -> KappaFit:
+    """Simulates both groups at each kappa, and fits it; arguments are those of the functions above."""
+    found = np.array(
+        [
+            [
+                simulate_fraction(group, learner, float(kappa), settings, repeats=repeats, seed=seed, jobs=jobs)
+                for group in GROUPS
+            ]
+            for kappa in kappas
+        ]
+    )
+    return fit_kappa(kappas, found[..., 0], found[..., 1], people)

@@ -1,0 +1,115 @@
+"""`affordance fit-kappa`: fits the breadth of a category to two groups of people, with how well they determine it."""
+
+import argparse
+import time
+from typing import Any
+
+import numpy as np
+from scipy.stats import chi2
+
+from affordance.belief.learner import Learner
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_json
+from affordance.reporting.figures import save_figure
+from affordance.reporting.people_figures import Interval, draw_kappa_fit
+from affordance.runs.repeats import list_versions, prepare_folder
+from affordance.simulation.static_lifts import check_closed_form
+from studies.people.fit import KappaFit, simulate_and_fit
+from studies.people.fraction import Fraction, estimate_people_fraction
+from studies.people.linear_plus import GROUPS
+
+HELP = "fit kappa, the breadth of a category, to Linear+ and Linear++"
+_LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declares the options."""
+    add_repeats(parser, 100, "simulated observers at each kappa")
+    add_seed(parser, 1)
+    add_jobs(parser)
+    add_set(parser)
+    parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
+    parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
+    parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
+    add_out(parser)
+    add_models(parser, "people/, the published values")
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Fits kappa for each learner with kinds, prints it, and writes OUT/kappa/.
+
+    Raises:
+        BadValueError: An option is out of bounds, or a file with people's values is wrong.
+    """
+    if not 0.0 < arguments.lowest < arguments.highest:
+        problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
+        raise BadValueError("--lowest", "", problem)
+    check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "kappa is fitted to every learner with kinds")
+    settings = change_by_name(arguments)
+    check_closed_form(settings)
+    for option, value, least in (("--count", arguments.count, 3), ("--repeats", arguments.repeats, 2)):
+        if value < least:
+            raise BadValueError(option, "", f"is {value}, must be at least {least}")
+    folder = prepare_folder(arguments.out) / "kappa"
+    people = [estimate_people_fraction(group.load_people(arguments.models)) for group in GROUPS]
+    kappas = np.linspace(arguments.lowest, arguments.highest, arguments.count)
+    numbers: dict[str, Any] = {}
+    for learner in _LEARNERS:
+        start = time.perf_counter()
+        fit = simulate_and_fit(
+            learner,
+            kappas,
+            people,
+            settings,
+            repeats=arguments.repeats,
+            seed=arguments.seed,
+            jobs=arguments.jobs,
+        )
+        _report(learner, fit, people)
+        save_figure(_draw(learner, fit, people), folder, learner.value)
+        numbers[learner.value] = {**fit._asdict(), "wall_s": time.perf_counter() - start}
+    content = {
+        "learners": numbers,
+        "people": {group.name: found for group, found in zip(GROUPS, people, strict=True)},
+        "seed": arguments.seed,
+        "repeats": arguments.repeats,
+        "versions": list_versions(),
+    }
+    write_json(folder / "metrics.json", content)
+    return 0
+
+
+def _report(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
+    print(f"{learner.value}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
+    print("" if fit.is_bounded else ", which what was simulated does not bound on both sides")
+    for group, found, column in zip(GROUPS, people, range(len(GROUPS)), strict=True):
+        at_best = np.interp(fit.kappa, fit.kappas, fit.fractions[:, column])
+        print(f"    {group.title:9s} f {at_best:.2f}, people {found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]")
+    for kappa, fractions, errors in zip(fit.kappas, fit.fractions, fit.fraction_ses, strict=True):
+        cells = (f"{mean:6.3f} +- {se:.3f}" for mean, se in zip(fractions, errors, strict=True))
+        log_likelihood = np.interp(kappa, fit.grid, fit.log_likelihood)
+        print(f"    kappa {kappa:.3f}   f " + "   ".join(cells) + f"   log likelihood {log_likelihood:7.2f}")
+
+
+def _draw(learner: Learner, fit: KappaFit, people: list[Fraction]) -> Any:
+    return draw_kappa_fit(
+        {group.title: (fit.fractions[:, column], fit.fraction_ses[:, column]) for column, group in enumerate(GROUPS)},
+        [Interval(found.mean, found.low, found.high) for found in people],
+        (fit.grid, fit.log_likelihood),
+        kappas=fit.kappas,
+        best=Interval(fit.kappa, fit.low, fit.high),
+        threshold=-0.5 * float(chi2.ppf(0.95, 1)),
+        title=f"The fit of kappa to Linear+ and Linear++, {learner.value}",
+    )

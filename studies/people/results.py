@@ -1,0 +1,242 @@
+"""Runs Linear+ and Linear++ for every learner, and writes numbers, figures and trajectories beside people's."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from affordance.belief.learner import Learner
+from affordance.belief.learners import KAPPA
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
+from affordance.protocols.published import PublishedTable
+from affordance.reporting.figures import save_figure
+from affordance.reporting.findings import Finding, build_section
+from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_object
+from affordance.reporting.report import write_report, write_section
+from affordance.reporting.section import Section
+from affordance.reporting.statistics import estimate_mean, estimate_proportion
+from affordance.runs.repeats import list_versions
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.clamp_trial import tabulate_excursions
+from affordance.simulation.trial import get_runner
+from studies.people.fraction import estimate_people_fraction
+from studies.people.lift_experiment import LiftExperiment, Observers, simulate_observers
+from studies.people.linear_plus import (
+    NUM_LAST_CYCLES,
+    Group,
+    build_experiment,
+    list_test_cycles,
+)
+
+# What people's numbers are of.
+MEASURES = ("first_N", "end_N", "family_N", "f")
+FIGURE = "test_object"
+_LABELS = {
+    Learner.DENSITY: "one density for each colour",
+    Learner.KINDS_MAP: "kinds, most probable",
+    Learner.KINDS_DRAWN: "kinds, drawn",
+}
+# How long the object is held after release in the simulated lifts, until the hand has come to rest, [s].
+_HELD = 1.0
+
+
+@dataclass(frozen=True)
+class PeopleConfig:
+    """What is run.
+
+    Attributes:
+        group: Which group of people is simulated.
+        models: Folder with the published values.
+        seed: Root of every random draw.
+        settings: What all simulations share.
+    """
+
+    group: Group
+    models: Path = MODELS
+    seed: int = 0
+    settings: Settings = DEFAULT_SETTINGS
+
+
+def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
+    """Simulates a group for every learner, and writes metrics.json, figure and trajectories.
+
+    Args:
+        config: What is run.
+        folder: Receives the files.
+        repeats: Observers of each learner, at least 2.
+        jobs: Number of processes.
+
+    Returns: The numbers of metrics.json.
+
+    Raises:
+        BadValueError: The file with people's values is wrong.
+    """
+    start = time.perf_counter()
+    people = config.group.load_people(config.models)
+    experiment = build_experiment(config.group)
+    observers = {
+        learner: simulate_observers(
+            experiment, learner, config.settings, repeats=repeats, seed=config.seed, jobs=jobs
+        )
+        for learner in Learner
+    }
+    simulated_s = time.perf_counter() - start
+    numbers = compute_metrics(experiment, observers, people)
+    numbers["excursion_m"] = _compute_excursions(config, experiment, observers)
+    numbers["lifts_per_s"] = sum(each.force.size for each in observers.values()) / simulated_s
+    save_figure(draw(config.group, experiment, observers, people), folder, FIGURE)
+    _write_lifts(folder / "trajectories.nc", experiment, observers)
+    numbers.update(
+        seed=config.seed,
+        repeats=repeats,
+        config=config,
+        versions=list_versions(),
+        wall_s=time.perf_counter() - start,
+    )
+    write_section(folder, describe(config.group, numbers, repeats))
+    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_report(folder.parent)
+    return numbers
+
+
+def compute_metrics(
+    experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
+) -> dict[str, Any]:
+    """Computes the numbers of metrics.json: learners, people and kappa, and what else is asked of them.
+
+    Raises:
+        BadValueError: The table of people's values lacks a row that is needed.
+    """
+    learners: dict[str, dict[str, Any]] = {}
+    for learner, found in observers.items():
+        learners[learner.value] = {}
+        for name in MEASURES:
+            estimate = estimate_mean(found.measure(experiment.measures[name]))
+            learners[learner.value][name] = float(estimate.mean)
+            learners[learner.value][f"{name}_ci95"] = estimate.ci95
+    published: dict[str, Any] = {}
+    for name in MEASURES[:-1]:
+        value = people.get(name)
+        published[name] = value.value
+        published[f"{name}_ci95"] = [value.low, value.high]
+    fraction = estimate_people_fraction(people)
+    published["f"], published["f_ci95"] = fraction.mean, [fraction.low, fraction.high]
+    needless = {learner: found.count_needless_kinds(experiment.honest) for learner, found in observers.items()}
+    correlation = experiment.measures["training_correlation"]
+    return {
+        "learners": learners,
+        "people": published,
+        "kappa": {learner.value: KAPPA[learner.pick] for learner in observers if learner.pick is not None},
+        "needless_kinds": {
+            learner.value: float(estimate_proportion(np.array(count), lifts).mean)
+            for learner, (count, lifts) in needless.items()
+        },
+        "training_correlation": {
+            learner.value: float(found.measure(correlation).mean()) for learner, found in observers.items()
+        },
+        "training_correlation_people": people.get("training_correlation").value,
+    }
+
+
+def draw(
+    group: Group, experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
+) -> Figure:
+    """Draws the test object lift by lift, a panel a learner, people's intervals in each."""
+    curves = [
+        LiftCurve(_LABELS[learner], *list_test_cycles(experiment, found)) for learner, found in observers.items()
+    ]
+    first, end, family = (
+        Interval(value.value, value.low, value.high) for value in (people.get(name) for name in MEASURES[:-1])
+    )
+    return draw_test_object(
+        curves,
+        weight=people.get("weight_N").value,
+        first=first,
+        end=end,
+        family=family,
+        num_last=NUM_LAST_CYCLES,
+        title=f"{group.title}: the test object weighs {group.test_mass:g} kg, its family predicts 0.9 kg",
+    )
+
+
+def describe(group: Group, numbers: Mapping[str, Any], repeats: int) -> Section:
+    """Puts the numbers beside people's."""
+    people = numbers["people"]
+    claims = []
+    for learner in Learner:
+        found = numbers["learners"][learner.value]
+        for name, what in (
+            ("first_N", "first lift of the test object, N"),
+            ("end_N", "force for it at the end, N"),
+            ("f", "learned fraction of its own weight"),
+        ):
+            low, high = people[f"{name}_ci95"]
+            claims.append(
+                Finding(
+                    text=f"{_LABELS[learner]}: {what}, is what people did ({people[name]:.2f})",
+                    criterion="within their 95 % interval",
+                    bound=[low, high],
+                    value=found[name],
+                    met=bool(low <= found[name] <= high),
+                )
+            )
+    kappas = " and ".join(f"{value:g} ({name})" for name, value in numbers["kappa"].items())
+    return build_section(
+        order=11,
+        title=f"{group.title}: an odd member of a family of objects (Cesanek and others 2021)",
+        summary=(
+            f"{repeats} simulated observers of each learner lift four objects of one look, 30 times each, and then "
+            f"one more of {group.test_mass:g} kg whose size predicts 0.9 kg, 40 times among them. Force is what is "
+            "exerted against a stiff clamp before release. kappa, the breadth of a category, was fitted to this "
+            f"group and the other one: {kappas}; nothing else was fitted."
+        ),
+        captions={
+            f"{FIGURE}.png": (
+                "Force before each lift of the test object; thin lines are single observers. Black: people's first "
+                "lift, their mean over the last 16 cycles, and (triangle) what their other objects predict then."
+            )
+        },
+        findings=claims,
+        remarks=[
+            "The interval of people's f follows from those published of its two forces, taken as independent.",
+            "Observers differ by what they feel, and by what they draw; people differ in how hard they push besides, "
+            "so single observers scatter less than people, and correlate more closely with the weights they lift "
+            f"({numbers['training_correlation']['density']:.2f} and {numbers['training_correlation_people']:.2f}).",
+            "The score that people saw after each lift is not modelled; what is felt of the weight stands for it.",
+        ],
+    )
+
+
+def _compute_excursions(
+    config: PeopleConfig, experiment: LiftExperiment, observers: Mapping[Learner, Observers]
+) -> dict[str, dict[str, float]]:
+    """Mean farthest movement of the hand at release of the test object, in its first lift and at the end, [m]."""
+    table = tabulate_excursions(get_runner(config.settings), experiment.tools[-1], duration=_HELD)
+    excursions = {}
+    for learner, found in observers.items():
+        moved = table.interpolate(list_test_cycles(experiment, found)[0])
+        excursions[learner.value] = {
+            "first": float(moved[:, 0].mean()),
+            "end": float(moved[:, -NUM_LAST_CYCLES:].mean()),
+        }
+    return excursions
+
+
+def _write_lifts(path: Path, experiment: LiftExperiment, observers: Mapping[Learner, Observers]) -> None:
+    """Writes what every observer lifted and exerted."""
+    variables = {}
+    for learner, found in observers.items():
+        name = learner.value
+        axes = ("observer", "lift")
+        variables[f"tool_{name}"] = LabelledArray(
+            axes, found.tool, "1", f"place of the object among the names, {name}"
+        )
+        variables[f"force_{name}"] = LabelledArray(axes, found.force, "N", f"upward force before release, {name}")
+        variables[f"weight_{name}"] = LabelledArray(axes, found.weight, "N", f"true weight, {name}")
+    write_trajectories(path, Trajectories(variables, {"tool": [tool.name for tool in experiment.tools]}))

@@ -1,0 +1,121 @@
+"""Pictures of the study on real recordings."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
+from studies.recorded.panda import PandaResult
+
+_TO_90 = 1.645
+_PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\nprogram", "ours": "ours"}
+
+
+class Weighing(NamedTuple):
+    """A mass beside what it should be.
+
+    Attributes:
+        name: Of the run or the object.
+        mean: As identified, [kg].
+        low: Of the 90 % interval, [kg].
+        high: Of the same.
+        truth: On a scale, [kg].
+    """
+
+    name: str
+    mean: float
+    low: float
+    high: float
+    truth: float
+
+
+def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
+    """Draws identified masses with their 90 % intervals beside what scales say.
+
+    Args:
+        pair: The UR10e's load, by several analyses.
+        empty: Its empty run taken for a loaded one.
+        objects: Those of the servo arm.
+    """
+    figure = Figure(figsize=(12.0, 3.8))
+    left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.1))
+    _draw_weighings(left, pair, 1.0)
+    left.set_ylabel("mass (kg)")
+    left.set_title("UR10e: gains from the other half", fontsize=FONT_SIZE)
+    left.legend(frameon=False)
+    _draw_weighings(middle, [empty], 1e3)
+    middle.set_ylabel("mass (g)")
+    middle.set_title("UR10e: an empty run", fontsize=FONT_SIZE)
+    _draw_weighings(right, objects, 1e3)
+    right.set_ylabel("mass (g)")
+    right.set_title("Servo arm: gains from the other two objects", fontsize=FONT_SIZE)
+    tidy(left, middle, right)
+    return figure
+
+
+def draw_injections(result: PandaResult) -> Figure:
+    """Draws errors of injected payloads against what was claimed, and coverage by what is assumed of the noise."""
+    figure = Figure(figsize=(12.0, 4.0))
+    left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
+    for k, (length, each) in enumerate(result.injections.items()):
+        error = 1e3 * (each.mean[:, 0] - each.truth[:, 0])
+        colour = OBJECT_COLOURS[k]
+        left.plot(each.truth[:, 0], error, ".", color=colour, alpha=0.6, label=f"{length} s")
+        sd = 1e3 * _TO_90 * float(np.median(each.sd[:, 0]))
+        left.axhline(sd, color=colour, linewidth=0.8, linestyle="--")
+        left.axhline(-sd, color=colour, linewidth=0.8, linestyle="--")
+    left.set_xscale("log")
+    left.set_xlabel("true mass (kg)")
+    left.set_ylabel("error of the mass (g)")
+    left.set_title("Errors; dashed: half of the median 90 % interval", fontsize=FONT_SIZE)
+    left.legend(frameon=False, title="window")
+    bars = {f"{length} s": float(each.inside[:, 0].mean()) for length, each in result.injections.items()}
+    bars |= {
+        "5 s, white\nnoise": float(result.control.inside[:, 0].mean()),
+        "5 s, least\nsquares": float(result.least_squares[:, 1].mean()),
+    }
+    colours = [*OBJECT_COLOURS[: len(result.injections)], "#999999", "#555555"]
+    _draw_bars(right, bars, colours)
+    right.axhline(0.9, color="#000000", linewidth=0.8, linestyle=":")
+    right.set_ylim(0.0, 1.08)
+    right.set_title("Share of 90 % intervals of the mass that hold it", fontsize=FONT_SIZE)
+    tidy(left, right)
+    return figure
+
+
+def draw_peers(peers: dict[str, dict[str, float]]) -> Figure:
+    """Draws errors and times of methods side by side."""
+    figure = Figure(figsize=(9.0, 3.4))
+    left, right = figure.subplots(1, 2)
+    colours = ["#999999", "#555555", OBJECT_COLOURS[0]]
+    _draw_bars(left, {_PEER_LABELS[name]: 100.0 * each["mass_error"] for name, each in peers.items()}, colours)
+    left.set_ylabel("error of the mass (%)")
+    left.set_title("UR10e halves, mean", fontsize=FONT_SIZE)
+    _draw_bars(right, {_PEER_LABELS[name]: 1e3 * each["s"] for name, each in peers.items()}, colours)
+    right.set_ylabel("time to solution (ms)")
+    right.set_title("25 s at 100 Hz; ours with intervals", fontsize=FONT_SIZE)
+    tidy(left, right)
+    return figure
+
+
+def _draw_weighings(axes: Axes, weighings: Sequence[Weighing], scale: float) -> None:
+    for k, each in enumerate(weighings):
+        error = scale * np.array([[each.mean - each.low], [each.high - each.mean]])
+        axes.errorbar(k, scale * each.mean, error, fmt="o", color=OBJECT_COLOURS[0], capsize=4.0)
+        label = "on a scale" if k == 0 else None
+        axes.plot([k - 0.3, k + 0.3], [scale * each.truth] * 2, color=OBJECT_COLOURS[2], label=label)
+    axes.set_xticks(range(len(weighings)), [each.name for each in weighings])
+    axes.set_xlim(-0.6, len(weighings) - 0.4)
+
+
+def _draw_bars(axes: Axes, values: dict[str, float], colours: list[str]) -> None:
+    axes.bar(range(len(values)), list(values.values()), color=colours, width=0.6)
+    for k, value in enumerate(values.values()):
+        box = {"facecolor": "white", "edgecolor": "none", "pad": 0.5}
+        axes.annotate(
+            f"{value:.3g}", (k, value), (0, 3), textcoords="offset points", ha="center", fontsize=9, bbox=box
+        )
+    axes.set_xticks(range(len(values)), list(values), fontsize=8)

@@ -1,0 +1,175 @@
+"""Payloads put into the real noise of a Panda: its measured torques, plus those of random payloads.
+
+An injected payload is felt through no sensor, so gains are exact here; all else is as on a robot that holds one. The
+arm is fitted outside the window in which a payload is identified, half a second of guard at either side.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from tqdm import tqdm
+
+from affordance.arrays import Array
+from affordance.identification.evidence import Evidence
+from affordance.identification.fitted_arm import CELL
+from affordance.identification.gains import Gains, build_nominal_gains
+from affordance.identification.inference import infer
+from affordance.identification.payload_belief import describe_bodies
+from affordance.identification.preparation import PreparedRun, prepare
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.identification.unpaired_runs import EmptyArm, build_unpaired_evidence, fit_empty_arm
+from studies.recorded.clones import PandaData
+from studies.recorded.peers import solve_least_squares
+from studies.recorded.random_payloads import draw_payload
+
+LENGTHS = (2, 5, 10)  # of the windows, [s]
+_CONTROL = 5  # in which white noise is assumed for comparison, [s]
+_MASSES = (0.1, 3.0)
+_GUARD = 1  # [cells]
+
+
+class Injections(NamedTuple):
+    """Identified payloads of one length of window; shapes (N,) or (N, 10), quantities as in payload_belief.
+
+    Attributes:
+        truth: Mass, centre of mass, moments about it.
+        mean: Posterior means.
+        sd: Posterior standard deviations.
+        inside: Whether 90 % intervals hold the truth.
+        phantom: What does not average out, as estimated outside the window, [kg].
+    """
+
+    truth: Array
+    mean: Array
+    sd: Array
+    inside: Array
+    phantom: Array
+
+    @property
+    def mass_rmse(self) -> float:
+        """Root mean square error of the mass, [kg]."""
+        return float(np.sqrt(np.mean((self.mean[:, 0] - self.truth[:, 0]) ** 2)))
+
+
+class PandaResult(NamedTuple):
+    """What was found.
+
+    Attributes:
+        numbers: Those of metrics.json.
+        details: Those beside them.
+        injections: By length of window, [s].
+        control: With white noise assumed.
+        least_squares: The same windows by a peer: its masses and whether its 90 % intervals hold, shape (N, 2).
+    """
+
+    numbers: dict[str, Any]
+    details: dict[str, Any]
+    injections: dict[int, Injections]
+    control: Injections
+    least_squares: Array
+
+
+def study_panda(data: PandaData, settings: IdentificationSettings, *, num_injections: int, seed: int) -> PandaResult:
+    """Identifies random payloads in random windows."""
+    study = _PandaStudy(data, settings)
+    white = replace(settings, correlated_noise=False, floor=False)
+    injections = {
+        length: study.inject(length, settings, num_injections=num_injections, seed=seed) for length in LENGTHS
+    }
+    control = study.inject(_CONTROL, white, num_injections=num_injections, seed=seed)
+    least_squares = study.solve_peer(_CONTROL, num_injections=num_injections, seed=seed)
+    numbers = {
+        "coverage_mass": {str(length): each.inside[:, 0].mean() for length, each in injections.items()},
+        "rmse_mass_g_5s": 1e3 * injections[_CONTROL].mass_rmse,
+        "white_coverage_mass_5s": control.inside[:, 0].mean(),
+    }
+    details = {
+        "injections": num_injections,
+        "coverage_com": {str(length): each.inside[:, 1:4].mean() for length, each in injections.items()},
+        "coverage_moments": {str(length): each.inside[:, 4:7].mean() for length, each in injections.items()},
+        "rmse_mass_g": {str(length): 1e3 * each.mass_rmse for length, each in injections.items()},
+        "median_sd_mass_g": {str(length): 1e3 * np.median(each.sd[:, 0]) for length, each in injections.items()},
+        "phantom_g": {str(length): 1e3 * np.median(each.phantom) for length, each in injections.items()},
+        "white_sd_mass_g_5s": 1e3 * np.median(control.sd[:, 0]),
+        "least_squares_coverage_mass_5s": least_squares[:, 1].mean(),
+        "least_squares_rmse_mass_g_5s": 1e3 * np.sqrt(np.mean(least_squares[:, 0] ** 2)),
+        "distinct_windows": {str(length): study.count_windows(length) for length in LENGTHS},
+    }
+    return PandaResult(numbers, details, injections, control, least_squares)
+
+
+class _PandaStudy:
+    """The prepared log, and arms fitted outside each window, kept."""
+
+    def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
+        self._robot, self._run = data.robot, data.empty
+        self._prepared = prepare(data.empty, settings)
+        nominal = build_nominal_gains(data.robot.joint_names, SignalKind.JOINT_TORQUE, settings)
+        self._gains = replace(nominal, covariance=np.zeros_like(nominal.covariance), source="exact: injected")
+        self._length = round(CELL * self._prepared.rate)
+        self._num_cells = len(self._prepared.times) // self._length
+        self._regressors = data.robot.compute_payload_regressors(
+            self._prepared.q, self._prepared.v, self._prepared.vdot
+        )
+        self._arms: dict[tuple[int, int, IdentificationSettings], EmptyArm] = {}
+
+    def count_windows(self, length: int) -> int:
+        """How many windows of a length there are; few of them do not overlap."""
+        return self._num_cells - round(length / CELL) + 1
+
+    def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
+        """Identifies random payloads in windows of a length, [s]."""
+        rng = np.random.default_rng((seed, length))
+        truths, means, sds, inside, phantoms = [], [], [], [], []
+        for _ in tqdm(range(num_injections), desc=f"Panda, {length} s", unit="payload"):
+            first = int(rng.integers(self.count_windows(length)))
+            payload = draw_payload(rng, _MASSES).parameters
+            evidence, phantom = self._build_evidence(first, length, payload, settings)
+            if not settings.correlated_noise:
+                evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
+            marginals = infer(evidence, self._gains, settings=settings).belief.marginals
+            truth = describe_bodies(payload[None])[0]
+            truths.append(truth)
+            means.append(marginals.mean)
+            sds.append(marginals.sd)
+            inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
+            phantoms.append(phantom)
+        return Injections(*(np.array(each, dtype=float) for each in (truths, means, sds, inside, phantoms)))
+
+    def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
+        """Errors of the mass by least squares, [kg], and whether its 90 % intervals hold; the same payloads."""
+        rng = np.random.default_rng((seed, length))
+        found = []
+        for _ in range(num_injections):
+            first = int(rng.integers(self.count_windows(length)))
+            payload = draw_payload(rng, _MASSES).parameters
+            evidence, _ = self._build_evidence(first, length, payload, IdentificationSettings())
+            estimate = solve_least_squares(evidence, self._gains)
+            error = estimate.parameters[0] - payload[0]
+            found.append([error, float(abs(error) <= 1.645 * estimate.mass_sd)])
+        return np.array(found)
+
+    @property
+    def gains(self) -> Gains:
+        """Exact ones."""
+        return self._gains
+
+    def _build_evidence(
+        self, first: int, length: int, payload: Array, settings: IdentificationSettings
+    ) -> tuple[Evidence, float]:
+        cells = round(length / CELL)
+        arm = self._fit_outside(first, cells, settings)
+        rows = slice(first * self._length, (first + cells) * self._length)
+        part: PreparedRun = self._prepared.select(rows)
+        part = part._replace(signal=part.signal + self._regressors[rows] @ payload)
+        return build_unpaired_evidence(self._robot, arm, self._run, part, settings), arm.phantom_mass
+
+    def _fit_outside(self, first: int, cells: int, settings: IdentificationSettings) -> EmptyArm:
+        key = (first, cells, settings)
+        if key not in self._arms:
+            kept = np.ones(self._num_cells, dtype=bool)
+            kept[max(0, first - _GUARD) : first + cells + _GUARD] = False
+            signal = self._prepared.signal
+            self._arms[key] = fit_empty_arm(self._robot, [self._prepared], [signal], self._gains, settings, kept)
+        return self._arms[key]

@@ -1,0 +1,149 @@
+"""Are the intervals as wide as they should be, where the truth is drawn from what is believed?
+
+Bodies drawn from the prior, and seen objects with a lump that was not seen, held in windows of the Panda's motion.
+Gains, friction and errors are drawn as the likelihood has them, so that what is tested is the posterior alone.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from affordance.arrays import Array, Mask
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import ObjectBelief
+from affordance.identification.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.evidence import no_phantom
+from affordance.identification.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.part_posterior import SeenObject, infer_parts
+from affordance.identification.payload_belief import describe_bodies, summarise
+from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.preparation import PreparedRun
+from affordance.identification.robot_chain import RobotChain
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.identification.solid_prior import SolidPrior
+from affordance.objects.geometry import Geometry
+from studies.recorded.random_payloads import RandomPayload, draw_payload
+
+_LENGTH = 5.0  # [s]
+_MASSES = (0.1, 3.0)
+# Of materials never felt, as everywhere (settings.py).
+_MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
+
+
+@dataclass(frozen=True)
+class _World:
+    """Where bodies are held."""
+
+    robot: RobotChain
+    prepared: PreparedRun
+    variance: Array  # long-run, of each joint
+    settings: IdentificationSettings
+
+    def hold(self, pi: Array, rng: np.random.Generator) -> PayloadLikelihood:
+        """Holds a body through a random window; returns its likelihood."""
+        n = self.robot.num_joints
+        rows = round(_LENGTH * self.prepared.rate)
+        first = int(rng.integers(len(self.prepared.times) - rows))
+        part = self.prepared.select(slice(first, first + rows))
+        prior = self.settings.get_prior(SignalKind.JOINT_TORQUE)
+        Y = self.robot.compute_payload_regressors(part.q, part.v, part.vdot)
+        direction = np.sign(part.v)
+        gain = 1.0 + prior.gain_sd * rng.standard_normal(n)
+        c = prior.friction_sd * rng.standard_normal((3, n))
+        error = np.sqrt(self.variance) * rng.standard_normal((rows, n))
+        signal = gain * (Y @ pi) + c[0] * direction + c[1] * part.v + c[2] + error
+        zero = np.zeros_like(signal)
+        used = np.abs(part.v) >= self.settings.min_speed
+        samples = ChannelSamples(Y, zero, zero, direction, part.v, signal, used)
+        known = ChannelPrior(
+            np.tile([1.0, 0.0], (n, 1)),
+            np.tile(np.diag([prior.gain_sd**2, 0.0]), (n, 1, 1)),
+            np.zeros((n, 3)),
+            np.full((n, 3), prior.friction_sd),
+            *no_phantom(),
+        )
+        return PayloadLikelihood(compute_statistics(samples, rows), known, self.variance)
+
+
+def measure_coverage(
+    robot: RobotChain,
+    prepared: PreparedRun,
+    variance: Array,
+    settings: IdentificationSettings,
+    *,
+    num_draws: int,
+    seed: int,
+) -> dict[str, Any]:
+    """Measures coverage of 90 % intervals; the keys are those of metrics.json.
+
+    Args:
+        robot: The arm.
+        prepared: Its motion.
+        variance: Long-run variance of each joint's error, shape (n,).
+        settings: Of nuisances and samples.
+        num_draws: Bodies of each kind.
+        seed: Of all draws.
+    """
+    world = _World(robot, prepared, variance, settings)
+    solid = SolidPrior.for_hand()
+    rng = np.random.default_rng((seed, 1))
+    inside = []
+    for _ in tqdm(range(num_draws), desc="own prior", unit="body"):
+        pi = solid.draw_parameters(rng, 1)[0]
+        likelihood = world.hold(pi, rng)
+        bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, settings.num_samples)
+        inside.append(_find_inside(bodies, pi))
+    coverage = np.mean(inside, axis=0)
+    rng = np.random.default_rng((seed, 2))
+    hidden = [_hide_and_find(world, rng) for _ in tqdm(range(num_draws), desc="hidden part", unit="object")]
+    return {
+        "prior_coverage": {
+            "mass": coverage[0],
+            "com": coverage[1:4].mean(),
+            "inertia": coverage[4:7].mean(),
+        },
+        "hidden_part_com_coverage": float(np.mean(hidden)),
+    }
+
+
+def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
+    """Share of the centre's coordinates whose intervals hold it, a fifth of the mass being in an unseen lump."""
+    seen = draw_payload(rng, _MASSES)
+    share = world.settings.unseen_share
+    lump = _build_lump(rng.uniform(seen.low, seen.high))
+    pi = (1.0 - share) * seen.parameters + share * seen.parameters[0] * lump
+    parts = infer_parts(
+        world.hold(pi, rng),
+        _see(seen).place(np.eye(4)),
+        deviation_sd=_MATERIAL_PRIOR.deviation_sd,
+        unseen_share=share,
+        rng=rng,
+        num_samples=world.settings.num_samples,
+    )
+    return float(np.mean(_find_inside(parts.bodies, pi)[1:4]))
+
+
+def _see(payload: RandomPayload) -> SeenObject:
+    """What a camera says: the geometry, and of each part that it is of a material of its own, never felt."""
+    num_parts = payload.Phi.shape[1]
+    colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
+    memory = MaterialMemory().add_colours(colours, _MATERIAL_PRIOR)
+    densities = memory.belief.add_object_variation(_MATERIAL_PRIOR.deviation_sd)
+    geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
+    return SeenObject(ObjectBelief(memory, densities, geometry), payload.low, payload.high)
+
+
+def _build_lump(p: Array) -> Array:
+    """Parameters of a point mass of one kilogram at a place, shape (3,), [m]."""
+    x, y, z = p
+    return np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+
+
+def _find_inside(bodies: WeightedBodies, pi: Array) -> Mask:
+    marginals = summarise(describe_bodies(bodies.pi), bodies.weights)
+    truth = describe_bodies(pi[None])[0]
+    inside: Mask = (marginals.low90 <= truth) & (truth <= marginals.high90)
+    return inside

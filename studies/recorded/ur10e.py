@@ -1,0 +1,91 @@
+"""A UR10e with a weighed load: motor currents, gains unknown."""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.calibration import calibrate_gains
+from affordance.identification.empty_check import weigh_empty_hand
+from affordance.identification.evidence import Evidence
+from affordance.identification.gains import Gains
+from affordance.identification.half_check import HalfCheck, check_halves
+from affordance.identification.identify import Runs, identify, identify_in_detail
+from affordance.identification.inference import Identification
+from affordance.identification.paired_runs import pair_runs
+from affordance.identification.settings import IdentificationSettings
+from studies.recorded.clones import UR10E_LOAD, Ur10eData
+
+# Joints whose load friction is reported, counted from 1.
+_LOADED_JOINTS = (2, 3)
+_WINDOW = 6.0  # in which gains are found anew, to see whether they drift, [s]
+
+
+class Ur10eResult(NamedTuple):
+    """What was found.
+
+    Attributes:
+        numbers: Those of metrics.json.
+        details: Those beside them.
+        evidence: The pair.
+        gains: Of the whole run.
+        halves: Gains from one half, the mass from the other.
+        identification: The pair with these gains, for figures.
+    """
+
+    numbers: dict[str, Any]
+    details: dict[str, Any]
+    evidence: Evidence
+    gains: Gains
+    halves: HalfCheck
+    identification: Identification
+
+
+def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:
+    """Runs the study on the pair."""
+    robot = data.robot
+    evidence = pair_runs(robot, data.empty, data.loaded, settings)
+    gains = calibrate_gains(evidence, UR10E_LOAD, settings)
+    halves = check_halves(evidence, UR10E_LOAD, settings)
+    empty = weigh_empty_hand(robot, data.empty, gains.with_drift(settings), settings)
+    runs = Runs(data.loaded, (data.empty,))
+    fitted = identify(robot, runs, paired=False, gains=gains, settings=settings)
+    by_file = identify(robot, runs, settings=settings)
+    weighed = identify_in_detail(robot, runs, reference_mass=UR10E_LOAD, settings=settings)
+    numbers = {
+        "half_error": halves.error,
+        "half_inside": halves.inside,
+        "half_sd_kg": halves.sd,
+        "load_friction": [gains.load_friction[joint - 1] for joint in _LOADED_JOINTS],
+        "empty_as_load_kg": empty.parameters[0],
+        "empty_as_load_sd_kg": empty.mass_sd,
+    }
+    details = {
+        "half_mass_kg": halves.mass,
+        "half_com_m": halves.centre_of_mass,
+        "newton_metres_per_ampere": 1.0 / gains.mean[:, 0],
+        "gain_sd_relative": np.sqrt(gains.covariance[:, 0, 0]) / gains.mean[:, 0],
+        "load_friction_all": gains.load_friction,
+        "gain_scatter_in_windows": _measure_drift(evidence, weighed.belief.parameters, settings),
+        "unpaired_mass_kg": fitted.mass,
+        "unpaired_mass_sd_kg": fitted.mass_sd,
+        "gains_by_arm_weight_mass_kg": by_file.mass,
+        "gains_by_arm_weight_mass_sd_kg": by_file.mass_sd,
+        "gains_by_arm_weight_interval90": by_file.mass_interval90,
+    }
+    identification = identify_in_detail(robot, runs, gains=gains, settings=settings)
+    return Ur10eResult(numbers, details, evidence, gains, halves, identification)
+
+
+def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettings) -> Array:
+    """Scatter of each joint's gain over windows, the body being known, as a fraction; their error included."""
+    samples = evidence.samples
+    known = replace(
+        evidence,
+        samples=samples._replace(Y=np.zeros_like(samples.Y), tau_arm=samples.Y @ pi),
+        is_difference=True,
+    )
+    gains = [calibrate_gains(window, None, settings).mean[:, 0] for window in known.split(_WINDOW)]
+    scatter: Array = np.std(gains, axis=0, ddof=1) / np.mean(gains, axis=0)
+    return scatter

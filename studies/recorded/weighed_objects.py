@@ -1,0 +1,135 @@
+"""Objects weighed on a servo arm: how far its servos stay from where they are told to be, and nothing else.
+
+The signal is that position error; the gain and friction of each servo are found from two objects and their known
+torques, and the third is identified with them. How far the model errs is found from these two alone as well: each of
+them identified with the other's gains.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.calibration import calibrate_gains
+from affordance.identification.evidence import Evidence, no_phantom
+from affordance.identification.inference import infer
+from affordance.identification.joint_statistics import ChannelSamples
+from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass
+from affordance.identification.payload_belief import PayloadBelief
+from affordance.identification.payload_fit import build_channel_prior
+from affordance.identification.payload_likelihood import PayloadLikelihood
+from affordance.identification.preparation import Motion
+from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
+from studies.recorded.clones import WeighedObject
+
+# Position errors of servos: radians for a newton metre. Their gears lose more of the load than those of arms, so
+# nothing is said beforehand of load friction; gains drift as on any robot.
+SERVO_PRIOR = SignalPrior(gain_sd=0.02, load_friction=0.0, load_friction_sd=0.5, friction_sd=0.3)
+# Postures are held, one after the other: no rate, no filter.
+_RATE = 1.0
+
+
+class WeighedResult(NamedTuple):
+    """What was found.
+
+    Attributes:
+        numbers: Those of metrics.json.
+        details: Those beside them.
+        beliefs: By name of the object.
+    """
+
+    numbers: dict[str, Any]
+    details: dict[str, Any]
+    beliefs: dict[str, PayloadBelief]
+
+
+def study_weighed_objects(objects: dict[str, WeighedObject], settings: IdentificationSettings) -> WeighedResult:
+    """Identifies each object with gains from the others."""
+    beliefs, errors, inside, com, floors = {}, {}, [], {}, {}
+    for name, weighed in objects.items():
+        others = [other for key, other in objects.items() if key != name]
+        gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
+        floor = build_phantom_covariance(_estimate_floor(others, settings))
+        evidence = replace(_build_unknown(weighed), phantom_covariance=floor)
+        belief = infer(evidence, gains, settings=settings).belief
+        floors[name] = 1e3 * float(np.sqrt(floor[0, 0]))
+        low, high = belief.mass_interval90
+        beliefs[name] = belief
+        errors[name] = 1e3 * (belief.mass - weighed.mass)
+        inside.append(low <= weighed.mass <= high)
+        first_moment = belief.bodies.pi[:, 1:4]
+        mean = belief.bodies.weights @ first_moment
+        sd = np.sqrt(belief.bodies.weights @ (first_moment - mean) ** 2)
+        com[name] = {
+            "mean_g_cm": 1e5 * mean,
+            "sd_g_cm": 1e5 * sd,
+            "true_g_cm": 1e5 * weighed.first_moment,
+        }
+    numbers = {"inside": sum(inside), "rmse_g": float(np.sqrt(np.mean(np.square(list(errors.values())))))}
+    details = {
+        "mass_g": {name: 1e3 * belief.mass for name, belief in beliefs.items()},
+        "mass_sd_g": {name: 1e3 * belief.mass_sd for name, belief in beliefs.items()},
+        "true_g": {name: 1e3 * weighed.mass for name, weighed in objects.items()},
+        "error_g": errors,
+        "floor_g": floors,
+        "first_moment": com,
+        "load_friction": {name: belief.load_friction for name, belief in beliefs.items()},
+    }
+    return WeighedResult(numbers, details, beliefs)
+
+
+def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSettings) -> float:
+    """What the model gets wrong of one known object with gains from the other, as a phantom mass, [kg]."""
+    misfits = []
+    for known in objects:
+        others = [other for other in objects if other is not known]
+        gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
+        evidence = _build_unknown(known)
+        truth = np.zeros(10)
+        truth[:4] = known.mass, *known.first_moment
+        statistics = evidence.with_load(truth).compute_statistics(settings)
+        prior = build_channel_prior(evidence, gains, settings)
+        misfits.append(PayloadLikelihood(statistics, prior, gains.least_variance).linearise(truth).about(truth))
+    return estimate_phantom_mass(misfits)
+
+
+def _build_known(objects: Sequence[WeighedObject]) -> Evidence:
+    """Evidence in which the load is known, and counts as the arm's."""
+    torque = np.concatenate(
+        [each.arm_torque + each.regressors @ np.array([each.mass, *each.first_moment]) for each in objects]
+    )
+    deviation = np.concatenate([each.deviation for each in objects])
+    direction = np.concatenate([each.direction for each in objects])
+    return _build(np.zeros((*torque.shape, 10)), torque, deviation, direction)
+
+
+def _build_unknown(weighed: WeighedObject) -> Evidence:
+    Y = np.zeros((*weighed.arm_torque.shape, 10))
+    Y[..., :4] = weighed.regressors
+    return _build(Y, weighed.arm_torque, weighed.deviation, weighed.direction)
+
+
+def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evidence:
+    phantom, covariance = no_phantom()
+    num_samples, num_joints = torque.shape
+    samples = ChannelSamples(
+        Y, torque, direction * np.sign(torque), direction, np.zeros_like(torque), deviation, direction != 0.0
+    )
+    return Evidence(
+        source="lbipe",
+        analysis="static postures; torques of the empty arm as its owners compute them",
+        kind=SignalKind.CURRENT,
+        channel_names=tuple(f"servo {j + 1}" for j in range(num_joints)),
+        times=np.arange(num_samples) / _RATE,
+        samples=samples,
+        motion=Motion(*(np.zeros_like(torque) for _ in range(3))),  # postures, that nothing here asks for
+        arm_torque=torque,
+        is_difference=False,
+        rate=_RATE,
+        cutoff=_RATE / 2.0,
+        least_variance=np.zeros(num_joints),
+        phantom=phantom,
+        phantom_covariance=covariance,
+    )

@@ -1,0 +1,208 @@
+"""From a setting to what the experiments take: settings, objects and tasks."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
+from affordance.choice.hammer import Hammer, load_hammer
+from affordance.choice.reach import Reach
+from affordance.control.cost_measure import CostMeasure
+from affordance.control.start_posture import Start
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.load import load_materials
+from affordance.objects.tool import Component, Grip, Material, Tool
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
+from affordance.settings import Settings
+from studies.robustness.assumptions import Setting
+
+# How many independent samples a trial has, by the noise structure.
+_NUM_SAMPLES = {"one percept": 30, "5 independent samples": 5, "30 independent samples": 30, "white": 30}
+HOLD_DURATION = 3.0  # of a trial, as in the paper's figure 4, [s]
+_NUM_RODS = 4
+
+
+@dataclass(frozen=True)
+class World:
+    """Everything that a setting says.
+
+    Attributes:
+        settings: What all simulations share.
+        rods: Objects of Simulation I, the decoy last.
+        learning: Objects of Simulation II, the decoy last.
+        novel: The tool of Simulations III and IV.
+        reach: The path of Simulation III.
+        hammer: The blow of Simulation IV.
+        plans_least_work: Whether blows are planned by least work.
+        rule: How is chosen, "one sample" or "expectation".
+    """
+
+    settings: Settings
+    rods: tuple[Tool, ...]
+    learning: tuple[Tool, Tool, Tool]
+    novel: Tool
+    reach: Reach
+    hammer: Hammer
+    plans_least_work: bool
+    rule: str
+
+    @property
+    def num_samples(self) -> int:
+        """Samples of a trial."""
+        return round(HOLD_DURATION / self.settings.sample_period)
+
+
+def build_world(setting: Setting, models: Path, settings: Settings) -> World:
+    """Builds what a setting says.
+
+    Args:
+        setting: Values by the names of the assumptions, all of them.
+        models: Gives materials, path, nail and working posture.
+        settings: Those of the simulations; what the setting says is replaced.
+    """
+    get = _Values(setting)
+    materials = load_materials(models / "materials.yaml")
+    wood = replace(materials["beech"], density=get.number("wood_density"))
+    steel, brass = materials["steel"], materials["brass"]
+    path = load_path(models / "paths" / "reach.yaml")
+    hammer = load_hammer(models / "nail.yaml")
+    return World(
+        settings=_build_settings(get, settings),
+        rods=_build_rods(get, brass, wood),
+        learning=_build_learning(get, wood, steel),
+        novel=build_novel(get, wood, steel),
+        reach=Reach(_build_path(get, path)),
+        hammer=_build_hammer(get, hammer),
+        plans_least_work=setting["planner"] == "least work",
+        rule=str(setting["rule"]),
+    )
+
+
+class _Values:
+    """Values of a setting, as numbers."""
+
+    def __init__(self, setting: Setting) -> None:
+        self._setting = setting
+
+    def number(self, name: str) -> float:
+        """A value of a range."""
+        return float(self._setting[name])
+
+    def text(self, name: str) -> str:
+        """A choice."""
+        return str(self._setting[name])
+
+
+def _build_settings(get: _Values, settings: Settings) -> Settings:
+    structure = get.text("noise_structure")
+    noise: NoiseModel = WeberNoise(
+        get.number("weber_fraction"), get.number("threshold"), independent_samples=structure != "one percept"
+    )
+    if structure == "white":
+        noise = WhiteNoise(get.number("white_sd"))
+    ticks = round(get.number("horizon") / settings.control_period)
+    return replace(
+        settings,
+        noise=noise,
+        sample_period=HOLD_DURATION / _NUM_SAMPLES[structure],
+        acceleration_sd=get.number("acceleration_sd"),
+        prior=Prior(get.number("prior_mode"), get.number("prior_sd"), get.number("deviation_sd")),
+        mpc=replace(settings.mpc, horizon=ticks * settings.control_period),
+        cost_measure=CostMeasure(get.text("cost_measure")),
+    )
+
+
+def _build_rods(get: _Values, brass: Material, wood: Material) -> tuple[Tool, ...]:
+    lengths = np.linspace(get.number("rod_shortest"), get.number("rod_longest"), _NUM_RODS)
+    radius = 0.5 * get.number("rod_thickness")
+
+    def build(name: str, length: float, material: Material) -> Tool:
+        shape = Ellipsoid((0.5 * length, radius, radius))
+        return Tool(name, (Component(shape, _translate(0.5 * length), material, brass),))
+
+    rods = [build(f"rod of {100.0 * length:.0f} cm", float(length), brass) for length in lengths]
+    return (*rods, build("decoy", float(lengths[-1]), wood))
+
+
+def _build_learning(get: _Values, wood: Material, steel: Material) -> tuple[Tool, Tool, Tool]:
+    half, radius = 0.5 * get.number("learning_length"), 0.5 * get.number("learning_thickness")
+    shape = Ellipsoid((half, radius, radius))
+
+    def build(name: str, made_of: str, looks_like: str) -> Tool:
+        known = {"w": wood, "s": steel}
+        parts = [
+            Component(shape, _translate((2 * place + 1) * half), known[made], known[seen])
+            for place, (made, seen) in enumerate(zip(made_of, looks_like, strict=True))
+        ]
+        return Tool(name, tuple(parts))
+
+    return build("steel_far", "wws", "wws"), build("steel_near", "sww", "sww"), build("decoy", "sww", "wws")
+
+
+def build_novel(get: "_Values", wood: Material, steel: Material) -> Tool:
+    """The novel tool: a wooden and a steel part, bent where they meet, with a grip at either end."""
+    unequal = get.text("novel_parts") == "unequal"
+    length, bend = get.number("novel_length"), get.number("novel_bend")
+    share = get.number("novel_share") if unequal else 0.5
+    ratio = get.number("novel_thickness_ratio") if unequal else 1.0
+    radius = 0.5 * get.number("novel_thickness")
+    first, second = share * length, (1.0 - share) * length
+    X_TJ = _translate(first) @ _turn(bend)  # J: where the parts meet, along the steel one
+    handle = Component(Ellipsoid((0.5 * first, radius, radius)), _translate(0.5 * first), wood, wood)
+    thick = ratio * radius
+    head = Component(Ellipsoid((0.5 * second, thick, thick)), X_TJ @ _translate(0.5 * second), steel, steel)
+    by_steel = X_TJ @ _translate(second) @ _turn(math.pi)
+    return Tool("novel tool", (handle, head), (Grip("wood", np.eye(4)), Grip("steel", by_steel)))
+
+
+def _build_path(get: _Values, path: TimedPath) -> TimedPath:
+    turn, scale = _turn(get.number("path_turn"))[:3, :3], get.number("path_scale")
+    points = scale * np.array(path.points) @ turn.T
+    points[:, 2] += get.number("path_rise") * np.arange(1, len(points) + 1) / len(points)
+    chord = points[-1, :2] / max(float(np.linalg.norm(points[-1, :2])), 1e-9)
+    points[len(points) // 2, :2] += get.number("path_bow") * np.array([-chord[1], chord[0]])
+    return replace(
+        path,
+        points=tuple((float(x), float(y), float(z)) for x, y, z in points),
+        duration=get.number("path_duration"),
+        start=_move_start(get, path.start),
+    )
+
+
+def _build_hammer(get: _Values, hammer: Hammer) -> Hammer:
+    force = get.number("nail_force")
+    return replace(
+        hammer,
+        nail=replace(hammer.nail, depth_demanded=force / hammer.nail.stiffness),
+        offset=(get.number("nail_forward"), hammer.offset[1], get.number("nail_height")),
+        duration=get.number("swing_duration"),
+        force=force,
+        start=_move_start(get, hammer.start),
+    )
+
+
+def _move_start(get: _Values, start: Start) -> Start:
+    moved: Mapping[str, float] = {
+        "shoulder_azimuth": get.number("start_azimuth"),
+        "shoulder_elevation": get.number("start_elevation"),
+        "elbow_flexion": get.number("start_elbow"),
+    }
+    return tuple((name, angle + moved.get(name, 0.0)) for name, angle in start)
+
+
+def _translate(x: float) -> Array:
+    X = np.eye(4)
+    X[0, 3] = x
+    return X
+
+
+def _turn(angle: float) -> Array:
+    """About z."""
+    X = np.eye(4)
+    X[:2, :2] = [[math.cos(angle), -math.sin(angle)], [math.sin(angle), math.cos(angle)]]
+    return X

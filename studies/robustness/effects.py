@@ -1,0 +1,121 @@
+"""How often claims hold over the settings, and what each assumption alone moves (first-order effects).
+
+The first-order index of an assumption is the share of a claim's variance, holds or not, that it explains by itself:
+Var(E[y | x]) / Var(y), estimated from the settings as they are, by bins of x (Saltelli et al. 2008, Global
+Sensitivity Analysis, chapter 4), less what chance explains (epsilon squared, Kelley 1935). What is left by chance is
+the level that the largest of all indices exceeds in one of twenty permutations of the outcomes.
+"""
+
+import itertools
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.random_streams import Stream
+from affordance.reporting.statistics import CONFIDENCE, estimate_proportion
+from studies.robustness.assumptions import Assumption
+
+NUM_BINS = 5
+_NUM_PERMUTATIONS = 1_000
+# With fewer outcomes of either kind there is nothing to explain.
+_LEAST_OUTCOMES = 5
+
+
+class Effects(NamedTuple):
+    """What was found of one claim.
+
+    Attributes:
+        evaluated: In how many settings it could be judged.
+        holds: In which share of these it holds.
+        ci95: Wilson's interval of the share.
+        indices: First-order index of each assumption, (D,); zero where there is nothing to explain.
+        null_level: What the largest of them reaches by chance.
+    """
+
+    evaluated: int
+    holds: float
+    ci95: tuple[float, float]
+    indices: Array
+    null_level: float
+
+    @property
+    def strongest(self) -> int:
+        """Which assumption has the largest index."""
+        return int(self.indices.argmax())
+
+    @property
+    def is_above_chance(self) -> bool:
+        """Whether the largest index is more than chance gives."""
+        return bool(self.indices.max() > self.null_level)
+
+
+def measure_effects(outcomes: Array, levels: NDArray[np.intp], seed: int) -> Effects:
+    """Measures share and first-order effects of a claim.
+
+    Args:
+        outcomes: 1 where it holds, 0 where not, not a number where it was not judged, (N,).
+        levels: Level of each assumption, (N, D); see ``find_levels``.
+        seed: Determines the permutations.
+    """
+    judged = np.isfinite(outcomes)
+    y, levels = outcomes[judged], levels[judged]
+    count = len(y)
+    if not count:
+        return Effects(0, float("nan"), (0.0, 1.0), np.zeros(levels.shape[1]), 1.0)
+    estimate = estimate_proportion(np.array(y.sum()), count)
+    ci95 = (float(estimate.low), float(estimate.high))
+    if min(y.sum(), count - y.sum()) < _LEAST_OUTCOMES:
+        return Effects(count, float(y.mean()), ci95, np.zeros(levels.shape[1]), 1.0)
+    rng = np.random.default_rng([seed, Stream.ROBUSTNESS])
+    permuted = np.array([rng.permutation(y) for _ in range(_NUM_PERMUTATIONS)])
+    null_level = float(np.quantile(compute_indices(permuted, levels).max(axis=1), CONFIDENCE))
+    return Effects(count, float(y.mean()), ci95, compute_indices(y[None], levels)[0], null_level)
+
+
+def compute_indices(y: Array, levels: NDArray[np.intp]) -> Array:
+    """First-order indices of P outcomes of N settings, (P, N), by D assumptions' levels, (N, D); shape (P, D).
+
+    Zero where what an assumption explains is no more than its number of levels explains on average by chance.
+    """
+    count = y.shape[1]
+    centred = y - y.mean(axis=1, keepdims=True)
+    total = np.square(centred).sum(axis=1)
+    indices = []
+    for column in levels.T:
+        members = column[:, None] == np.unique(column)  # (N, levels)
+        between = (np.square(centred @ members) / members.sum(axis=0)).sum(axis=1)
+        free = (members.shape[1] - 1) / (count - 1)
+        indices.append((between / total - free) / (1.0 - free))
+    explained: Array = np.maximum(0.0, np.array(indices).T)
+    return explained
+
+
+def find_levels(assumptions: Sequence[Assumption], places: Array) -> NDArray[np.intp]:
+    """Levels of assumptions, (N, D): which choice, or which fifth of the range; from places in the ranges, (N, D)."""
+    columns = []
+    for assumption, column in zip(assumptions, places.T, strict=True):
+        if assumption.choices:
+            columns.append([assumption.choices.index(str(assumption.place(float(u)))) for u in column])
+        else:
+            columns.append([int(NUM_BINS * u) for u in column])
+    return np.array(columns, dtype=np.intp).T
+
+
+def name_levels(assumption: Assumption) -> list[str]:
+    """Names of the levels of an assumption."""
+    if assumption.choices:
+        return list(assumption.choices)
+    ends = [assumption.place(k / NUM_BINS) for k in range(NUM_BINS + 1)]
+    return [f"{float(low):.3g} to {float(high):.3g}" for low, high in itertools.pairwise(ends)]
+
+
+def share_by_level(outcomes: Array, level: NDArray[np.intp], names: Sequence[str]) -> dict[str, float | None]:
+    """Share of settings in which a claim holds, by the level of one assumption; None where there is none."""
+    shares: dict[str, float | None] = {}
+    for index, name in enumerate(names):
+        chosen = outcomes[(level == index) & np.isfinite(outcomes)]
+        shares[name] = float(chosen.mean()) if len(chosen) else None
+    return shares

@@ -1,0 +1,220 @@
+"""One setting: every claim, held against the numbers it gives."""
+
+import logging
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.least_work import plan_least_work
+from affordance.choice.observed_options import list_options
+from affordance.exceptions import AffordanceError
+from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.shared.checks import check_tools_can_be_held
+from affordance.experiments.shared.experience import Experience, ExperienceConfig
+from affordance.objects.tool import list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.static_hold import StaticHold
+from affordance.settings import Settings
+from affordance.simulation.blow import simulate_blow
+from studies.robustness.assumptions import Setting
+from studies.robustness.build import HOLD_DURATION, World, build_world
+from studies.robustness.choosing import (
+    compare_measures,
+    find_travel_of_other_grip,
+    measure_choices,
+    measure_tasks,
+)
+from studies.robustness.claims import EXPERIMENTS, TASKS, judge
+from studies.robustness.holding import measure_centre_of_mass, measure_rods
+from studies.robustness.learning import collect_experience_at_rest, learn_in_turn
+
+# Contact is simulated in one setting of so many: it takes a tenth of all the time.
+CONTACT_EVERY = 3
+
+
+class Effort(NamedTuple):
+    """How much is done for a setting.
+
+    Attributes:
+        num_observers: How many observers learn and choose.
+        num_held: How many of them hold the objects of Simulation II in the test pass.
+    """
+
+    num_observers: int
+    num_held: int
+
+
+class Outcome(NamedTuple):
+    """What a setting gives.
+
+    Attributes:
+        numbers: What was measured, by experiment; of those that could not be run, nothing.
+        outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
+        reasons: Why an experiment could not be run, by its name; empty if it could.
+        cpu_s: Processor time, by part, [s].
+    """
+
+    numbers: dict[str, dict[str, Any]]
+    outcomes: dict[str, float]
+    reasons: dict[str, str]
+    cpu_s: dict[str, float]
+
+
+PARTS = ("learning", "weight", "com", "reach", "hammer", "least work", "contact")
+
+
+def evaluate_setting(
+    setting: Setting, *, seed: int, index: int, models: Path, settings: Settings, effort: Effort
+) -> Outcome:
+    """Evaluates a setting.
+
+    Args:
+        setting: What it assumes.
+        seed: Root of every random draw.
+        index: Its number, which keeps its draws apart from those of others.
+        models: Gives materials, path and nail.
+        settings: Those of the simulations.
+        effort: How many observers.
+    """
+    world = build_world(setting, models, settings)
+    own_seed = int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
+    clock = _Clock()
+    numbers: dict[str, dict[str, Any]] = {}
+    reasons = dict.fromkeys((*EXPERIMENTS, TASKS), "")
+    choices: dict[str, Choice] = {}
+
+    @contextmanager
+    def attempt(name: str) -> Iterator[None]:
+        try:
+            yield
+        except AffordanceError as error:
+            reasons[name] = " ".join(str(error).split())
+
+    with _quiet():
+        hold = StaticHold(load_arm(world.settings.arm))
+        config = ExperienceConfig(world.learning[:2], own_seed, world.settings, HOLD_DURATION)
+        with clock.measure("learning"):
+            experience = collect_experience_at_rest(hold, world, config, effort.num_observers)
+            colours = [world.rods[0].components[0].looks_like.colour]
+            rods = [
+                learn_in_turn(hold, world, world.rods[:-1], colours, (own_seed, repeat))
+                for repeat in range(effort.num_observers)
+            ]
+        with attempt("weight"), clock.measure("weight"):
+            check_tools_can_be_held(models / "rods", world.rods, world.settings)
+            numbers["weight"] = measure_rods(world, rods)
+        with attempt("com"), clock.measure("com"):
+            check_tools_can_be_held(models / "learning objects", world.learning, world.settings)
+            numbers["com"] = measure_centre_of_mass(world, config, experience, effort.num_held)
+        with attempt("reach"), clock.measure("reach"):
+            choices["reach"] = _plan_reach(world)
+            numbers["reach"] = measure_choices(choices["reach"], world.novel, experience, own_seed, world.rule)
+        with attempt("hammer"):
+            choices["hammer"] = _plan_hammer(world, clock)
+            with clock.measure("hammer"):
+                numbers["hammer"] = _measure_hammer(choices["hammer"], world, experience, own_seed)
+            numbers["hammer"]["force_ratios"] = None
+            if index % CONTACT_EVERY == 0 and not world.plans_least_work:
+                with clock.measure("contact"):
+                    numbers["hammer"]["force_ratios"] = _measure_contact(choices["hammer"], world)
+        with attempt(TASKS):
+            if "reach" not in numbers or "hammer" not in numbers:
+                raise AffordanceError("reaching or hammering cannot be judged")
+            numbers[TASKS] = measure_tasks(
+                compare_measures(choices["reach"], world.novel),
+                compare_measures(choices["hammer"], world.novel),
+                correct_reach=numbers["reach"]["correct_grip"],
+                correct_hammer=numbers["hammer"]["correct_grip"],
+            )
+    return Outcome(numbers, judge(numbers), reasons, clock.seconds)
+
+
+def _plan_reach(world: World) -> Choice:
+    """Plans the path with both grips.
+
+    Raises:
+        AffordanceError: It cannot be followed with one of them.
+    """
+    return _check(plan_choice(list_options(world.novel), world.reach, world.settings))
+
+
+def _plan_hammer(world: World, clock: "_Clock") -> Choice:
+    """Plans the blows with both grips, by least work where the setting says so.
+
+    Raises:
+        AffordanceError: One of them cannot strike, or the search for least work does not converge.
+    """
+    with clock.measure("hammer"):
+        choice = _check(plan_choice(list_options(world.novel), world.hammer, world.settings))
+    if not world.plans_least_work:
+        return choice
+    with clock.measure("least work"):
+        model, held = ArmModel(load_arm(world.settings.arm)), world.novel.list_gripped()
+        costs = [
+            plan_least_work(planned, world.hammer, model, held[grip].parameters, world.settings)
+            for grip, planned in list_blow_costs(choice).items()
+        ]
+        return Choice(choice.options, costs, world.settings)
+
+
+def _check(choice: Choice) -> Choice:
+    for option, cost in zip(choice.options, choice.cost_models, strict=True):
+        if cost.infeasible_reason:
+            raise AffordanceError(f"{option.name} {cost.infeasible_reason}")
+    return choice
+
+
+def _measure_hammer(choice: Choice, world: World, experience: Experience, seed: int) -> dict[str, Any]:
+    nail = world.hammer.nail
+    return {
+        **measure_choices(choice, world.novel, experience, seed, world.rule),
+        "travel_of_other_grip_m": find_travel_of_other_grip(
+            choice, world.novel, nail.depth_set, nail.stiffness, world.hammer.force
+        ),
+    }
+
+
+def _measure_contact(choice: Choice, world: World) -> list[float] | None:
+    """Peak force over the demanded one with each grip, contact simulated; None if one of them cannot be simulated."""
+    held, true = world.novel.list_gripped(), list_densities([world.novel])
+    try:
+        return [
+            simulate_blow(held[grip], world.hammer, planned, true, world.settings).force / world.hammer.force
+            for grip, planned in list_blow_costs(choice).items()
+        ]
+    except AffordanceError:
+        return None
+
+
+class _Clock:
+    """Processor time, by part."""
+
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(PARTS, 0.0)
+
+    @contextmanager
+    def measure(self, part: str) -> Iterator[None]:
+        """Adds what is done within the context."""
+        start = time.process_time()
+        try:
+            yield
+        finally:
+            self.seconds[part] += time.process_time() - start
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keeps warnings of single trials out of the way: settings are odd by design."""
+    log = logging.getLogger("affordance")
+    level = log.level
+    log.setLevel(logging.ERROR)
+    try:
+        yield
+    finally:
+        log.setLevel(level)

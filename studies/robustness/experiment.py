@@ -1,0 +1,273 @@
+"""The study of robustness: every claim over a sample of all that the paper does not give. One repeat a setting."""
+
+import csv
+import io
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.shared.experience import Experience
+from affordance.files.atomic import write_text
+from affordance.files.model_folder import MODELS
+from affordance.objects.tool import Tool
+from affordance.reporting.claims import Claim
+from affordance.reporting.robustness_figure import draw_multiverse
+from affordance.reporting.statistics import Estimate
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from studies.robustness.assumptions import (
+    Assumption,
+    load_assumptions,
+    sample_places,
+    sample_settings,
+)
+from studies.robustness.choosing import MOMENTS
+from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
+from studies.robustness.effects import (
+    Effects,
+    find_levels,
+    measure_effects,
+    name_levels,
+    share_by_level,
+)
+from studies.robustness.evaluate import CONTACT_EVERY, PARTS, Effort, Outcome, evaluate_setting
+
+_NONE = "none above chance"
+_CHOOSING = ("reach", "hammer")
+_GRIPS = ("wood", "steel")
+# Where a claim was not judged, in settings.csv.
+_BLANK = ""
+# Reasons why an experiment could not be run, by what they contain.
+_KINDS = {
+    "worst direction": "the path comes too near rank loss",
+    "leaves the path": "the controller leaves the path",
+    "no plan": "the controller finds no plan",
+    "no swing of": "no swing within the joints' limits strikes",
+    "tip speed": "no swing is fast enough",
+    "no grip can do it": "no grip can do it within the joints' limits",
+    "does not converge": "the search for least work does not converge",
+    "puts ": "the arm cannot take the start posture",
+    "must be at most": "an object is too heavy to hold",
+}
+DEFAULT_EFFORT = Effort(num_observers=40, num_held=4)
+# As many as the sample has by default: shares are then known to 6 % or better.
+DEFAULT_NUM_SETTINGS = 300
+
+
+@dataclass(frozen=True)
+class Robustness:
+    """The study of robustness.
+
+    Attributes:
+        assumptions: What is varied.
+        claims: What is asked of every setting, by experiment and key.
+        models: Gives materials, path, nail and arm.
+        seed: Root of every random draw.
+        settings: Those of the simulations, of which a setting replaces what it says.
+        effort: How many observers a setting has.
+    """
+
+    assumptions: tuple[Assumption, ...]
+    claims: Mapping[str, Claim]
+    models: Path
+    seed: int = 0
+    settings: Settings = DEFAULT_SETTINGS
+    effort: Effort = DEFAULT_EFFORT
+
+    name = "robustness"
+    unit = "setting"
+    section = Path(__file__).with_name("section.yaml")
+    report = None
+
+    @property
+    def files_read(self) -> tuple[Path, ...]:
+        """Materials, path and nail, which a setting changes."""
+        return tuple(self.models / name for name in ("materials.yaml", "paths/reach.yaml", "nail.yaml"))
+
+    @property
+    def tools_observed(self) -> tuple[Tool, ...]:
+        """None: features are true ones."""
+        return ()
+
+    def with_settings(self, settings: Settings) -> "Robustness":
+        """Returns the study with other settings to start from."""
+        return replace(self, settings=settings)
+
+    def split(self) -> "list[tuple[str, Robustness]]":
+        """It is one."""
+        return [("", self)]
+
+    def count_repeats(self, observers: int) -> int:
+        """One repeat a setting."""
+        return observers
+
+    def plan(self, jobs: int) -> None:
+        """Nothing is shared."""
+
+    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> None:
+        """Every setting has observers of its own."""
+
+    def select_shared(self, plan: None) -> None:
+        """Nothing is shared."""
+
+    def evaluate(self, index: int) -> tuple[dict[str, float | str], Outcome]:
+        """Evaluates a setting of the sample; returns what it assumes, and what it gives."""
+        setting = sample_settings(self.assumptions, index + 1, self.seed)[index]
+        outcome = evaluate_setting(
+            setting, seed=self.seed, index=index, models=self.models, settings=self.settings, effort=self.effort
+        )
+        return setting, outcome
+
+    def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
+        """Evaluates a setting.
+
+        Returns: ``outcomes`` (C,), 1, 0 or not a number; ``p_correct`` (2, 4) and ``work_ratio`` (2,) of reaching and
+            hammering, and ``correct`` (2,), index of the correct grip or -1; ``travel`` at which the other grip is
+            cheaper; ``reasons`` (5,) why an experiment could not be run; ``cpu_s`` (7,).
+        """
+        _, outcome = self.evaluate(repeat)
+        chosen = [outcome.numbers.get(name, {}) for name in _CHOOSING]
+        nothing = np.full(len(MOMENTS), np.nan)
+        return {
+            "outcomes": np.array(list(outcome.outcomes.values())),
+            "p_correct": np.array([numbers.get("p_correct", nothing) for numbers in chosen]),
+            "work_ratio": np.array([numbers.get("energy_ratio_true", np.nan) for numbers in chosen]),
+            "correct": np.array([_GRIPS.index(each["correct_grip"]) if each else -1 for each in chosen]),
+            "travel": np.array(outcome.numbers.get("hammer", {}).get("travel_of_other_grip_m", np.nan)),
+            "reasons": np.array(list(outcome.reasons.values()), dtype="U300"),
+            "cpu_s": np.array([outcome.cpu_s[part] for part in PARTS]),
+        }
+
+    def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
+        """Computes the numbers of metrics.json."""
+        outcomes = np.asarray(arrays["outcomes"], dtype=float)
+        count = len(outcomes)
+        levels = find_levels(self.assumptions, sample_places(len(self.assumptions), count, self.seed))
+        claims = {}
+        for column, (name, claim) in enumerate(self.claims.items()):
+            effects = measure_effects(outcomes[:, column], levels, self.seed)
+            claims[name] = {
+                "text": claim.text.replace("{{ num_trials }}", str(MOMENTS[-1])),
+                "source": claim.source,
+                **self._describe(effects, outcomes[:, column], levels),
+                "fails_in": np.flatnonzero(outcomes[:, column] == 0.0),
+            }
+        reasons = arrays["reasons"]
+        places = dict(zip((*EXPERIMENTS, TASKS), reasons.T, strict=True))
+        return {
+            "settings": count,
+            "observers": self.effort.num_observers,
+            "claims": claims,
+            "p_correct": {
+                name: self._describe_choices(arrays["p_correct"][:, task], levels)
+                for task, name in enumerate(_CHOOSING)
+            },
+            "not_run": {name: int((column != "").sum()) for name, column in places.items()},
+            "reasons": {name: _count_reasons(column) for name, column in places.items()},
+            "not_converged": int(sum("does not converge" in reason for reason in places["hammer"])),
+            "cpu_s": dict(zip(PARTS, arrays["cpu_s"].mean(axis=0), strict=True)),
+            "first_order": {name: each["first_order"] for name, each in claims.items()},
+        }
+
+    def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """What is varied, in words."""
+        return {
+            "num_assumptions": len(self.assumptions),
+            "labels": {each.name: each.label for each in self.assumptions},
+            "contact_every": CONTACT_EVERY,
+            "least_holds": min(each["holds"] for each in numbers["claims"].values() if each["holds"] is not None),
+        }
+
+    def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
+        """The map of claims by assumptions, and the table of settings."""
+        return Outputs(
+            figures={"robustness": partial(self._draw, numbers)},
+            writers={"settings.csv": partial(self._write_settings, arrays)},
+        )
+
+    def _describe(self, effects: Effects, outcomes: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
+        strongest = self.assumptions[effects.strongest]
+        by_level = share_by_level(outcomes, levels[:, effects.strongest], name_levels(strongest))
+        found = effects.is_above_chance
+        return {
+            "holds": effects.holds if effects.evaluated else None,
+            "ci95": effects.ci95,
+            "evaluated": effects.evaluated,
+            "strongest_assumption": strongest.name if found else _NONE,
+            "strongest_index": float(effects.indices.max()),
+            "null_level": effects.null_level,
+            "holds_by_level": by_level if found else {},
+            "first_order": {
+                each.name: float(index) for each, index in zip(self.assumptions, effects.indices, strict=True)
+            },
+        }
+
+    def _describe_choices(self, p_correct: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
+        """Correct choices at each moment, (N, moments), in all settings and by noise structure: quantiles."""
+        (column,) = (place for place, each in enumerate(self.assumptions) if each.name == "noise_structure")
+        structures = self.assumptions[column].choices
+        chosen = {name: levels[:, column] == level for level, name in enumerate(structures)}
+        return {
+            name: _list_quantiles(p_correct[rows & np.isfinite(p_correct[:, 0])])
+            for name, rows in {"all": np.ones(len(levels), dtype=bool), **chosen}.items()
+        }
+
+    def _draw(self, numbers: Mapping[str, Any]) -> Figure:
+        claims = numbers["claims"]
+        shares = np.array([[each["holds"] or 0.0, *each["ci95"]] for each in claims.values()])
+        return draw_multiverse(
+            [name.replace("_", " ").replace(".", ": ") for name in claims],
+            [each.label for each in self.assumptions],
+            shares=Estimate(*shares.T),
+            indices=np.array([list(each["first_order"].values()) for each in claims.values()]),
+            null_levels=np.array([each["null_level"] for each in claims.values()]),
+        )
+
+    def _write_settings(self, arrays: Arrays, folder: Path) -> None:
+        """Writes what each setting assumes and which claims hold in it."""
+        text = io.StringIO()
+        writer = csv.writer(text, lineterminator="\n")
+        measured = [f"{name}.p_correct[{moment}]" for name in _CHOOSING for moment in MOMENTS]
+        measured += [f"{name}.energy_ratio_true" for name in _CHOOSING]
+        names = [each.name for each in self.assumptions]
+        writer.writerow(["setting", *names, *self.claims, *measured, "not run"])
+        settings = sample_settings(self.assumptions, len(arrays["outcomes"]), self.seed)
+        for index, (setting, row, reasons) in enumerate(
+            zip(settings, arrays["outcomes"], arrays["reasons"], strict=True)
+        ):
+            values = [f"{value:.6g}" if isinstance(value, float) else value for value in setting.values()]
+            held = [_BLANK if np.isnan(outcome) else int(outcome) for outcome in row]
+            numbers = np.append(arrays["p_correct"][index].ravel(), arrays["work_ratio"][index])
+            shown = [_BLANK if np.isnan(number) else f"{number:.6g}" for number in numbers]
+            writer.writerow([index, *values, *held, *shown, "; ".join(str(reason) for reason in reasons if reason)])
+        write_text(folder / "settings.csv", text.getvalue())
+
+
+def _list_quantiles(values: Array) -> dict[str, Any]:
+    """Number of rows, and 5, 50 and 95 % quantiles over them; none of no rows."""
+    if not len(values):
+        return {"count": 0}
+    low, median, high = np.quantile(values, [0.05, 0.5, 0.95], axis=0)
+    return {"count": len(values), "p05": low, "median": median, "p95": high}
+
+
+def _count_reasons(reasons: Sequence[str]) -> dict[str, int]:
+    """How often experiments could not be run, by why."""
+    counts: dict[str, int] = {}
+    for reason in map(str, reasons):
+        if reason:
+            kind = next((words for part, words in _KINDS.items() if part in reason), reason)
+            counts[kind] = counts.get(kind, 0) + 1
+    return dict(sorted(counts.items(), key=lambda entry: -entry[1]))
+
+
+def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS) -> Robustness:
+    """Reads assumptions and claims."""
+    return Robustness(load_assumptions(), list_claims(), models, seed, settings)

@@ -1,0 +1,214 @@
+"""What Python costs: the closed loop of experiment ``weight`` beside the same plant under a hold written in C++.
+
+The C++ hold is Drake's InverseDynamicsController, whose torque is sampled and held at the same tick, with the gains
+of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so that arm
+and integrator do the same work. Both Diagrams log the same ports. They run by turns, in one process.
+
+The shares: what the controller and the estimator take is timed in the loop; what the integrator takes is the time of
+the same plant fed, by C++ alone, the very torques of the loop, so that it moves in the same way.
+"""
+
+import dataclasses
+import time
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import numpy as np
+from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
+from pydrake.systems.controllers import InverseDynamicsController
+from pydrake.systems.framework import DiagramBuilder, OutputPort
+from pydrake.systems.primitives import ConstantVectorSource, LogVectorOutput, TrajectorySource, ZeroOrderHold
+from pydrake.trajectories import PiecewisePolynomial
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.control.systems import MpcController
+from affordance.experiments.holding import HoldExperiment
+from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.objects.tool import Tool
+from affordance.plant.arm import Arm, add_arm, load_arm
+from affordance.proprioception.systems import DensityEstimator
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRunner
+from affordance.simulation.trial_record import TrialRecord
+from studies.speed.timing import time_by_turns
+
+NUM_TURNS = 15
+# How long torques are replayed before the recorded state is set again, [s].
+_REPLAYED_AT_ONCE = 0.5
+HEADER = [
+    "object",
+    "density believed",
+    "C++ hold, x real time",
+    "closed loop, x real time",
+    "ratio",
+    "integrator, %",
+    "MPC, %",
+    "estimator, %",
+    "rest, %",
+]
+
+
+def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: float) -> Callable[[], None]:
+    """Builds the Diagram with the hold in C++; returns a function that runs one trial in a fresh Context."""
+    builder = DiagramBuilder()
+    arm = add_arm(builder, settings.arm)
+    believed = load_arm(settings.arm)
+    believed_context = believed.plant.CreateDefaultContext()
+    believed.set_payload(believed_context, tool.parameters * density / tool.components[0].material.density)
+    one, T = np.ones(arm.num_joints), settings.mpc.horizon
+    hold = builder.AddSystem(
+        InverseDynamicsController(believed.plant, 6.0 / T**2 * one, 0.0 * one, 4.0 / T * one, False, believed_context)
+    )
+    goal = builder.AddSystem(ConstantVectorSource(np.concatenate([arm.home, 0.0 * one])))
+    builder.Connect(arm.plant.GetOutputPort("state"), hold.GetInputPort("estimated_state"))
+    builder.Connect(goal.get_output_port(), hold.GetInputPort("desired_state"))
+    rest = (np.zeros(1), np.concatenate([arm.home, 0.0 * one])[None])
+    run = _finish_diagram(builder, arm, hold.GetOutputPort("generalized_force"), tool, settings, duration, rest)
+
+    def run_while_believed_lives(keep_alive: object = believed) -> None:
+        run()
+
+    return run_while_believed_lives
+
+
+def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, duration: float) -> Callable[[], None]:
+    """Builds the plant fed with the torques of a record of every tick; returns a function that runs one trial.
+
+    An arm without feedback departs from its record by a factor of ten every twelfth of a second, beginning with the
+    rounding error; so the state of the record is set anew from time to time.
+    """
+    builder = DiagramBuilder()
+    arm = add_arm(builder, settings.arm)
+    # The torque logged at a time is that of the tick which ends there. Breaks lie half a tick before the ticks, so
+    # that no rounding makes a tick read the row before its own.
+    tau = np.vstack([record.tau[1:], record.tau[-1:]])
+    steps = PiecewisePolynomial.ZeroOrderHold(
+        (record.times - 0.5 * settings.control_period).tolist(), list(tau[:, :, None])
+    )
+    source = builder.AddSystem(TrajectorySource(steps))
+    starts = np.arange(0.0, duration, _REPLAYED_AT_ONCE)
+    states = np.hstack([record.q, record.v])[np.round(starts / settings.control_period).astype(int)]
+    return _finish_diagram(builder, arm, source.get_output_port(), tool, settings, duration, (starts, states))
+
+
+def _finish_diagram(
+    builder: DiagramBuilder,
+    arm: Arm,
+    tau: OutputPort,
+    tool: Tool,
+    settings: Settings,
+    duration: float,
+    starts: tuple[Array, Array],
+) -> Callable[[], None]:
+    """Holds the torque for a tick, adds the logs, and builds; starts are times, and the states to set there."""
+    held = builder.AddSystem(ZeroOrderHold(settings.control_period, arm.num_joints))
+    builder.Connect(tau, held.get_input_port())
+    builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
+    for port in ("state", "net_actuation"):
+        LogVectorOutput(arm.plant.GetOutputPort(port), builder, settings.log_period)
+    diagram = builder.Build()
+
+    def run() -> None:
+        context = diagram.CreateDefaultContext()
+        plant_context = arm.plant.GetMyMutableContextFromRoot(context)
+        arm.set_payload(plant_context, tool.parameters)
+        simulator = Simulator(diagram, context)
+        ApplySimulatorConfig(settings.simulator, simulator)
+        times, states = starts
+        for start, end, x in zip(times, [*times[1:], duration], states, strict=True):
+            context.SetTime(start)
+            arm.plant.SetPositionsAndVelocities(plant_context, x)
+            simulator.Initialize()
+            simulator.AdvanceTo(end)
+
+    return run
+
+
+@contextmanager
+def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
+    """Adds up the wall time spent in methods, by name of their class, while the context lasts, [s]."""
+    spent: dict[str, float] = defaultdict(float)
+    originals = [(owner, name, getattr(owner, name)) for owner, name in methods]
+
+    def wrap(owner: type, original: Callable[..., Any]) -> Callable[..., Any]:
+        def timed(*arguments: Any) -> Any:
+            start = time.perf_counter()
+            result = original(*arguments)
+            spent[owner.__name__] += time.perf_counter() - start
+            return result
+
+        return timed
+
+    for owner, name, original in originals:
+        setattr(owner, name, wrap(owner, original))
+    try:
+        yield spent
+    finally:
+        for owner, name, original in originals:
+            setattr(owner, name, original)
+
+
+def measure_case(experiment: HoldExperiment, tool: Tool, density: float) -> dict[str, float]:
+    """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
+    memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
+    every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
+    record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+    runner = TrialRunner(experiment.settings)
+    runner.get_diagram(experiment.duration)
+    loops: dict[str, Callable[[], object]] = {
+        "cpp": build_cpp_hold(tool, density, experiment.settings, experiment.duration),
+        "loop": lambda: runner.run_hold(tool, memory, duration=experiment.duration, seed=(0,)),
+        "integrator": build_torque_replay(tool, record, experiment.settings, experiment.duration),
+    }
+    medians = time_by_turns(loops, turns=NUM_TURNS, calls_per_turn=1)
+
+    with time_methods((MpcController, "_update"), (DensityEstimator, "_update_statistics")) as spent:
+        # Callbacks are bound when a system is built.
+        timed = TrialRunner(experiment.settings)
+        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+        spent.clear()
+        start = time.perf_counter()
+        timed.run_hold(tool, memory, duration=experiment.duration, seed=(0,))
+        total = time.perf_counter() - start
+    shares = {"mpc": spent["MpcController"] / total, "estimator": spent["DensityEstimator"] / total}
+    return {**medians, **shares}
+
+
+def measure() -> tuple[list[list[str]], dict[str, float]]:
+    """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
+    experiment = load_hold_experiment("weight")
+    true = experiment.tools[0].components[0].material.density
+    learned = 0.97 * true  # about what is believed after a trial or two
+    cases = [
+        (experiment.tools[0], experiment.settings.prior.mode),
+        *((tool, learned) for tool in experiment.tools[1:]),
+    ]
+    rows = []
+    totals: dict[str, float] = defaultdict(float)
+    for tool, density in cases:
+        found = measure_case(experiment, tool, density)
+        totals["cpp"] += found["cpp"]
+        totals["loop"] += found["loop"]
+        integrator = found["integrator"] / found["loop"]
+        rows.append(
+            [
+                tool.name,
+                f"{density:.0f}",
+                f"{experiment.duration / found['cpp']:.1f}",
+                f"{experiment.duration / found['loop']:.1f}",
+                f"{found['cpp'] / found['loop']:.2f}",
+                f"{100 * integrator:.0f}",
+                f"{100 * found['mpc']:.0f}",
+                f"{100 * found['estimator']:.1f}",
+                f"{100 * (1 - integrator - found['mpc'] - found['estimator']):.0f}",
+            ]
+        )
+    ratios = {
+        "loop_vs_cpp_hold": totals["cpp"] / totals["loop"],
+        "loop_realtime_factor": len(cases) * experiment.duration / totals["loop"],
+    }
+    return rows, ratios

@@ -1,0 +1,216 @@
+"""Inner simulation against full simulation: stick, hammer and random crooked tools, both tasks, sampled beliefs.
+
+    .venv/bin/python -m studies.speed.inner_vs_full [BELIEFS] [CROOKED TOOLS] [JOBS]
+
+A belief is one density for each material: every other one is drawn from the prior, the others from what an observer
+believes after one trial. Under each of them both grips of a tool are judged twice: by inner simulation, as robots of
+this project choose, and by moving the arm in Drake, with contact. Work must agree within BOUND wherever both say that
+the task is done, and the choices in at least LEAST_SAME. One hundred beliefs for 22 tools take some 70 minutes on two
+cores.
+"""
+
+import sys
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.hammer import Hammer
+from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.motion_cost import Costs
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
+from affordance.choice.reach import Reach
+from affordance.exceptions import AffordanceError
+from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.protocol_runs import load_choice_experiment
+from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.experiments.shared.gain_experience import gain_experience
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Grip, Tool
+from affordance.runs.repeats import run_tasks
+from affordance.settings import Settings
+from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
+from affordance.simulation.rollout import roll_out
+from studies.speed.tables import format_table
+
+BOUND, LEAST_SAME = 0.02, 0.98
+HEADER = [
+    "task",
+    "tool",
+    "same choice",
+    "of",
+    "else dearer by",
+    "largest difference of works",
+    "infeasible: inner, full",
+]
+# Of the two parts of a crooked tool: semi-axes along it and across it, [m], and how far it is bent, [rad].
+_LONG, _ACROSS, _MAX_BEND = (0.05, 0.10), (0.01, 0.025), np.radians(60.0)
+
+
+class Comparison(NamedTuple):
+    """What inner and full simulation say of one tool, for S beliefs and G grips.
+
+    Attributes:
+        inner: Costs, (G, S) each.
+        full: The same, simulated; effort is not simulated.
+    """
+
+    inner: Costs
+    full: Costs
+
+    @property
+    def differences(self) -> Array:
+        """Relative differences of the works of what both say is done, (N,)."""
+        both = self.inner.feasible & self.full.feasible
+        return np.abs(self.full.work[both] / self.inner.work[both] - 1.0)
+
+    @property
+    def num_same(self) -> int:
+        """How many choices are the same."""
+        one, other = self._choose()
+        return int((one == other).sum())
+
+    @property
+    def losses(self) -> Array:
+        """By which part the choices of inner simulation cost more, simulated, than those of full simulation, (N,)."""
+        one, other = self._choose()
+        samples = np.flatnonzero((one != NO_OPTION) & (other != NO_OPTION))
+        losses: Array = self.full.work[one[samples], samples] / self.full.work[other[samples], samples] - 1.0
+        return losses
+
+    def _choose(self) -> tuple[Chosen, Chosen]:
+        one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (self.inner, self.full))
+        return one, other
+
+
+def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Component]) -> Tool:
+    """Draws a tool of two parts, bent where they meet, in two grips: by either end, along the part that is held.
+
+    Args:
+        rng: Source of the shape.
+        name: Of the tool.
+        materials: Parts whose materials and looks the new parts have.
+    """
+    lengths = rng.uniform(*_LONG, 2)
+    shapes = [
+        Ellipsoid((float(length), float(rng.uniform(*_ACROSS)), float(rng.uniform(*_ACROSS)))) for length in lengths
+    ]
+    bend, around = rng.uniform(0.0, _MAX_BEND), rng.uniform(0.0, 2.0 * np.pi)
+    R = Rotation.from_rotvec(bend * np.array([0.0, np.cos(around), np.sin(around)])).as_matrix()
+    joint = np.array([2.0 * lengths[0], 0.0, 0.0])
+    first, second, end = np.eye(4), np.eye(4), np.eye(4)
+    first[0, 3] = lengths[0]
+    second[:3, :3], second[:3, 3] = R, joint + R @ [lengths[1], 0.0, 0.0]
+    end[:3, :3], end[:3, 3] = R @ np.diag([-1.0, -1.0, 1.0]), joint + R @ [2.0 * lengths[1], 0.0, 0.0]
+    parts = [
+        Component(shape, X_TE, like.material, like.looks_like)
+        for shape, X_TE, like in zip(shapes, (first, second), materials, strict=True)
+    ]
+    return Tool(name, tuple(parts), (Grip("one", np.eye(4)), Grip("other", end)))
+
+
+def draw_densities(experience: ExperienceConfig, settings: Settings, count: int) -> Array:
+    """Draws densities by turns from the prior and from what is believed after one trial, (count, 2)."""
+    learned = gain_experience(experience, 0)
+    beliefs = [DensityBelief(learned["precision"][k], learned["information_vector"][k]) for k in (0, 1)]
+    rng = np.random.default_rng(0)
+    drawn = [belief.add_object_variation(settings.prior.deviation_sd).draw_samples(rng, count) for belief in beliefs]
+    return np.stack(drawn, axis=1).reshape(2 * count, -1)[:count]
+
+
+def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho: Array) -> Comparison:
+    """Judges both grips of a tool in both ways.
+
+    Args:
+        tool: The tool.
+        task: What is to be done with it.
+        experience: Whose materials it is made of.
+        rho: Densities of these under which it is judged, (S, 2), [kg/m^3].
+    """
+    settings = experience.settings
+    choice = plan_choice(list_options(tool), task, settings)
+    memory = MaterialMemory().add_colours(experience.colours, settings.prior)
+    inner = choice.compute_costs(choice.compute_parameters(memory, rho))
+    work, feasible = np.full_like(inner.work, np.inf), np.zeros_like(inner.feasible)
+    for k, densities in enumerate(rho):
+        for grip in range(len(tool.grips)):
+            known = dict(zip(experience.colours, map(float, densities), strict=True))
+            work[grip, k], feasible[grip, k] = _simulate(tool, grip, task, choice, known, settings)
+    return Comparison(inner, Costs(work, np.full_like(work, np.nan), feasible, work))
+
+
+def _simulate(
+    tool: Tool,
+    grip: int,
+    task: Reach | Hammer,
+    choice: Choice,
+    densities: dict[tuple[float, float, float], float],
+    settings: Settings,
+) -> tuple[float, bool]:
+    held = tool.gripped_by(tool.grips[grip])
+    try:
+        if isinstance(task, Reach):
+            rollout = roll_out(held, task, densities, settings)
+            return rollout.work, rollout.error <= task.path.tolerance
+        costs = list(list_blow_costs(choice).values())[grip]
+        blow = simulate_blow(held, task, costs, densities, settings)
+    except AffordanceError:
+        return np.inf, False
+    return blow.work, abs(blow.force / task.force - 1.0) <= FORCE_TOLERANCE
+
+
+def measure(
+    count: int = 10, crooked: int = 20, jobs: int = 2
+) -> tuple[list[list[str]], dict[tuple[str, str], Comparison]]:
+    """Compares stick, hammer and crooked tools in both tasks; returns rows of a table, and all comparisons.
+
+    Args:
+        count: Of beliefs, for each tool and task.
+        crooked: How many tools are drawn.
+        jobs: Processes.
+    """
+    reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
+    rho = draw_densities(reaching.experience, reaching.settings, count)
+    rng = np.random.default_rng(0)
+    parts = reaching.novel[0].components
+    tools = [*reaching.novel[:2], *(draw_crooked(rng, f"crooked {number}", parts) for number in range(crooked))]
+    tasks: dict[str, Reach | Hammer] = {"reach": reaching.task, "hammer": hammering.task}
+    pairs = [(name, tool) for name in tasks for tool in tools]
+    jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, rho) for name, tool in pairs]
+    done = run_tasks(jobs_to_do, jobs=jobs, description="inner and full simulation")
+    found = {(name, tool.name): comparison for (name, tool), comparison in zip(pairs, done, strict=True)}
+    rows = []
+    for (name, tool_name), comparison in found.items():
+        differences = comparison.differences
+        inner, full = ~comparison.inner.feasible, ~comparison.full.feasible
+        largest = f"{100 * differences.max():.2f} %" if len(differences) else ""
+        loss = f"{100 * comparison.losses.max(initial=0.0):.2f} %"
+        rows.append(
+            [name, tool_name, str(comparison.num_same), str(count), loss, largest, f"{inner.sum()}, {full.sum()}"]
+        )
+    for name in tasks:
+        of_task = [comparison for (task, _), comparison in found.items() if task == name]
+        differences = np.concatenate([comparison.differences for comparison in of_task])
+        same = sum(comparison.num_same for comparison in of_task)
+        share = (differences <= BOUND).mean()
+        within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
+        loss = f"{100 * max(comparison.losses.max(initial=0.0) for comparison in of_task):.2f} %"
+        rows.append([name, "all", str(same), str(count * len(of_task)), loss, within, ""])
+    return rows, found
+
+
+def main() -> None:
+    """Prints the table."""
+    print(format_table(HEADER, measure(*map(int, sys.argv[1:]))[0]))
+
+
+if __name__ == "__main__":
+    from studies.speed import inner_vs_full  # processes find what is pickled by the module's name
+
+    inner_vs_full.main()

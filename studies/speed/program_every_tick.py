@@ -1,0 +1,146 @@
+"""Planning every control period by the quadratic program: the same trials, and what it costs.
+
+By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where
+that plan breaks a limit. Here whole trials of all four simulations are run both ways: how far their joint angles
+differ, in how many periods a limit was active, and how much processor time each took.
+``python -m studies.speed.program_every_tick`` runs every trial at full length.
+"""
+
+import dataclasses
+import functools
+import time
+from collections.abc import Callable, Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments.hammer.experiment import HammerExperiment
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
+from affordance.experiments.reach import ReachExperiment
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.blow import simulate_blow
+from affordance.simulation.rollout import roll_out
+from affordance.simulation.trial import Observer, get_runner
+from affordance.simulation.trial_record import TrialRecord
+from studies.speed.tables import format_table
+
+BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
+HEADER = [
+    "simulation",
+    "trials",
+    "largest difference of an angle, rad",
+    "periods with a limit active, default",
+    "the same, program",
+    "default, s",
+    "program, s",
+    "ratio",
+]
+
+# Runs trials under settings; their names and what happened.
+Run = Callable[[Settings], Sequence[TrialRecord]]
+
+
+class Comparison(NamedTuple):
+    """Trials of a simulation that were run both ways.
+
+    Attributes:
+        num_trials: How many.
+        difference: Largest difference of a joint angle at any logged time, [rad].
+        limited: Control periods with a limit active, with the default and with the program.
+        seconds: Processor time, with the default and with the program; each builds its own Diagrams.
+    """
+
+    num_trials: int
+    difference: float
+    limited: tuple[int, int]
+    seconds: tuple[float, float]
+
+
+def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tuple[str, Run]]:
+    """The trials of each simulation, by its name.
+
+    Args:
+        duration: Of holds, [s]; reaching and hammering take as long as they take.
+        num_tools: How many novel tools are used, by their first grips; all by all grips if None.
+    """
+    yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
+    yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)
+    reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
+    assert isinstance(reaching, ReachExperiment)
+    assert isinstance(hammering, HammerExperiment)
+    yield (
+        "reach",
+        lambda settings: [
+            roll_out(gripped, reaching.task, list_densities([tool]), settings).record
+            for tool, gripped in _list_gripped(reaching.novel, num_tools)
+        ],
+    )
+    task, model = hammering.task, ArmModel(load_arm())
+    # Swings are planned once: what is compared is the arm that carries them out.
+    planned = [
+        (gripped, task.build_cost(model, gripped.components, DEFAULT_SETTINGS), list_densities([tool]))
+        for tool, gripped in _list_gripped(reaching.novel, num_tools)
+    ]
+    yield (
+        "hammer",
+        lambda settings: [
+            simulate_blow(gripped, task, cost, densities, settings).record for gripped, cost, densities in planned
+        ],
+    )
+
+
+def compare(run: Run) -> Comparison:
+    """Runs trials both ways."""
+    seconds, records = [], []
+    for settings in (DEFAULT_SETTINGS, BY_PROGRAM):
+        start = time.process_time()
+        records.append(run(settings))
+        seconds.append(time.process_time() - start)
+    one, other = records
+    limited = (sum(record.counts.limited for record in one), sum(record.counts.limited for record in other))
+    return Comparison(len(one), find_difference(one, other), limited, (seconds[0], seconds[1]))
+
+
+def find_difference(one: Sequence[TrialRecord], other: Sequence[TrialRecord]) -> float:
+    """The largest difference of a joint angle at any logged time of the same trials, [rad]."""
+    return max(float(np.abs(a.q - b.q).max()) for a, b in zip(one, other, strict=True))
+
+
+def _hold(tools: Sequence[Tool], duration: float, settings: Settings) -> list[TrialRecord]:
+    """One observer who holds one object after the other, and learns from each."""
+    observer = Observer(get_runner(settings), MaterialMemory(), duration=duration)
+    return [observer.hold(tool, (0, number)) for number, tool in enumerate(tools)]
+
+
+def _list_gripped(tools: Sequence[Tool], num_tools: int | None) -> list[tuple[Tool, Tool]]:
+    if num_tools is None:
+        return [(tool, gripped) for tool in tools for gripped in tool.list_gripped().values()]
+    return [(tool, next(iter(tool.list_gripped().values()))) for tool in tools[:num_tools]]
+
+
+def main() -> None:
+    """Runs everything and prints the table."""
+    rows = []
+    for name, run in list_runs(duration=3.0):
+        found = compare(run)
+        print(f"{name}: {found}", flush=True)
+        rows.append(
+            [
+                name,
+                str(found.num_trials),
+                f"{found.difference:.1e}",
+                str(found.limited[0]),
+                str(found.limited[1]),
+                *(f"{seconds:.2f}" for seconds in found.seconds),
+                f"{found.seconds[1] / found.seconds[0]:.2f}",
+            ]
+        )
+    print(format_table(HEADER, rows))
+
+
+if __name__ == "__main__":
+    main()

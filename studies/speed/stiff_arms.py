@@ -1,0 +1,91 @@
+"""What damping on light wrists costs an integrator, and what helps: python -m studies.speed.stiff_arms MODELS ...
+
+MODELS are folders that ``affordance import-arm`` wrote. Each arm holds the heaviest object of Simulation I, which it
+takes for lighter than it is, for 0.6 s. Errors are of joint angles, against an accuracy of 1e-8.
+"""
+
+import dataclasses
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.material_memory import MaterialMemory
+from affordance.control.systems import MpcController
+from affordance.objects.load import load_materials, load_tools
+from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness
+from affordance.settings import Settings
+from affordance.simulation.trial import TrialRunner
+from studies.speed.tables import format_table
+
+_DURATION = 0.6
+_ACCURACIES = (1e-2, 1e-3, 1e-4)
+_REFERENCE_ACCURACY = 1e-8
+
+
+def hold(models: Path, accuracy: float, *, holds_torque: bool) -> tuple[Array, int, float]:
+    """Holds the object; returns angles, (N, num_joints), ticks with a limit active, and seconds of CPU.
+
+    Args:
+        models: The folder.
+        accuracy: Of the integrator.
+        holds_torque: Whether the controller knows that its torques are held.
+    """
+    settings = dataclasses.replace(
+        Settings(arm=models / ARM.name),
+        accuracy=accuracy,
+        stiff_accuracy=accuracy,
+        log_period=Settings().control_period,
+    )
+    tool = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))[3]
+    runner = TrialRunner(settings)
+    if not holds_torque:
+        _forget_holding(runner.get_diagram(_DURATION).controller)
+    runner.run_hold(tool, MaterialMemory(), duration=_DURATION, seed=(0,))
+    start = time.process_time()
+    record = runner.run_hold(tool, MaterialMemory(), duration=_DURATION, seed=(0,))
+    return record.q, record.counts.limited, time.process_time() - start
+
+
+def _forget_holding(controller: MpcController) -> None:
+    """Gives a controller the instantaneous equation in place of that of held torques."""
+    held = controller._model
+    assert isinstance(held, HeldTorqueModel)
+    plain = ArmModel(held.arm)
+    controller._model = plain  # type: ignore[assignment]
+
+
+def main() -> None:
+    """Prints the table."""
+    rows = []
+    for models in map(Path, sys.argv[1:]):
+        stiffness = compute_stiffness(load_arm(models / ARM.name), Settings().control_period)
+        for holds_torque in (False, True):
+            reference, _, _ = hold(models, _REFERENCE_ACCURACY, holds_torque=holds_torque)
+            for accuracy in _ACCURACIES:
+                q, limited, seconds = hold(models, accuracy, holds_torque=holds_torque)
+                error = float(np.abs(q - reference).max())
+                rows.append(
+                    [
+                        models.parent.name if models.name == "models" else models.name,
+                        f"{stiffness:.0f}",
+                        "held" if holds_torque else "instantaneous",
+                        f"{accuracy:.0e}",
+                        f"{error:.1e}",
+                        f"{limited}",
+                        f"{_DURATION / seconds:.1f}",
+                    ]
+                )
+    print(
+        format_table(
+            ["arm", "tick over M/D", "torque", "accuracy", "error (rad)", "ticks limited", "times real time"], rows
+        )
+    )
+
+
+if __name__ == "__main__":
+    main()

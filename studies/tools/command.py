@@ -1,0 +1,108 @@
+"""The study of real tools."""
+
+import argparse
+import logging
+from pathlib import Path
+
+from affordance.commands.options import (
+    add_jobs,
+    add_models,
+    add_out,
+    add_repeats,
+    add_seed,
+    add_set,
+    change_by_name,
+    check_bounds,
+    refuse_changes,
+)
+from affordance.files.atomic import write_json
+from affordance.plant.arm import ARM
+from affordance.reporting.report import write_report, write_section
+from affordance.settings import Settings
+from studies.tools import study
+from studies.tools.data_set import Half
+from studies.tools.drawings import save_figures
+from studies.tools.numbers import list_details, list_metrics
+from studies.tools.pictures import save_pictures
+from studies.tools.section import describe
+from studies.tools.study import ToolsConfig, ToolsResult
+
+HELP = "meshes, materials by part, masses before first touch, and which end of a hammer to hold"
+NAME = "tools"
+
+_LOG = logging.getLogger(__name__)
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the command's options."""
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="a clone of github.com/utiasSTARS/inertial-identification-with-part-segmentation; without it, only what "
+        "needs no data is run: our own hammers, and figure 1",
+    )
+    add_repeats(parser, 10, "simulated observers, who hold and predict", former=["--observers"])
+    add_seed(parser)
+    add_jobs(parser, 1)
+    parser.add_argument(
+        "--half",
+        choices=("learning", "both"),
+        default="both",
+        help="of which tools masses are predicted; everything was chosen on the learning half (default: both)",
+    )
+    add_models(parser)
+    add_out(parser)
+    add_set(parser)
+
+
+def run_study(config: ToolsConfig, folder: Path) -> int:
+    """Runs the study, and writes numbers, figures and the text of a section into a folder.
+
+    Returns: How many claims are not met.
+    """
+    return write_study(study.run(config), folder)
+
+
+def write_study(result: ToolsResult, folder: Path) -> int:
+    """Writes what was found into a folder, and prints it; returns how many claims are not met."""
+    section = describe(result)
+    write_json(folder / "metrics.json", list_metrics(result))
+    write_json(folder / "details.json", list_details(result))
+    write_section(folder, section)
+    save_figures(result, folder)
+    save_pictures(result, folder)
+    missed = 0
+    for claim in section.claims:
+        missed += not claim.met
+        (found,) = claim.criteria
+        print(
+            f"{'met    ' if claim.met else 'not met'} {claim.text}: {found.name} {found.bound}; found {found.value}"
+        )
+    for paragraph in (section.summary, *section.remarks):
+        print(paragraph)
+    write_report(folder.parent)
+    return missed
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Runs the command; claims that are not met are reported, and are no failure of the program.
+
+    Raises:
+        AffordanceError: An argument or a file is wrong.
+    """
+    check_bounds(arguments)
+    refuse_changes(arguments, ["learner"], "tools are learned about with one density for each colour")
+    halves = (Half.LEARNING,) if arguments.half == "learning" else (Half.LEARNING, Half.TEST)
+    config = ToolsConfig(
+        data=arguments.data,
+        models=arguments.models,
+        seed=arguments.seed,
+        observers=arguments.repeats,
+        jobs=arguments.jobs,
+        halves=halves,
+        settings=change_by_name(arguments, Settings(arm=arguments.models / ARM.name)),
+    )
+    missed = run_study(config, arguments.out / NAME)
+    _LOG.info("%d claims are not met", missed)
+    return 0

@@ -1,0 +1,142 @@
+"""A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), and which half is which.
+
+Nothing of it comes with this program. What each body of a mesh is made of and how a hand holds the tool stand in
+models/workshop/hps.yaml, what materials weigh in models/materials.yaml.
+"""
+
+import enum
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.record import read_record
+from affordance.objects.load import load_tools
+from affordance.objects.tool import Material, Tool
+from affordance.objects.workshop import load_workshop_materials
+
+# On these everything was chosen; the other ten were looked at once, at the end.
+LEARNING = (
+    "Allen Key",
+    "Box Wrench",
+    "C Clamp",
+    "Clamp",
+    "File",
+    "Measuring Tape",
+    "Nut Screwdriver",
+    "Pliers",
+    "Rubber Mallet",
+    "Vise Grip",
+)
+_MESHES = Path("data", "Workshop Tools Dataset")
+_SIMULATIONS = Path("data", "Simulations")
+_SEGMENTATIONS = Path("data", "Segmentations")
+_RESULTS = Path("inertial-parameters-identification", "Experiments", "results.pkl")
+_LENGTH_MAX, _MASS_MAX = 1.0, 20.0
+
+
+class Half(enum.Enum):
+    """Which tools are meant."""
+
+    LEARNING = "learning"
+    TEST = "test"
+
+
+@dataclass(frozen=True)
+class TrueInertia:
+    """What the program that a tool was drawn with says it weighs.
+
+    Attributes:
+        mass: [kg].
+        p_FBcm: Centre of mass in the frame F of the mesh, shape (3,), [m].
+        I_BBcm_F: Rotational inertia about the centre of mass, shape (3, 3), [kg m^2].
+    """
+
+    mass: float
+    p_FBcm: Array
+    I_BBcm_F: Array
+
+
+@dataclass(frozen=True)
+class DataSet:
+    """The clone.
+
+    Attributes:
+        folder: Its folder.
+        models: The folder of our models.
+        halves: Whose files may be read.
+    """
+
+    folder: Path
+    models: Path
+    halves: tuple[Half, ...] = tuple(Half)
+
+    @cached_property
+    def materials(self) -> dict[str, Material]:
+        """Materials of the tools, by name."""
+        return load_workshop_materials(self.models)
+
+    @cached_property
+    def tools(self) -> dict[str, Tool]:
+        """The tools of the halves by name, in the order of our file; no file of another is opened.
+
+        Raises:
+            BadValueError: A mesh is not there, or cannot be read.
+        """
+        self.check()
+        found = load_tools(
+            self.models / "workshop" / "hps.yaml", self.materials, self.folder / _MESHES, chosen=self._is_open
+        )
+        return {tool.name: tool for tool in found}
+
+    def check(self) -> None:
+        """Says in one line what is missing, before anything is run for minutes.
+
+        Raises:
+            BadValueError: The folder is no clone of the data set.
+        """
+        for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
+            if not (self.folder / path).is_dir():
+                problem = f"has no folder {str(path)!r}, must be a clone of the data set"
+                raise BadValueError("--data", str(self.folder), problem)
+
+    def _is_open(self, name: str) -> bool:
+        return (Half.LEARNING if name in LEARNING else Half.TEST) in self.halves
+
+    def list_names(self, half: Half) -> tuple[str, ...]:
+        """Names of the tools of a half."""
+        return tuple(name for name in self.tools if (name in LEARNING) == (half is Half.LEARNING))
+
+    def read_truth(self, name: str) -> TrueInertia:
+        """Reads what a tool is said to weigh.
+
+        Raises:
+            BadValueError: The file or one of its values is wrong.
+        """
+        record = read_record(self.folder / _MESHES / name / "Inertia.yaml").record("OBJECT")
+        return TrueInertia(
+            record.number("MASS", low=1e-6, high=_MASS_MAX),
+            record.vector("COM_WRT_MESH", 3, low=-_LENGTH_MAX, high=_LENGTH_MAX),
+            np.array(record.vectors("INERTIA_WRT_COM", 3)),
+        )
+
+    def find_mesh(self, name: str) -> Path:
+        """Where the mesh of a tool is."""
+        return self.folder / _MESHES / name / "mesh.ply"
+
+    def find_simulation(self, name: str) -> Path:
+        """Where the record of forces and torques of a tool is."""
+        return self.folder / _SIMULATIONS / f"{name.replace(' ', '_')}.pkl"
+
+    def find_segmentation(self, name: str) -> Path:
+        """Where the parts are that the data set's authors found."""
+        key = name.replace(" ", "_")
+        return self.folder / _SEGMENTATIONS / key / f"{key}.ply"
+
+    @property
+    def stored_results(self) -> Path:
+        """Where the errors are that the data set's authors found."""
+        return self.folder / _RESULTS

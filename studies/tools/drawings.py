@@ -1,0 +1,223 @@
+"""Figures of the study of real tools."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from affordance.choice.which_end import TRUE
+from affordance.plant.arm import ARM, load_arm
+from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
+from affordance.reporting.renderings import Pose, render_poses
+from affordance.reporting.replay import Scene, write_replay
+from studies.tools.blows import hold_by
+from studies.tools.data_set import Half
+from studies.tools.first_touch import Prediction
+from studies.tools.geometry import Source
+from studies.tools.numbers import BELIEFS
+from studies.tools.study import Choices, ToolsResult
+
+_SOURCE_NAMES = {
+    Source.CAD: "drawing",
+    Source.TWO_VIEWS: "two views",
+    Source.ONE_VIEW: "one view",
+    Source.ELLIPSOID: "ellipsoids",
+}
+_METHOD_NAMES = {
+    "ours": "part densities, drawing",
+    "ours_hps_parts": "part densities, the authors' parts",
+    "hps": "HPS redone",
+    "hps_stored": "HPS as stored",
+    "geo_stored": "GEO as stored (told the mass)",
+    "ols": "least squares",
+}
+# Around the strike the replay is slower, [s], [1].
+_SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
+_TASK_NAMES = {"hammer": "driving a nail", "reach": "reaching"}
+
+
+def save_figures(result: ToolsResult, folder: Path) -> None:
+    """Draws all that there is to draw into a folder."""
+    save_figure(draw_grips(result.own), folder, "grips")
+    save_figure(draw_holding(result.own, result.config.models / ARM.name), folder, "holding")
+    write_blows(result, folder / "blows.html")
+    if result.hammers is not None:
+        save_figure(draw_grips(result.hammers), folder, "grips_data_set")
+    if result.scores:
+        save_figure(draw_first_touch(result), folder, "first_touch")
+        save_figure(draw_measures(result), folder, "measures")
+        save_figure(draw_records(result), folder, "records")
+
+
+def write_blows(result: ToolsResult, path: Path) -> None:
+    """Writes the simulated blows as a page that moves, slower and larger around the strike."""
+    scenes = []
+    for choices in (result.own, result.hammers):
+        for checked in () if choices is None else choices.blows:
+            blow, times = checked.blow, checked.blow.record.times
+            strike = blow.strike.time_of_strike
+            scenes.append(
+                Scene(
+                    checked.held,
+                    times,
+                    blow.record.q,
+                    f"{checked.tool}, grip {checked.grip}: {checked.work:.1f} J, {checked.force:.0f} N",
+                    placement=blow.strike.placement,
+                    travel=np.interp(times, blow.nail.times, blow.nail.travel),
+                    slow=(strike - _SLOW_BEFORE, strike + _SLOW_AFTER, _SLOWER),
+                )
+            )
+    write_replay(path, result.config.models / ARM.name, scenes, title="Blows with real tools")
+
+
+def draw_first_touch(result: ToolsResult) -> Figure:
+    """Draws masses predicted by one observer against the true ones, from drawings and from two views."""
+    sources = [source for source in (Source.CAD, Source.TWO_VIEWS) if source in result.config.sources]
+    figure = Figure(figsize=(5.2 * len(sources), 4.8))
+    all_axes = figure.subplots(1, len(sources), squeeze=False, sharex=True, sharey=True)[0]
+    shown = result.predictions[0].first_touch
+    for axes, source in zip(all_axes, sources, strict=True):
+        for half, colour in ((Half.LEARNING, OBJECT_COLOURS[3]), (Half.TEST, OBJECT_COLOURS[0])):
+            if (source, 1, half) in shown:
+                names = "left out of the learning half" if half is Half.LEARNING else "test half"
+                _draw_masses(axes, shown[source, 1, half], result, colour, names)
+        low, high = 0.005, 1.5
+        axes.plot([low, high], [low, high], color="#888888", linewidth=1.0, zorder=0)
+        axes.set(xscale="log", yscale="log", xlim=(low, high), ylim=(low, 2.0 * high))
+        axes.set_xlabel("true mass (kg)")
+        axes.set_title(f"by {_SOURCE_NAMES[source]}, one hold of each learning tool", fontsize=10)
+        axes.legend(frameon=False, loc="upper left", fontsize=8)
+    all_axes[0].set_ylabel("mass predicted before it is touched (kg)")
+    tidy(*all_axes)
+    return figure
+
+
+def _draw_masses(
+    axes: Axes, predictions: dict[str, Prediction], result: ToolsResult, colour: str, label: str
+) -> None:
+    names = list(predictions)
+    true = np.array([result.truths[name].mass for name in names])
+    low, middle, high = np.array([predictions[name].mass for name in names]).T
+    axes.errorbar(
+        true,
+        middle,
+        yerr=[middle - low, high - middle],
+        fmt="o",
+        color=colour,
+        markersize=4.0,
+        linewidth=1.0,
+        capsize=2.0,
+        label=label,
+    )
+
+
+def draw_measures(result: ToolsResult) -> Figure:
+    """Draws the mean absolute error of the logarithm of mass by geometry and holds, beside the floors."""
+    halves = result.config.halves
+    figure = Figure(figsize=(4.6 * len(halves) + 1.4, 3.6))
+    all_axes = figure.subplots(1, len(halves), squeeze=False, sharey=True)[0]
+    for axes, half in zip(all_axes, halves, strict=True):
+        sources = list(dict.fromkeys(source for source, _, own in result.scores if own is half))
+        holds = list(dict.fromkeys(count for _, count, own in result.scores if own is half))
+        for index, count in enumerate(holds):
+            values = [result.scores[source, count, half].alde for source in sources]
+            places = np.arange(len(sources)) + 0.38 * (index - 0.5)
+            label = f"{count} hold{'s' if count > 1 else ''} of each learning tool"
+            bars = axes.bar(places, values, width=0.36, color=OBJECT_COLOURS[(3, 0)[index]], label=label)
+            axes.bar_label(bars, fmt="%.2f", fontsize=8)
+        ticks, names = list(range(len(sources))), [_SOURCE_NAMES[source] for source in sources]
+        if half is halves[-1]:
+            for name, floor in result.floors.items():
+                bars = axes.bar([len(ticks)], [floor.alde], width=0.6, color="#999999")
+                axes.bar_label(bars, fmt="%.2f", fontsize=8)
+                ticks.append(len(ticks))
+                names.append(name.replace(" ", "\n", 1))
+        axes.set_xticks(ticks, names, fontsize=8)
+        which = "left out of the learning half" if half is Half.LEARNING else "of the test half"
+        axes.set_title(f"tools {which}", fontsize=10)
+    all_axes[0].set_ylabel("mean |ln predicted / true mass|")
+    all_axes[0].legend(frameon=False, fontsize=8)
+    tidy(*all_axes)
+    return figure
+
+
+def draw_records(result: ToolsResult) -> Figure:
+    """Draws errors of mass, centre of mass and inertia on the records, by noise and method."""
+    figure = Figure(figsize=(11.0, 3.8))
+    all_axes = figure.subplots(1, 3)
+    noises = list(result.records)
+    titles = (("mass", "mass"), ("com", "centre of mass"), ("inertia", "rotational inertia"))
+    for axes, (quantity, title) in zip(all_axes, titles, strict=True):
+        for index, (method, name) in enumerate(_METHOD_NAMES.items()):
+            values = [100.0 * result.records[noise][method][quantity] for noise in noises]
+            style = "--" if "stored" in method else "-"
+            axes.plot(noises, np.maximum(values, 1e-3), f"o{style}", color=OBJECT_COLOURS[index], label=name)
+        axes.set_yscale("log")
+        axes.set_ylim(bottom=7e-4)
+        axes.set_title(f"error of {title} (%)", fontsize=10)
+        axes.set_xlabel("noise")
+    handles, labels = all_axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=3, fontsize=8)
+    tidy(*all_axes)
+    return figure
+
+
+def draw_grips(choices: Choices) -> Figure:
+    """Draws the probability that each grip is its tool's best, by task, tool, geometry and belief."""
+    tasks = list(dict.fromkeys(task for task, _, _ in choices.rankings))
+    figure = Figure(figsize=(4.0 * len(choices.tools), 3.0 * len(tasks) + 0.6))
+    table = figure.subplots(len(tasks), len(choices.tools), squeeze=False, sharey=True)
+    for row, task in zip(table, tasks, strict=True):
+        for axes, tool in zip(row, choices.tools, strict=True):
+            _draw_tool(axes, choices, task, tool.name)
+            axes.set_title(f"{tool.name}, {_TASK_NAMES[task]}", fontsize=10)
+        row[0].set_ylabel("probability of being best")
+    handles, labels = table[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, frameon=False, loc="outside lower center", ncols=4, fontsize=8)
+    tidy(*table.ravel())
+    return figure
+
+
+def _draw_tool(axes: Axes, choices: Choices, task: str, tool: str) -> None:
+    """Draws bars of one tool: groups by geometry and belief, stacked by grip; a star where the choice is right."""
+    right = choices.rankings[task, "drawing", TRUE].find_best(tool).grip
+    grips = sorted({each.grip for each in choices.rankings[task, "drawing", TRUE].ranked if each.tool == tool})
+    places, names = [], []
+    for group, geometry in enumerate(("drawing", "pictures")):
+        for index, belief in enumerate(BELIEFS):
+            place = 3.6 * group + index
+            ranking = choices.rankings[task, geometry, belief]
+            shares = {each.grip: each.p_best_of_tool for each in ranking.ranked if each.tool == tool}
+            below = 0.0
+            for number, grip in enumerate(grips):
+                label = grip if group == index == 0 else None
+                axes.bar(place, shares[grip], bottom=below, color=OBJECT_COLOURS[number], width=0.8, label=label)
+                below += shares[grip]
+            if ranking.find_best(tool).grip == right:
+                axes.annotate("★", (place, 1.0), ha="center", va="bottom", fontsize=9)
+            places.append(place)
+            names.append(("before", "after", "one\ndensity")[index])
+        axes.annotate(f"by {geometry}", (3.6 * group + 1.0, -0.3), xycoords=("data", "axes fraction"), ha="center")
+    axes.set_xticks(places, names, fontsize=8)
+    axes.set_ylim(0.0, 1.12)
+
+
+def draw_holding(choices: Choices, directives: Path) -> Figure:
+    """Shows the arm with each tool in the grip that is right for driving a nail, in its home posture."""
+    right = choices.rankings["hammer", "drawing", TRUE]
+    home = load_arm(directives).home
+    held = [hold_by(tool, right.find_best(tool.name).grip) for tool in choices.tools]
+    pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
+    figure = Figure(figsize=(4.6 * len(held), 2.6))
+    for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):
+        axes.imshow(picture)
+        axes.set_title(f"{tool.name}, grip {tool.grip} ({tool.mass:.2f} kg)", fontsize=10)
+        axes.axis("off")
+    return figure
+
+
+def _list_axes(figure: Figure, count: int) -> Sequence[Axes]:
+    axes: Sequence[Axes] = figure.subplots(1, count, squeeze=False)[0]
+    return axes

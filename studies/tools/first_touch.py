@@ -1,0 +1,181 @@
+"""How heavy is a tool that was never held? Predicted from what holding other tools taught of their materials.
+
+Four measures of predicted masses m against true ones M, as those who predict mass from pictures use them (Standley,
+Sener, Chen and Savarese 2017, image2mass, CoRL): the mean of |m - M|, of |ln m / M|, of |m - M| / M, and of
+min(m / M, M / m).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import Prior
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.proprioception.estimator import TorqueStatistics
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.holds import learn
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.visual_prior import predict_object
+
+type Features = Mapping[str, Sequence[ComponentFeatures]]
+type Felt = Mapping[str, Sequence[TorqueStatistics]]
+
+# Of the believed tools from which medians and intervals are taken.
+_NUM_SAMPLES = 4000
+# Ends of the 90 % intervals, and the median, [%].
+_PERCENTILES = (5.0, 50.0, 95.0)
+# A tool can be left out if materials that recur make at least this part of its mass, and a material recurs that makes
+# at least this part of another tool's mass; of less, holding that tool teaches nothing.
+_MIN_KNOWN, _MIN_RECURRING = 0.9, 0.1
+# What one look would stand for if everything looked alike.
+_ONE_COLOUR: Colour = (0.5, 0.5, 0.5)
+STEEL, WATER = 7850.0, 1000.0
+
+
+class Prediction(NamedTuple):
+    """What is believed of a tool before it is touched, at _PERCENTILES.
+
+    Attributes:
+        mass: Shape (3,), [kg].
+        com: Centre of mass, shape (3, 3): percentiles times axes of the hand, [m].
+    """
+
+    mass: Array
+    com: Array
+
+
+class Truth(NamedTuple):
+    """Mass, [kg], and centre of mass in the hand, shape (3,), [m]."""
+
+    mass: float
+    com: Array
+
+
+class Score(NamedTuple):
+    """The four measures, and how many 90 % intervals hold the truth.
+
+    Attributes:
+        ade_g: Mean absolute error, [g].
+        alde: Mean absolute error of the logarithm.
+        ape: Mean absolute error as a fraction of the true mass.
+        mnre: Mean of the ratio of the smaller to the larger of both.
+        coverage_mass: Of intervals of mass.
+        coverage_com: Of intervals of the coordinates of the centre of mass.
+    """
+
+    ade_g: float
+    alde: float
+    ape: float
+    mnre: float
+    coverage_mass: float
+    coverage_com: float
+
+
+def predict(
+    features: Sequence[ComponentFeatures], memory: Memory, settings: Settings, rng: np.random.Generator
+) -> Prediction:
+    """Predicts mass and centre of mass by what is believed of materials."""
+    pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_SAMPLES)
+    return Prediction(
+        np.percentile(pi[:, 0], _PERCENTILES), np.percentile(pi[:, 1:4] / pi[:, :1], _PERCENTILES, axis=0)
+    )
+
+
+def score(predictions: Sequence[Prediction], truths: Sequence[Truth]) -> Score:
+    """Compares predictions with the truth."""
+    m, M = np.array([each.mass[1] for each in predictions]), np.array([each.mass for each in truths])
+    within = [(p.mass[0] <= t.mass <= p.mass[2]) for p, t in zip(predictions, truths, strict=True)]
+    held = [(p.com[0] <= t.com) & (t.com <= p.com[2]) for p, t in zip(predictions, truths, strict=True)]
+    logs = np.abs(np.log(m / M))
+    return Score(
+        float(1e3 * np.abs(m - M).mean()),
+        float(logs.mean()),
+        float((np.abs(m - M) / M).mean()),
+        float(np.exp(-logs).mean()),
+        float(np.mean(within)),
+        float(np.mean(held)),
+    )
+
+
+def predict_left_out(
+    names: Sequence[str], felt: Felt, features: Features, colours: Sequence[Colour], settings: Settings, seed: int
+) -> dict[str, Prediction]:
+    """Predicts each of some tools by what all others that were held have taught."""
+    return {
+        name: predict(
+            features[name],
+            learn({other: holds for other, holds in felt.items() if other != name}, features, colours, settings),
+            settings,
+            np.random.default_rng([seed, *name.encode()]),
+        )
+        for name in names
+    }
+
+
+def predict_new(
+    names: Sequence[str],
+    felt: Felt,
+    features: Features,
+    colours: Sequence[Colour],
+    settings: Settings,
+    seed: int,
+) -> dict[str, Prediction]:
+    """Predicts tools that were never held by what all that were have taught."""
+    memory = learn(felt, features, colours, settings)
+    return {
+        name: predict(features[name], memory, settings, np.random.default_rng([seed, *name.encode()]))
+        for name in names
+    }
+
+
+def take_first(felt: Felt, count: int) -> dict[str, Sequence[TorqueStatistics]]:
+    """The first so many holds of each tool."""
+    return {name: holds[:count] for name, holds in felt.items()}
+
+
+def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
+    """The same tools to one who sees no colours, and so knows one density only."""
+    return {
+        name: [replace(part, colour=_ONE_COLOUR, colour_sd=0.0) for part in parts] for name, parts in features.items()
+    }
+
+
+def predict_without_experience(
+    features: Sequence[ComponentFeatures], density: float, prior: Prior = DEFAULT_SETTINGS.prior
+) -> Prediction:
+    """Mass and centre of mass if everything had one density, [kg/m^3]."""
+    memory = MaterialMemory.from_densities({_ONE_COLOUR: density})
+    alike = make_all_alike({"": features})[""]
+    pi = predict_object(alike, memory, replace(prior, deviation_sd=1e-3)).parameter_mean
+    return Prediction(np.full(3, pi[0]), np.tile(pi[1:4] / pi[0], (3, 1)))
+
+
+def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
+    """Names of tools that other tools can teach about: those of which most is made of what recurs in others."""
+    shares = {name: compute_shares(tool) for name, tool in tools.items()}
+    recurring = []
+    for name, own in shares.items():
+        taught = {
+            material
+            for other, parts in shares.items()
+            if other != name
+            for material, share in parts.items()
+            if share >= _MIN_RECURRING
+        }
+        if sum(share for material, share in own.items() if material in taught) >= _MIN_KNOWN:
+            recurring.append(name)
+    return tuple(recurring)
+
+
+def compute_shares(tool: Tool) -> dict[str, float]:
+    """What part of a tool's mass each of its materials makes, by name."""
+    masses: dict[str, float] = {}
+    for part in tool.components:
+        masses[part.material.name] = masses.get(part.material.name, 0.0) + part.material.density * part.shape.volume
+    return {name: mass / sum(masses.values()) for name, mass in masses.items()}

@@ -1,0 +1,158 @@
+"""The numbers of the study as they are kept: metrics.json, and beside it what stands behind them."""
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from affordance.choice.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
+from studies.tools.made_out import Outcome
+from studies.tools.study import Choices, ToolsResult
+
+_MM = 1e3
+# Of a score, those four that a floor has too.
+_MEASURES = ("ade_g", "alde", "ape", "mnre")
+
+
+def list_metrics(result: ToolsResult) -> dict[str, Any]:
+    """The content of metrics.json; keys of what needs the data set are empty without it."""
+    return {
+        "parity": {
+            "mass": _find_largest(each.mass for each in result.parity.values()),
+            "com_mm": _find_largest(_MM * each.com for each in result.parity.values()),
+            "inertia": _find_largest(each.inertia for each in result.parity.values()),
+        },
+        "first_touch": [
+            {"geometry": source.value, "holds": holds, "half": half.value, **score._asdict()}
+            for (source, holds, half), score in result.scores.items()
+        ],
+        "floors": {
+            name: {measure: getattr(score, measure) for measure in _MEASURES} for name, score in result.floors.items()
+        },
+        "records": {
+            noise: {method: _drop_missing(errors) for method, errors in methods.items()}
+            for noise, methods in result.records.items()
+        },
+        "segmented": sum(outcome.made_out for outcome in result.made_out.values()) if result.made_out else None,
+        "grips": [
+            entry
+            for whose, choices in (("own", result.own), ("data set", result.hammers))
+            if choices is not None
+            for entry in _list_grips(whose, choices)
+        ],
+    }
+
+
+def list_details(result: ToolsResult) -> dict[str, Any]:
+    """What stands behind the metrics, tool by tool."""
+    return {
+        "parity": {name: each._asdict() for name, each in result.parity.items()},
+        "predicted_mass": [
+            {
+                "geometry": source.value,
+                "holds": holds,
+                "half": half.value,
+                "tool": name,
+                "true": result.truths[name].mass,
+                "predicted": [float(value) for value in np.mean([each.mass for each in found], axis=0)],
+            }
+            for (source, holds, half), names in _collect_predictions(result).items()
+            for name, found in names.items()
+        ],
+        "mass_error_of_sight": {
+            source.value: {
+                name: float(
+                    np.mean([each.at_true_densities[source].get(name, np.nan) for each in result.predictions])
+                )
+                for name in found
+            }
+            for source, found in (result.predictions[0].at_true_densities.items() if result.predictions else ())
+        },
+        "not_seen": {name: why for each in result.predictions for name, why in each.not_seen.items()},
+        "made_out": {name: _describe_outcome(outcome) for name, outcome in result.made_out.items()},
+        "made_out_as_painted": {name: _describe_outcome(outcome) for name, outcome in result.painted.items()},
+        "blows": [
+            {name: value for name, value in blow._asdict().items() if name not in ("held", "blow")}
+            for choices in (result.own, result.hammers)
+            if choices is not None
+            for blow in choices.blows
+        ],
+        "uncommon": {
+            "motions": [_drop_missing(motion._asdict()) for motion in result.uncommon.motions],
+            "masses": [mass._asdict() for mass in result.uncommon.masses],
+        },
+    }
+
+
+def find_median_error_of_sight(result: ToolsResult, source: Any, names: Iterable[str]) -> float:
+    """Median over tools of the error of mass by what is seen alone, at true densities, as a fraction."""
+    names = [name for name in names if name in result.predictions[0].at_true_densities[source]]
+    errors = [each.at_true_densities[source].get(name, np.nan) for each in result.predictions for name in names]
+    return float(np.nanmedian(np.abs(np.expm1(errors))))
+
+
+def _collect_predictions(result: ToolsResult) -> dict[Any, dict[str, list[Any]]]:
+    found: dict[Any, dict[str, list[Any]]] = {}
+    for observer in result.predictions:
+        for key, names in observer.first_touch.items():
+            for name, prediction in names.items():
+                found.setdefault(key, {}).setdefault(name, []).append(prediction)
+    return found
+
+
+def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
+    """For each task, geometry and belief, the grip that is chosen of each tool, and whether it is the right one."""
+    entries = []
+    for (task, geometry, belief), ranking in choices.rankings.items():
+        if belief == TRUE:
+            continue
+        right = choices.rankings[task, "drawing", TRUE]
+        for tool in choices.tools:
+            chosen = ranking.find_best(tool.name)
+            entries.append(
+                {
+                    "tools": whose,
+                    "task": task,
+                    "geometry": geometry,
+                    "belief": belief,
+                    "tool": tool.name,
+                    "chosen": chosen.grip,
+                    "right": right.find_best(tool.name).grip,
+                    "probabilities": {
+                        each.grip: each.p_best_of_tool for each in ranking.ranked if each.tool == tool.name
+                    },
+                    "p_feasible": {each.grip: each.p_feasible for each in ranking.ranked if each.tool == tool.name},
+                    "best_tool": ranking.ranked[0].tool == tool.name,
+                }
+            )
+    return entries
+
+
+def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tuple[int, int]:
+    """Of how many tools the right grip is chosen, and of how many."""
+    right, ranking = (choices.rankings[task, kind, name] for kind, name in (("drawing", TRUE), (geometry, belief)))
+    hits = sum(ranking.find_best(tool.name).grip == right.find_best(tool.name).grip for tool in choices.tools)
+    return hits, len(choices.tools)
+
+
+BELIEFS = {BEFORE: "before experience", AFTER: "after it", ONE_DENSITY: "one density for everything"}
+
+
+def _describe_outcome(outcome: Outcome) -> dict[str, Any]:
+    return {**outcome._asdict(), "made_out": outcome.made_out}
+
+
+def _find_largest(values: Iterable[float]) -> float | None:
+    return max(values, default=None)
+
+
+def _drop_missing(entries: Mapping[str, Any]) -> dict[str, Any]:
+    """The entries with None for what is no number, which JSON does not know."""
+
+    def replace(value: Any) -> Any:
+        if isinstance(value, tuple):
+            return [replace(each) for each in value]
+        return None if isinstance(value, float) and not math.isfinite(value) else value
+
+    return {name: replace(value) for name, value in entries.items()}

@@ -1,0 +1,159 @@
+"""One observer: holds the learning tools, looks at all tools, and predicts what those it never held weigh."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.exceptions import SeeingError
+from affordance.objects.tool import Tool
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.holds import simulate_holds
+from affordance.vision.features import ComponentFeatures
+from affordance.vision.pixels.turning_stand import get_turning_stand
+from studies.tools.data_set import DataSet, Half
+from studies.tools.first_touch import (
+    STEEL,
+    WATER,
+    Prediction,
+    Truth,
+    list_recurring,
+    make_all_alike,
+    predict,
+    predict_left_out,
+    predict_new,
+    predict_without_experience,
+    take_first,
+)
+from studies.tools.geometry import Source, measure_all
+
+# How often each learning tool was held before a prediction.
+HOLDS = (1, 5)
+
+
+@dataclass(frozen=True)
+class ObserverConfig:
+    """What one observer does.
+
+    Attributes:
+        data: Folder of the data set.
+        models: Folder of our models.
+        seed: Root of everything random.
+        halves: Of which tools masses are predicted; those held are the learning half.
+        sources: Where geometry comes from.
+        settings: Settings of arm, prior and noise.
+    """
+
+    data: Path
+    models: Path
+    seed: int
+    halves: tuple[Half, ...]
+    sources: tuple[Source, ...]
+    settings: Settings = DEFAULT_SETTINGS
+
+
+class Predictions(NamedTuple):
+    """What an observer predicts of each tool, by its name.
+
+    Attributes:
+        first_touch: By geometry, number of holds, and half.
+        floors: Of the last half, by the name of the floor.
+        at_true_densities: Logarithm of mass seen by mass true, by geometry, where only the geometry may err.
+        not_seen: Why a tool could not be made out in pictures, by its name.
+    """
+
+    first_touch: dict[tuple[Source, int, Half], dict[str, Prediction]]
+    floors: dict[str, dict[str, Prediction]]
+    at_true_densities: dict[Source, dict[str, float]]
+    not_seen: dict[str, str]
+
+
+def run_observer(config: ObserverConfig, observer: int) -> Predictions:
+    """Runs one observer.
+
+    Raises:
+        BadValueError: A file of the data set is wrong.
+    """
+    data, settings = DataSet(config.data, config.models, config.halves), config.settings
+    colours = [material.colour for material in data.materials.values()]
+    held = {name: hold_tool(data, name) for name in data.list_names(Half.LEARNING)}
+    felt = simulate_holds(list(held.values()), settings, rounds=max(HOLDS), seed=(config.seed, 1 + observer))
+    wanted = {half: data.list_names(half) for half in config.halves}
+    wanted[Half.LEARNING] = tuple(held)
+    features: dict[Source, dict[str, tuple[ComponentFeatures, ...]]] = {source: {} for source in config.sources}
+    not_seen: dict[str, str] = {}
+    for name in dict.fromkeys(name for names in wanted.values() for name in names):
+        rng = np.random.default_rng([config.seed, 1 + observer, *name.encode()])
+        try:
+            found = measure_all(hold_tool(data, name), get_turning_stand(), rng, config.sources)
+        except SeeingError as error:
+            not_seen[name] = error.reason
+            found = measure_all(hold_tool(data, name), get_turning_stand(), rng, (Source.CAD,))
+        for source, parts in found.items():
+            features[source][name] = parts
+    judged = {Half.LEARNING: list_recurring({name: data.tools[name] for name in held})}
+    if Half.TEST in config.halves:
+        judged[Half.TEST] = wanted[Half.TEST]
+    first_touch = {}
+    for source in config.sources:
+        known = features[source]
+        for holds in HOLDS:
+            some = {name: each for name, each in take_first(felt, holds).items() if name in known}
+            for half in config.halves:
+                predict_some = predict_left_out if half is Half.LEARNING else predict_new
+                names = [name for name in judged[half] if name in known]
+                predicted = predict_some(names, some, known, colours, settings, config.seed + observer)
+                first_touch[source, holds, half] = predicted
+    last = config.halves[-1]
+    drawings = features[Source.CAD]
+    alike = make_all_alike(drawings)
+    predict_some = predict_left_out if last is Half.LEARNING else predict_new
+    one_colour = [parts[0].colour for parts in list(alike.values())[:1]]
+    floors = {
+        "one density learned": predict_some(
+            judged[last], take_first(felt, 1), alike, one_colour, settings, config.seed + observer
+        ),
+        "all steel": {
+            name: predict_without_experience(drawings[name], STEEL, settings.prior) for name in judged[last]
+        },
+        "all water": {
+            name: predict_without_experience(drawings[name], WATER, settings.prior) for name in judged[last]
+        },
+    }
+    return Predictions(first_touch, floors, _compare_with_truth(data, features, settings), not_seen)
+
+
+def hold_tool(data: DataSet, name: str) -> Tool:
+    """A tool of the data set as it is held by its handle."""
+    tool = data.tools[name]
+    return tool.gripped_by(tool.grips[0])
+
+
+def read_truth_in_hand(data: DataSet, name: str) -> Truth:
+    """Mass and centre of mass of a tool as it is held by its handle, as the data set gives them."""
+    truth, X_FG = data.read_truth(name), data.tools[name].grips[0].X_TG
+    return Truth(truth.mass, X_FG[:3, :3].T @ (truth.p_FBcm - X_FG[:3, 3]))
+
+
+def _compare_with_truth(
+    data: DataSet,
+    features: Mapping[Source, Mapping[str, Sequence[ComponentFeatures]]],
+    settings: Settings,
+) -> dict[Source, dict[str, float]]:
+    """What sight alone gets wrong: masses to one who knows all densities."""
+    known = MaterialMemory.from_densities({each.colour: each.density for each in data.materials.values()})
+    return {
+        source: {
+            name: float(
+                np.log(
+                    predict(parts, known, settings, np.random.default_rng([1, *name.encode()])).mass[1]
+                    / data.read_truth(name).mass
+                )
+            )
+            for name, parts in found.items()
+        }
+        for source, found in features.items()
+    }

@@ -1,0 +1,133 @@
+"""What the eye makes of real tools, as pictures: the object, its colours, its columns, and the paper's figure 1."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from affordance.objects.column_solid import ColumnSolid
+from affordance.objects.tool import Tool
+from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
+from affordance.vision.pixels.columns import build_columns
+from affordance.vision.pixels.seen_tool import detect_tool
+from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
+from studies.tools.study import ToolsResult
+from studies.tools.uncommon import CheckedMass, CheckedMotion
+
+_MM = 1e3
+# Around an object in its picture, [pixels].
+_ROOM = 25
+
+
+def save_pictures(result: ToolsResult, folder: Path) -> None:
+    """Draws all that there is to draw into a folder."""
+    tools = [*result.own.tools, *result.uncommon.tools]
+    stand = get_turning_stand()
+    save_figure(draw_seen(tools, stand, result.config.seed), folder, "seen")
+    save_figure(draw_uncommon(result, stand), folder, "uncommon")
+
+
+def draw_seen(tools: Sequence[Tool], stand: TurningStand, seed: int) -> Figure:
+    """Draws for each tool one of its pictures, the colours found in it, and the height of its columns."""
+    figure = Figure(figsize=(11.0, 1.9 * len(tools)))
+    table = figure.subplots(len(tools), 3, squeeze=False, width_ratios=(1.0, 1.0, 1.25))
+    for row, tool in zip(table, tools, strict=True):
+        photographs = stand.take_pictures(tool, np.random.default_rng([seed, *tool.name.encode()]))
+        seen = detect_tool(photographs, stand.rig, stand.noise)
+        view = seen.views[0]
+        column, line = view.surface.corner.astype(int)
+        height, width = view.labels.shape
+        window = photographs[0].picture.colour[line : line + height, column : column + width]
+        row[0].imshow(window)
+        row[0].set_title(f"{tool.name}: one of two pictures", fontsize=9)
+        found = np.ones((height, width, 3))
+        for number, look in enumerate(seen.looks):
+            found[view.labels == number] = look.colour
+        row[1].imshow(found)
+        count = len(seen.looks)
+        row[1].set_title(f"{count} colour{'s' if count > 1 else ''} in full light", fontsize=9)
+        _draw_columns(row[2], list(build_columns(*seen.views).values()))
+    for axes in table[:, :2].ravel():
+        axes.axis("off")
+    return figure
+
+
+def _draw_columns(axes: Axes, solids: Sequence[ColumnSolid]) -> None:
+    x, y = _MM * np.concatenate([solid.places for solid in solids]).T
+    thickness = _MM * np.concatenate([np.ptp(solid.ends, axis=1) for solid in solids])
+    marks = axes.scatter(x, y, c=thickness, s=0.2, cmap="viridis", rasterized=True)
+    axes.set_aspect("equal")
+    axes.axis("off")
+    figure = axes.get_figure()
+    assert figure is not None
+    figure.colorbar(marks, ax=axes, label="thickness (mm)", shrink=0.8)
+    axes.set_title("columns between both sides", fontsize=9)
+
+
+def draw_uncommon(result: ToolsResult, stand: TurningStand) -> Figure:
+    """Draws the paper's figure 1: the two objects, their masses as seen and as felt, and the motions' work."""
+    tools, motions, masses = result.uncommon
+    figure = Figure(figsize=(11.0, 5.6))
+    grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.2))
+    for number, tool in enumerate(tools):
+        axes = figure.add_subplot(grid[0, number])
+        rows, columns = np.nonzero(stand.render_labels(tool)[0] >= 0)
+        axes.imshow(
+            stand.render(tool)[0].colour[
+                rows.min() - _ROOM : rows.max() + _ROOM, columns.min() - _ROOM : columns.max() + _ROOM
+            ]
+        )
+        axes.set_title(f"{tool.name} ({tool.mass:.2f} kg)", fontsize=10)
+        axes.axis("off")
+    left, right = figure.add_subplot(grid[1, 0]), figure.add_subplot(grid[1, 1])
+    _draw_uncommon_masses(left, masses)
+    _draw_motions(right, motions)
+    tidy(left, right)
+    return figure
+
+
+def _draw_uncommon_masses(axes: Axes, masses: Sequence[CheckedMass]) -> None:
+    for place, mass in enumerate(masses):
+        for offset, (label, (low, middle, high)), colour in zip(
+            (-0.15, 0.15), (("seen", mass.seen), ("held", mass.held)), OBJECT_COLOURS, strict=False
+        ):
+            axes.errorbar(
+                [place + offset],
+                [middle],
+                yerr=[[middle - low], [high - middle]],
+                fmt="o",
+                color=colour,
+                capsize=3.0,
+                label=label if place == 0 else None,
+            )
+        axes.plot([place - 0.3, place + 0.3], [mass.mass] * 2, color="#000000", label=None if place else "true")
+    axes.set_xticks(range(len(masses)), [mass.object_name for mass in masses])
+    axes.set_xlim(-0.6, len(masses) - 0.4)
+    axes.set_ylim(bottom=0.0)
+    axes.set_ylabel("mass (kg)")
+    axes.set_title("believed by two pictures, and once held; 90 % intervals", fontsize=10)
+    axes.legend(frameon=False, fontsize=8)
+
+
+def _draw_motions(axes: Axes, motions: Sequence[CheckedMotion]) -> None:
+    for place, motion in enumerate(motions):
+        low, middle, high = motion.work
+        if np.isfinite(middle):
+            axes.errorbar(
+                [place],
+                [middle],
+                yerr=[[middle - low], [high - middle]],
+                fmt="o",
+                color=OBJECT_COLOURS[0],
+                capsize=3.0,
+                label="predicted, where the arm can" if place == 0 else None,
+            )
+        label = "simulated, true object" if place == 0 else None
+        axes.plot([place], [motion.simulated], "x", color=OBJECT_COLOURS[2], markersize=9.0, label=label)
+    names = [f"{each.object_name}\nby {each.grip}\np = {each.p_best:.2f}" for each in motions]
+    axes.set_xticks(range(len(motions)), names, fontsize=8)
+    axes.set_ylabel("work of mashing (J)")
+    axes.set_title("in the order in which they are chosen", fontsize=10)
+    axes.legend(frameon=False, fontsize=8)

@@ -1,0 +1,189 @@
+"""Inertial parameters from a force-torque record: by our part densities, by least squares, and as the authors do it.
+
+What the sensor feels is F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool
+and the force that its acceleration takes have the same sign. That is how they were simulated, and how their authors
+read them; a real sensor feels m (a - g). All is expressed in the frame S of the sensor and about its origin.
+"""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import nnls
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.wrench_regressor import compute_wrench_regressor
+from studies.tools.record_file import Recording
+
+GRAVITY_W = np.array([0.0, 0.0, -9.81])
+# The authors take samples in which the robot moves less than this for those of a robot at rest, [m/s^2, rad/s^2].
+_AT_REST = 1.0
+# Least standard deviations of wrenches that are believed: of what is said to have none, [N], [N m].
+_LEAST_FORCE_SD, _LEAST_TORQUE_SD = 1e-3, 1e-5
+_NUM_ITERATIONS = 8
+# For which density the error of acceleration is first taken into account, [kg/m^3].
+_FIRST_DENSITY = 3000.0
+
+
+class Noise(NamedTuple):
+    """Standard deviations of what is added to a record.
+
+    Attributes:
+        acceleration: Linear, [m/s^2].
+        angular_acceleration: [rad/s^2].
+        force: [N].
+        torque: [N m].
+    """
+
+    acceleration: float
+    angular_acceleration: float
+    force: float
+    torque: float
+
+
+# As the authors define them.
+NOISES = {
+    "none": Noise(0.0, 0.0, 0.0, 0.0),
+    "low": Noise(0.025, 0.25, 0.05, 0.0025),
+    "moderate": Noise(0.05, 0.5, 0.1, 0.005),
+    "high": Noise(0.1, 1.0, 0.2, 0.01),
+}
+
+
+class Measured(NamedTuple):
+    """A record in the frame of its sensor, with noise, at N times.
+
+    Attributes:
+        g_S: Acceleration of gravity, shape (N, 3), [m/s^2].
+        a_S: Linear acceleration, shape (N, 3), [m/s^2].
+        alpha_S: Angular acceleration, shape (N, 3), [rad/s^2].
+        w_S: Angular velocity, shape (N, 3), [rad/s].
+        wrench_S: Torque, then force, shape (N, 6), [N m, N].
+    """
+
+    g_S: Array
+    a_S: Array
+    alpha_S: Array
+    w_S: Array
+    wrench_S: Array
+
+
+def add_noise(recording: Recording, noise: Noise, rng: np.random.Generator) -> Measured:
+    """Expresses a record in the frame of its sensor, and adds independent errors to every number."""
+    R_WS = recording.X_WS[:, :3, :3]
+
+    def express(vectors_W: Array, sd: float) -> Array:
+        expressed: Array = np.einsum("nji,nj->ni", R_WS, vectors_W) + sd * rng.standard_normal(vectors_W.shape)
+        return expressed
+
+    return Measured(
+        np.einsum("nji,j->ni", R_WS, GRAVITY_W),
+        express(recording.a_WS, noise.acceleration),
+        express(recording.alpha_WS, noise.angular_acceleration),
+        express(recording.w_WS, 0.0),
+        np.hstack([express(recording.torque_W, noise.torque), express(recording.force_W, noise.force)]),
+    )
+
+
+def build_regressors(measured: Measured) -> Array:
+    """Builds W with wrench = W pi at each time, shape (N, 6, 10)."""
+    return compute_wrench_regressor(np.stack([measured.a_S + measured.g_S, measured.alpha_S, measured.w_S], axis=1))
+
+
+def solve_least_squares(measured: Measured) -> Array:
+    """All ten parameters by ordinary least squares (Atkeson, An and Hollerbach 1986), shape (10,)."""
+    W = build_regressors(measured).reshape(-1, NUM_PARAMETERS)
+    pi: Array = np.linalg.lstsq(W, measured.wrench_S.ravel(), rcond=None)[0]
+    return pi
+
+
+class PointParts(NamedTuple):
+    """A tool as the authors describe it: points with a volume each, which belong to K parts.
+
+    Attributes:
+        p_SQ: The points, shape (P, 3), [m].
+        volumes: Shape (P,), [m^3].
+        part: Number of each point's part, shape (P,).
+    """
+
+    p_SQ: Array
+    volumes: Array
+    part: Array
+
+    def build_inertia_map(self) -> Array:
+        """Parameters of each part at 1 kg/m^3, as point masses, shape (10, K)."""
+        columns = []
+        for number in np.unique(self.part):
+            own = self.part == number
+            points, volumes = self.p_SQ[own], self.volumes[own]
+            x, y, z = points.T
+            moments = [y**2 + z**2, x**2 + z**2, x**2 + y**2, -x * y, -x * z, -y * z]
+            columns.append([volumes.sum(), *(volumes @ points), *(volumes @ moment for moment in moments)])
+        return np.array(columns, dtype=float).T
+
+
+def solve_at_rest(measured: Measured, Phi: Array) -> Array:
+    """Part masses of least squares that are not negative, from samples at rest (Nadeau, Giamou and Kelly 2023).
+
+    Args:
+        measured: The record.
+        Phi: Parameters of each part at 1 kg/m^3, shape (10, K).
+
+    Returns: The ten parameters, shape (10,).
+    """
+    sizes = np.linalg.norm([measured.a_S, measured.alpha_S], axis=-1)  # (2, N)
+    resting = (sizes < _AT_REST).all(axis=0)
+    nothing = np.zeros_like(measured.g_S[resting])
+    still = Measured(measured.g_S[resting], nothing, nothing, nothing, measured.wrench_S[resting])
+    columns = build_regressors(still) @ (Phi / Phi[0])
+    masses, _ = nnls(columns.reshape(-1, Phi.shape[1]), still.wrench_S.ravel())
+    pi: Array = (Phi / Phi[0]) @ masses
+    return pi
+
+
+def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) -> DensityBelief:
+    """Our belief about the densities of a tool's materials, by all samples.
+
+    Errors of acceleration count as errors of the wrench they would take, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T
+    with B_k the derivative of W by the k-th acceleration, evaluated at the densities believed, to a fixed point. In
+    the products of W with itself they add up to what is expected of them, and that is taken off.
+
+    Args:
+        measured: The record.
+        Phi: Parameters of each material at 1 kg/m^3, shape (10, M).
+        noise: How large its errors are.
+        prior: What is believed of a density beforehand.
+    """
+    W = build_regressors(measured)
+    count = len(W)
+    still, moved = np.zeros((1, 3, 3)), np.zeros((6, 3, 3))
+    moved[np.arange(6), np.arange(6) // 3, np.arange(6) % 3] = 1.0
+    B = compute_wrench_regressor(moved) - compute_wrench_regressor(still)  # (6, 6, 10)
+    variances = np.repeat([noise.acceleration**2, noise.angular_acceleration**2], 3)
+    sds = [max(noise.torque, _LEAST_TORQUE_SD), max(noise.force, _LEAST_FORCE_SD)]
+    of_wrench = np.diag(np.repeat(sds, 3)) ** 2
+    rho = np.full(Phi.shape[1], _FIRST_DENSITY)
+    unknown = DensityBelief(np.zeros((0, 0)), np.zeros(0)).extend(prior, Phi.shape[1])
+    belief = unknown
+    for _ in range(_NUM_ITERATIONS):
+        effects = B @ (Phi @ rho)  # (6, 6)
+        R = of_wrench + np.einsum("k,ki,kj->ij", variances, effects, effects)
+        weighted = np.linalg.solve(R, W)  # (N, 6, 10)
+        gram = np.einsum("nij,nik->jk", W, weighted)
+        gram -= count * np.einsum("k,kij,kil->jl", variances, B, np.linalg.solve(R, B))
+        gram = _keep_positive(Phi.T @ gram @ Phi)
+        shift = Phi.T @ np.einsum("nij,ni->j", weighted, measured.wrench_S)
+        belief = replace(
+            unknown, precision=unknown.precision + gram, information_vector=unknown.information_vector + shift
+        )
+        rho = belief.compute_mean()
+    return belief
+
+
+def _keep_positive(gram: Array) -> Array:
+    """The nearest matrix without negative eigenvalues: taking off what is expected may leave some."""
+    values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
+    kept: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    return kept

@@ -1,0 +1,241 @@
+"""The study of real tools: what it runs, and the numbers it finds.
+
+Without the data set it asks which of our own hammers to take and where to hold it, and shows the paper's figure 1
+with two objects of ours. With it, it also compares meshes with the truth, predicts masses before first touch, reads
+the force-torque records, and ranks the data set's three hammers.
+"""
+
+import logging
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import joblib
+import numpy as np
+
+from affordance.choice.hammer import load_hammer
+from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.reach import Reach
+from affordance.choice.which_end import (
+    AFTER,
+    TRUE,
+    GripRanking,
+    build_beliefs,
+    list_options,
+    list_seen_options,
+    rank_grips,
+)
+from affordance.control.timed_path import load_path
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.mesh_bodies import load_bodies
+from affordance.objects.tool import Tool
+from affordance.objects.workshop import load_workshop_materials
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.holds import gain_experience
+from affordance.vision.pixels.turning_stand import get_turning_stand
+from studies.tools.blows import CheckedBlow, check_blows
+from studies.tools.data_set import DataSet, Half
+from studies.tools.first_touch import Prediction, Score, Truth, score
+from studies.tools.geometry import Source
+from studies.tools.made_out import Outcome, examine, paint
+from studies.tools.observer import ObserverConfig, Predictions, read_truth_in_hand, run_observer
+from studies.tools.parity import Deviation, measure_parity
+from studies.tools.records import Errors, compare_methods, read_stored
+from studies.tools.uncommon import CheckedMass, CheckedMotion, check_mass, check_motions
+
+_LOG = logging.getLogger(__name__)
+
+# Of the data set, those that can drive a nail.
+HAMMERS = ("Hammer", "Machinist Hammer", "Rubber Mallet")
+# How often each thing is held before hammers and kitchen tools are judged.
+HOLDS_BEFORE_CHOICE = 2
+
+
+@dataclass(frozen=True)
+class ToolsConfig:
+    """What the study runs.
+
+    Attributes:
+        data: A user's clone of the data set; None to do without.
+        models: The folder of our models.
+        seed: Root of everything random.
+        observers: Who hold the learning tools and predict the others, each with noise of their own.
+        jobs: Processes.
+        halves: Of which tools masses are predicted.
+        sources: Where their geometry comes from.
+        settings: Settings of arm, prior and noise.
+    """
+
+    data: Path | None = None
+    models: Path = MODELS
+    seed: int = 0
+    observers: int = 10
+    jobs: int = 1
+    halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)
+    sources: tuple[Source, ...] = tuple(Source)
+    settings: Settings = DEFAULT_SETTINGS
+
+
+class Choices(NamedTuple):
+    """Which end of some tools is held.
+
+    Attributes:
+        tools: The tools.
+        rankings: By task, geometry (drawing or pictures) and belief.
+        blows: Simulated blows, each tool by its best grip at true densities.
+    """
+
+    tools: tuple[Tool, ...]
+    rankings: dict[tuple[str, str, str], GripRanking]
+    blows: list[CheckedBlow]
+
+
+class Uncommon(NamedTuple):
+    """The paper's figure 1: the two objects, what was predicted of moving them, and of their masses."""
+
+    tools: tuple[Tool, ...]
+    motions: list[CheckedMotion]
+    masses: list[CheckedMass]
+
+
+@dataclass
+class ToolsResult:
+    """What the study found; what needs the data set is empty without it.
+
+    Attributes:
+        config: What was run.
+        own: Choices about our own hammers.
+        uncommon: The paper's figure 1.
+        hammers: Choices about the data set's hammers; None without it.
+        parity: By tool.
+        scores: First touch, by geometry, holds and half.
+        floors: By name, of the last half.
+        predictions: Of every observer.
+        truths: By tool.
+        made_out: By tool, drawn in the colours of its materials.
+        painted: The same, in the paint of the data set.
+        records: By noise and method.
+    """
+
+    config: ToolsConfig
+    own: Choices
+    uncommon: Uncommon
+    hammers: Choices | None = None
+    parity: dict[str, Deviation] = field(default_factory=dict)
+    scores: dict[tuple[Source, int, Half], Score] = field(default_factory=dict)
+    floors: dict[str, Score] = field(default_factory=dict)
+    predictions: list[Predictions] = field(default_factory=list)
+    truths: dict[str, Truth] = field(default_factory=dict)
+    made_out: dict[str, Outcome] = field(default_factory=dict)
+    painted: dict[str, Outcome] = field(default_factory=dict)
+    records: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+
+
+def run(config: ToolsConfig) -> ToolsResult:
+    """Runs the study.
+
+    Raises:
+        AffordanceError: A file is wrong, or something cannot be done; the message says which and how.
+    """
+    folder, settings = config.models / "workshop", config.settings
+    materials = load_workshop_materials(config.models)
+    data = None if config.data is None else DataSet(config.data, config.models, config.halves)
+    if data is not None:
+        data.check()
+    blanks = load_tools(folder / "blanks.yaml", materials)
+    experience = gain_experience(blanks, settings, holds=HOLDS_BEFORE_CHOICE, seed=config.seed)
+    beliefs = build_beliefs(materials, experience, settings)
+    _LOG.info("which end of our own hammers")
+    own = _choose(config, load_tools(folder / "tools.yaml", materials), beliefs, settings)
+    _LOG.info("the paper's figure 1")
+    strange = load_tools(folder / "uncommon.yaml", materials)
+    mash = Reach(load_path(config.models / "paths" / "mash.yaml"))
+    options = list_seen_options(strange, get_turning_stand(), config.seed)
+    motions = check_motions(strange, options, mash, beliefs, settings, config.seed)
+    masses = [check_mass(tool.gripped_by(tool.grips[0]), beliefs[AFTER], settings, config.seed) for tool in strange]
+    result = ToolsResult(config, own, Uncommon(strange, motions, masses))
+    if data is not None:
+        _use_data(result, data, settings)
+    return result
+
+
+def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
+    """Adds what needs the data set."""
+    config = result.config
+    _LOG.info("inertia from meshes")
+    result.parity = measure_parity(data)
+    names = [name for half in config.halves for name in data.list_names(half)]
+    result.truths = {name: read_truth_in_hand(data, name) for name in names}
+    _LOG.info("first touch: %d observers", config.observers)
+    observer = ObserverConfig(data.folder, data.models, config.seed, config.halves, config.sources, settings)
+    parallel = joblib.Parallel(n_jobs=min(config.jobs, config.observers))
+    result.predictions = list(parallel(joblib.delayed(run_observer)(observer, k) for k in range(config.observers)))
+    result.scores = {
+        key: _score([each.first_touch[key] for each in result.predictions], result.truths)
+        for key in result.predictions[0].first_touch
+    }
+    result.floors = {
+        name: _score([each.floors[name] for each in result.predictions], result.truths)
+        for name in result.predictions[0].floors
+    }
+    _LOG.info("materials told apart in pictures")
+    for name in names:
+        tool = data.tools[name]
+        bodies = load_bodies(data.find_mesh(name), "mm").bodies
+        for outcomes, painted in (
+            (result.made_out, tool),
+            (result.painted, paint(tool, [body.colour for body in bodies])),
+        ):
+            rng = np.random.default_rng([config.seed, *name.encode()])
+            outcomes[name] = examine(painted, get_turning_stand(), data.materials, rng)
+    _LOG.info("force-torque records")
+    found = parallel(joblib.delayed(compare_methods)(data, name, settings.prior) for name in data.tools)
+    result.records = _average_records(found, read_stored(data))
+    if Half.TEST in config.halves:
+        _LOG.info("which end of the data set's hammers")
+        learned = [data.tools[name] for name in data.list_names(Half.LEARNING)]
+        experience = gain_experience(learned, settings, holds=HOLDS_BEFORE_CHOICE, seed=config.seed)
+        beliefs = build_beliefs(data.materials, experience, settings)
+        result.hammers = _choose(config, [data.tools[name] for name in HAMMERS], beliefs, settings)
+
+
+def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, Any], settings: Settings) -> Choices:
+    """Ranks the grips of some tools for both tasks, as they are drawn and as they are seen, and simulates blows."""
+    hammer = load_hammer(config.models / "nail.yaml")
+    tasks: dict[str, TaskCostModel] = {
+        "hammer": hammer,
+        "reach": Reach(load_path(config.models / "paths" / "reach.yaml")),
+    }
+    rankings = {}
+    for task_name, task in tasks.items():
+        for geometry in ("drawing", "pictures"):
+            options = list_options(tools, by_sight=geometry == "pictures", seed=config.seed)
+            ranked = rank_grips(options, task, beliefs, settings, seed=config.seed)
+            rankings.update({(task_name, geometry, belief): found for belief, found in ranked.items()})
+    right = rankings["hammer", "drawing", TRUE]
+    blows = check_blows(tools, [right.find_best(tool.name).grip for tool in tools], hammer, settings)
+    return Choices(tuple(tools), rankings, blows)
+
+
+def _score(predictions: Sequence[Mapping[str, Prediction]], truths: Mapping[str, Truth]) -> Score:
+    pairs = [(prediction, truths[name]) for found in predictions for name, prediction in found.items()]
+    return score([pair[0] for pair in pairs], [pair[1] for pair in pairs])
+
+
+def _average_records(
+    found: Sequence[Mapping[str, Mapping[str, Sequence[Errors]]]],
+    stored: Mapping[str, Mapping[str, Mapping[str, float]]],
+) -> dict[str, dict[str, dict[str, float]]]:
+    """Means over tools and draws of the noise, by noise and method, with what the authors stored."""
+    records: dict[str, dict[str, dict[str, float]]] = {}
+    for noise in found[0]:
+        records[noise] = {}
+        for method in found[0][noise]:
+            errors = np.array([each for tool in found for each in tool[noise][method]])
+            mass, com, inertia, covered = (float(value) for value in errors.mean(axis=0))
+            records[noise][method] = {"mass": mass, "com": com, "inertia": inertia, "coverage_mass": covered}
+        for method, means in stored[noise].items():
+            records[noise][method] = {**means, "coverage_mass": float("nan")}
+    return records

@@ -1,0 +1,179 @@
+"""The paper's figure 1 in earnest: two objects nobody has seen before are seen, ranked for mashing, moved and held.
+
+What is predicted of each by two pictures and by what holding other things has taught is then compared with the
+simulated motion, and with what the arm feels when it holds the object.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.options import Option
+from affordance.choice.ranking import RankedOption, Ranking, rank_options
+from affordance.choice.reach import Reach
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.objects.tool import Tool, list_densities
+from affordance.proprioception.estimator import TorqueStatistics
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
+from affordance.settings import Settings
+from affordance.simulation.holds import feel
+from affordance.simulation.rollout import roll_out
+from affordance.simulation.trial import TrialRunner
+from affordance.vision.features import FeatureSource
+from affordance.vision.observe import observe
+from affordance.vision.visual_prior import predict_object
+from studies.tools.blows import hold_by
+
+_NUM_SAMPLES = 4000
+# Of which few are left where a hold contradicts what was seen.
+_NUM_DRAWN = 200_000
+_PERCENTILES = (5.0, 50.0, 95.0)
+# How long it is held, [s].
+_HOLD = 3.0
+
+
+class CheckedMotion(NamedTuple):
+    """What a motion with one option was predicted to cost, and what it costs.
+
+    Attributes:
+        object_name: The object.
+        grip: The grip.
+        p_best_before: Probability that it is the cheapest option, to one who never held anything.
+        p_best: The same to one who held things of the same materials.
+        p_feasible: Probability that it keeps the limits of torque, to the same.
+        work: Predicted work, 5th percentile, median and 95th, (3,), [J]; of those under which it is feasible, or NaN.
+        simulated: Work in simulation, [J].
+        error: Largest distance of the free end from where it was to be, [m].
+    """
+
+    object_name: str
+    grip: str
+    p_best_before: float
+    p_best: float
+    p_feasible: float
+    work: tuple[float, ...]
+    simulated: float
+    error: float
+
+
+class CheckedMass(NamedTuple):
+    """What an object was predicted to weigh, and what holding it says.
+
+    Attributes:
+        object_name: The object.
+        mass: True, [kg].
+        seen: Predicted by pictures: 5th percentile, median and 95th, (3,), [kg].
+        held: The same after it was held, (3,), [kg].
+        rise: How far its centre went up from where the hand took it, the largest of the hold, down negative, [m].
+        p_value: Probability of feeling what is as surprising, if the prediction were right.
+    """
+
+    object_name: str
+    mass: float
+    seen: tuple[float, ...]
+    held: tuple[float, ...]
+    rise: float
+    p_value: float
+
+
+def check_motions(
+    tools: Sequence[Tool],
+    options: Sequence[Option],
+    task: Reach,
+    beliefs: Mapping[str, Memory],
+    settings: Settings,
+    seed: int,
+) -> list[CheckedMotion]:
+    """Ranks options by ``beliefs["before"]`` and ``beliefs["after"]``, and simulates the motion with each of them.
+
+    Returns: The options in the order in which they are chosen after experience.
+    """
+    choice = plan_choice(options, task, settings)
+    before, after = (
+        rank_options(choice, beliefs[name], np.random.default_rng([seed, *name.encode()]), _NUM_SAMPLES)
+        for name in ("before", "after")
+    )
+    checked = []
+    for entry in after.ranked:
+        tool = next(each for each in tools if each.name == entry.option.object_name)
+        held = hold_by(tool, entry.option.grip)
+        done = roll_out(held, task, list_densities([tool]), settings)
+        checked.append(
+            CheckedMotion(
+                entry.option.object_name,
+                entry.option.grip,
+                _find(before, entry.option).p_best,
+                entry.p_best,
+                entry.p_feasible,
+                _take_percentiles(entry),
+                done.work,
+                done.error,
+            )
+        )
+    return checked
+
+
+def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> CheckedMass:
+    """Predicts what an object weighs by pictures of it, lets the arm hold it, and says what that makes of it.
+
+    What is believed of densities and of errors of seeing is drawn, and weighed by how probable the torques are that
+    were felt.
+
+    Args:
+        tool: The object in one grip.
+        memory: What is believed of materials.
+        settings: Those of the arm.
+        seed: Of everything random.
+    """
+    runner = TrialRunner(replace(settings, feature_source=FeatureSource.PIXELS))
+    trial_seed = (seed, *tool.name.encode())
+    record = runner.run_hold(tool, memory, duration=_HOLD, seed=trial_seed)
+    felt = feel(runner, tool, memory, duration=_HOLD, seed=trial_seed)
+    # The pictures that were taken before that hold.
+    features = observe(tool, FeatureSource.PIXELS, settings.vision_error, np.random.default_rng([*trial_seed, 0]))
+    rng = np.random.default_rng([*trial_seed, 1])
+    pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_DRAWN)
+    weights = weigh(pi, felt, settings.noise)
+    order = np.argsort(pi[:, 0])
+    share = np.cumsum(weights[order]) / weights.sum()
+    held = pi[order, 0][np.searchsorted(share, np.array(_PERCENTILES) / 100.0)]
+    height = record.height_centre
+    return CheckedMass(
+        tool.name,
+        tool.mass,
+        tuple(map(float, np.percentile(pi[:, 0], _PERCENTILES))),
+        tuple(map(float, held)),
+        float(height[np.argmax(np.abs(height))]),
+        record.p_value,
+    )
+
+
+def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
+    """How probable what was felt is with each of S tools of parameters pi, (S, 10), to a common factor, (S,).
+
+    Raises:
+        NotImplementedError: The noise is not that of percepts.
+    """
+    if not isinstance(noise, WeberNoise):
+        raise NotImplementedError(f"no weights with {type(noise).__name__}")
+    n = len(felt.features) // (2 + NUM_PARAMETERS)
+    tau, tau_arm = felt.features[:n], felt.features[n : 2 * n]
+    predicted = tau_arm + pi @ felt.features[2 * n :].reshape(n, NUM_PARAMETERS).T
+    sd = noise.compute_sd(predicted)
+    logs = -0.5 * (((tau - predicted) / sd) ** 2).sum(axis=1) - np.log(sd).sum(axis=1)
+    weights: Array = np.exp(logs - logs.max())
+    return weights
+
+
+def _find(ranking: Ranking, option: Option) -> RankedOption:
+    return next(entry for entry in ranking.ranked if entry.option.name == option.name)
+
+
+def _take_percentiles(entry: RankedOption) -> tuple[float, ...]:
+    works = entry.works[np.isfinite(entry.works)]
+    return tuple(map(float, np.percentile(works, _PERCENTILES))) if len(works) else (float("nan"),) * 3

@@ -1,0 +1,293 @@
+"""Simulation-based calibration: is what an observer believes as right, and as unsure, as it should be?
+
+Mean densities of two materials are drawn from the prior, restricted to positive values, and the object's own from
+those. The object is held in Drake, or felt at rest, by one who knows nothing yet, and the rank of the truth among
+samples of the posterior is noted. If everything between the draw and the posterior is right, ranks are uniform (Talts
+et al. 2018, arXiv:1804.06788) and intervals cover as often as they say.
+"""
+
+import functools
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import chisquare, norm, truncnorm
+
+from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.material_memory import MaterialMemory
+from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_materials, load_tools
+from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
+from affordance.random_streams import Stream
+from affordance.runs.repeats import compute_key, run_repeats
+from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.simulation.trial import get_runner
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
+
+# What calibrations are called, in metrics.json and above their histograms.
+WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
+AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
+LOOPS = (WEBER, WHITE_NOISE)  # what observers do; the others say what this costs
+EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
+
+NUM_DRAWS = 1000
+DURATION = 3.0  # of a hold, as in all experiments, [s]
+# One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].
+WHITE = WhiteNoise(0.7)
+COVERAGES = (0.5, 0.8, 0.9)
+NUM_BINS = 20
+# Ranks from 0 to 999, fifty a bin.
+NUM_SAMPLES = 999
+# The grid of exact Bayes: up to where the prior leaves one in 10^6, in steps well below any posterior's width.
+_GRID = np.arange(25.0, 20_500.0, 50.0)
+
+
+@dataclass(frozen=True)
+class CalibrationConfig:
+    """What is calibrated.
+
+    Attributes:
+        settings: Those of all simulations, but for the noise.
+        tool: An object of two materials, whose densities are replaced by drawn ones.
+        moves: Whether it is held in Drake, or felt at rest.
+        seed: Root of every random draw.
+    """
+
+    settings: Settings
+    tool: Tool
+    moves: bool
+    seed: int = 0
+
+
+class Calibration(NamedTuple):
+    """How well posteriors are calibrated, over N draws of M densities.
+
+    Attributes:
+        positions: Where in its posterior each truth lies, from 0 to 1, (N, M).
+        p_value: Of the chi-squared test that positions are uniform, the smallest over densities times M.
+        coverage: Proportion of truths in the central intervals of COVERAGES.
+    """
+
+    positions: Array
+    p_value: float
+    coverage: Array
+
+
+@functools.cache
+def get_hold(arm: Path) -> StaticHold:
+    """The arm of a file at rest."""
+    return StaticHold(load_arm(arm))
+
+
+@functools.cache
+def get_model(arm: Path) -> ArmModel:
+    """An internal model of the arm of a file."""
+    return ArmModel(load_arm(arm))
+
+
+def load_stick() -> Tool:
+    """The plain novel object of Simulation III: two equal parts, so that its shape says nothing."""
+    return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
+
+
+def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> CalibrationConfig:
+    """The stick under the settings of all simulations, with a noise model."""
+    tool = load_stick()
+    return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves, seed)
+
+
+def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
+    """Draws mean densities of the materials and the object's own, all positive, (M,) each, [kg/m^3].
+
+    The draw of a number is the same for every noise model, so that these can be compared draw by draw.
+    """
+    prior = config.settings.prior
+    rng = np.random.default_rng([config.seed, number, Stream.CALIBRATION_TRUTH])
+    size = len(config.tool.components)
+    mean = truncnorm(-prior.mode / prior.sd, np.inf, loc=prior.mode, scale=prior.sd).rvs(size, random_state=rng)
+    low = -mean / prior.deviation_sd
+    own = truncnorm(low, np.inf, loc=mean, scale=prior.deviation_sd).rvs(size, random_state=rng)
+    return mean, own
+
+
+class Learned(NamedTuple):
+    """What a trial taught an observer who knew nothing.
+
+    Attributes:
+        belief: Of the materials.
+        p_value: Of the measurements, under what it believed before.
+        bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2].
+    """
+
+    belief: DensityBelief
+    p_value: float
+    bound: Array
+
+
+def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
+    """Lets an observer who knows nothing hold an object of densities own, (M,), [kg/m^3]."""
+    settings = config.settings
+    noise, prior = settings.noise, settings.prior
+    colours = [part.looks_like.colour for part in config.tool.components]
+    tool = config.tool.with_densities(dict(zip(colours, own, strict=True)))
+    memory = MaterialMemory().add_colours(colours, prior)
+    prediction = predict_object(measure_features(tool, VisionError(), np.random.default_rng(0)), memory, prior)
+    Phi = prediction.geometry.Phi
+    if config.moves:
+        record = get_runner(settings).run_hold(tool, memory, duration=DURATION, seed=(config.seed, number))
+        felt = feel_along(record, get_model(settings.arm), settings)
+        bound = compute_bound(felt, Phi, own, noise, prior)
+        return Learned(record.memory.belief, record.p_value, bound)
+    hold = get_hold(settings.arm)
+    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
+    found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation_sd)
+    bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples), Phi, own, noise, prior)
+    return Learned(found.posterior.memory.belief, found.p_value, bound)
+
+
+def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
+    """Draws a truth, and finds its place in the posterior.
+
+    Returns: ``mean`` and ``own``, the truths; ``rank`` of the mean densities among NUM_SAMPLES samples;
+        ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, and the
+        ``bound`` on that variance, (M,) each; and ``p_value``.
+    """
+    mean, own = draw_truth(config, number)
+    belief, p_value, bound = learn(config, own, number)
+    samples = belief.draw_samples(np.random.default_rng([config.seed, number, Stream.CALIBRATION_RANK]), NUM_SAMPLES)
+    return {
+        "mean": mean,
+        "own": own,
+        "rank": (samples < mean).sum(axis=0),
+        "sample_mean": samples.mean(axis=0),
+        "centre": belief.untruncated_mean,
+        "variance": np.diag(belief.covariance),
+        "bound": bound,
+        "p_value": np.array(p_value),
+    }
+
+
+def run_draws(
+    config: CalibrationConfig, folder: Path, *, draws: int, jobs: int, name: str
+) -> dict[str, NDArray[Any]]:
+    """Runs all draws, or reads those that a folder holds; arrays as of ``run_draw`` with draws in front."""
+    kept = folder / "repeats" / compute_key(config, MODELS, Path(__file__).parent)
+    return run_repeats(kept, functools.partial(run_draw, config), repeats=draws, jobs=jobs, description=name)
+
+
+def assess(positions: Array) -> Calibration:
+    """Assesses positions of truths in their posteriors, (N, M), from 0 to 1."""
+    counts = np.array([np.histogram(column, NUM_BINS, (0.0, 1.0))[0] for column in positions.T])
+    p_value = min(1.0, len(counts) * min(float(chisquare(row).pvalue) for row in counts))
+    covered = [(np.abs(positions - 0.5) <= 0.5 * coverage).mean() for coverage in COVERAGES]
+    return Calibration(positions, p_value, np.array(covered))
+
+
+def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
+    """Positions of the truths by their ranks, each at the middle of its rank, (N, M)."""
+    positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
+    return positions
+
+
+def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
+    """Positions of the truths in normal distributions that know nothing of positive densities, (N, M)."""
+    return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
+
+
+def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
+    """Positions of the object's own densities in exact posteriors of what is felt at rest, (draws, 2).
+
+    Bayes' rule by brute force: the size of the errors is that of every density's own torque. The object's densities
+    stand for the materials', whose deviations from them the grid leaves out.
+
+    Raises:
+        ValueError: The noise is not Weber's.
+    """
+    noise, prior = config.settings.noise, config.settings.prior
+    if not isinstance(noise, WeberNoise):
+        raise ValueError(f"noise is {noise}, must be a WeberNoise")
+    hold = get_hold(config.settings.arm)
+    memory = MaterialMemory().add_colours([part.looks_like.colour for part in config.tool.components], prior)
+    features = measure_features(config.tool, VisionError(), np.random.default_rng(0))
+    belief = predict_object(features, memory, prior)
+    H = hold.Y @ belief.geometry.Phi  # (num_joints, 2)
+    one, other = np.meshgrid(_GRID, _GRID, indexing="ij")
+    predicted = hold.tau_arm[:, None, None] + H[:, :1, None] * one + H[:, 1:, None] * other
+    variance = noise.threshold**2 + (noise.weber_fraction * predicted) ** 2
+    log_prior = norm.logpdf(_GRID, prior.mode, np.hypot(prior.sd, prior.deviation_sd))
+    constant = log_prior[:, None] + log_prior[None] - 0.5 * np.log(variance).sum(axis=0)
+    half_step = 0.5 * (_GRID[1] - _GRID[0])
+    positions = np.empty((draws, 2))
+    for number in range(draws):
+        _, own = draw_truth(config, number)
+        statistics = hold.measure(belief, own, noise, (config.seed, number, 1))
+        tau = statistics.features[: len(hold.tau_arm)]
+        logs = constant - 0.5 * ((tau[:, None, None] - predicted) ** 2 / variance).sum(axis=0)
+        weights = np.exp(logs - logs.max())
+        for axis in range(2):
+            marginal = weights.sum(axis=1 - axis)
+            cumulative = np.concatenate([[0.0], np.cumsum(marginal)]) / marginal.sum()
+            edges = np.concatenate([[_GRID[0] - half_step], _GRID + half_step])
+            positions[number, axis] = np.interp(own[axis], edges, cumulative)
+    return positions
+
+
+def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
+    """Calibrates the loop with each noise model, and what its approximations cost.
+
+    Returns: Calibrations by name, and the numbers of metrics.json.
+    """
+    settings = DEFAULT_SETTINGS
+    arrays: dict[str, dict[str, NDArray[Any]]] = {}
+    configs = {
+        WEBER: build_config(settings.noise, moves=True),
+        WHITE_NOISE: build_config(WHITE, moves=True),
+        AT_REST: build_config(settings.noise, moves=False),
+        CONSTANT: build_config(WeberNoise(0.0, WHITE.sd), moves=False),
+    }
+    for name, config in configs.items():
+        arrays[name] = run_draws(config, folder, draws=draws, jobs=jobs, name=name)
+    find: dict[str, Callable[[], Array]] = {name: functools.partial(find_positions, arrays[name]) for name in configs}
+    at_rest = configs[AT_REST]
+    exact = functools.partial(find_exact_positions, at_rest, draws)
+    find[EXACT] = exact
+    ignoring = functools.partial(find_unrestricted_positions, arrays[WEBER])
+    find[IGNORING] = ignoring
+    calibrations = {name: assess(positions()) for name, positions in find.items()}
+    moved, still = (find_positions(arrays[name]) for name in (WEBER, AT_REST))
+    efficiency, against_error = {}, {}
+    for name in configs:
+        bounds = arrays[name]["bound"].mean(axis=0)
+        efficiency[name] = float((bounds / arrays[name]["variance"].mean(axis=0)).mean())
+        error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
+        against_error[name] = float((bounds / error).mean())
+    numbers = {
+        # Over both noise models: the smaller p value times two, and the means of the others.
+        "sbc_p_value": min(1.0, 2.0 * min(calibrations[name].p_value for name in LOOPS)),
+        **{
+            f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in LOOPS]))
+            for i, coverage in enumerate(COVERAGES)
+        },
+        # Of both noise models, the one further from what it should be.
+        "efficiency_vs_cramer_rao": max((efficiency[name] for name in LOOPS), key=lambda ratio: abs(ratio - 1.0)),
+        "calibration": {
+            name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()
+        },
+        "efficiency": efficiency,
+        "efficiency_of_squared_error": against_error,
+        "position_shift_by_moving": float(np.abs(moved - still).max()),
+        "improbable_by_chance": {name: int((arrays[name]["p_value"] < 1e-3).sum()) for name in LOOPS},
+        "sbc_draws": draws,
+    }
+    return calibrations, numbers

@@ -1,0 +1,163 @@
+"""Runs the studies of trust and scale and writes results/trust/ and its section of the report: ``make trust``.
+
+python -m studies.trust.run [STUDY ...] runs some of them; those already there are kept.
+"""
+
+import argparse
+import os
+
+# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import json
+import logging
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.model_folder import MODELS
+from affordance.reporting.figures import save_figure
+from affordance.reporting.report import write_report, write_section
+from affordance.runs.repeats import compute_key, list_versions
+from studies.speed.tables import format_table
+from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
+from studies.trust.section import describe
+
+_LOG = logging.getLogger(__name__)
+
+FOLDER = Path("results/trust")
+# Of the machine the targets are meant for.
+JOBS = 2
+HOW = {
+    "sbc_p_value": "chi-squared test that ranks of true densities are uniform: smallest over two noise models and "
+    "two densities, times four (Bonferroni), at most 1",
+    "coverage50": "of true densities by central 50 % intervals, mean over both noise models; likewise 80 and 90",
+    "efficiency_vs_cramer_rao": "Cramer-Rao bound over the unrestricted posterior's variance, means over draws; of "
+    "both noise models, the one further from 1",
+    "faults": "by name; density_error is the median of |believed/true - 1| after six trials, p_correct as in reach",
+    "bad_inputs_refused": "of bad_inputs_tried: exit status 2, one line that names file and key (of the arm only the "
+    "file), nothing written",
+    "kills_identical": "of kills with SIGKILL, of experiments in one and two processes: files after resuming equal "
+    "those of a run left alone, byte for byte",
+    "cluster_identical": "files of a run on two Dask workers of one machine, one killed while it had a task, equal "
+    "those of a local run",
+    "soak_memory_growth_MB": "of a process, from the first twentieth of soak_trials to the last",
+    "parallel_efficiency_2": "wall time in one process over twice that in two",
+}
+
+
+def study_calibration() -> dict[str, Any]:
+    """Calibrates, and draws the ranks."""
+    found, numbers = calibration.measure(FOLDER, jobs=JOBS)
+    names = [part.material.name for part in calibration.load_stick().components]
+    save_figure(pictures.draw_ranks(found, names), FOLDER, "ranks")
+    return numbers
+
+
+def study_faults() -> dict[str, Any]:
+    """Costs faults, writes their table and draws it."""
+    rows, costs = fault_costs.measure(FOLDER, jobs=JOBS)
+    save_figure(pictures.draw_faults(costs), FOLDER, "faults")
+    return {"faults": costs, "faults_table": format_table(fault_costs.HEADER, rows)}
+
+
+def study_soak() -> dict[str, Any]:
+    """Soaks, and draws memory and time."""
+    found, numbers = soak.measure()
+    save_figure(pictures.draw_soak(found, numbers["soak_trials"]), FOLDER, "soak")
+    return numbers
+
+
+def study_scaling() -> dict[str, Any]:
+    """Times, and draws how cost grows."""
+    curves, numbers = scaling.measure()
+    save_figure(pictures.draw_scaling(curves, numbers["parallel_efficiency_2"]), FOLDER, "scaling")
+    return numbers
+
+
+def _study_failures(measure: Callable[[], tuple[list[list[str]], dict[str, Any]]]) -> Callable[[], dict[str, Any]]:
+    def study() -> dict[str, Any]:
+        failures, numbers = measure()
+        for row in failures:
+            _LOG.warning("%s", ": ".join(row))
+        return numbers
+
+    return study
+
+
+STUDIES: dict[str, Callable[[], dict[str, Any]]] = {
+    "calibration": study_calibration,
+    "faults": study_faults,
+    "bad_input": _study_failures(bad_input.measure),
+    "kills": _study_failures(kills.measure),
+    "cluster": _study_failures(cluster.measure),
+    "soak": study_soak,
+    "scaling": study_scaling,
+}
+
+
+# What each study must have found, for the report and metrics.json.
+KEYS: dict[str, tuple[str, ...]] = {
+    "calibration": (
+        "sbc_p_value",
+        *(f"coverage{round(100 * coverage)}" for coverage in calibration.COVERAGES),
+        "efficiency_vs_cramer_rao",
+        "efficiency",
+        "calibration",
+        "sbc_draws",
+    ),
+    "faults": ("faults", "faults_table"),
+    "bad_input": ("bad_inputs_tried", "bad_inputs_refused"),
+    "kills": ("kills", "kills_identical", "kill_moments"),
+    "cluster": ("cluster_identical",),
+    "soak": ("soak_trials", "soak_memory_growth_MB", "soak_time_drift"),
+    "scaling": ("parallel_efficiency_2", "scaling"),
+}
+
+
+def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
+    """Reads what a study found; None if it was not run. A file that is no such thing is quarantined."""
+    path = folder / f"{study}.json"
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(content, dict):
+            raise ValueError("it is no mapping")
+        if missing := [key for key in (*KEYS[study], "program") if key not in content]:
+            raise ValueError(f"it has no {missing[0]}")
+    except FileNotFoundError:
+        return None
+    except (ValueError, RecursionError) as error:
+        quarantine(path, f"is not what a study found ({error})")
+        return None
+    return content
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs studies, and writes numbers and report once all of them are there."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("studies", nargs="*", metavar="STUDY", help=f"of {', '.join(STUDIES)}; all if none is named")
+    names = parser.parse_args(arguments).studies or list(STUDIES)
+    if unknown := [name for name in names if name not in STUDIES]:
+        parser.error(f"{unknown[0]!r} is none of {', '.join(STUDIES)}")
+    for name in names:
+        print(f"{name} ...", flush=True)
+        program = compute_key("", MODELS, Path(__file__).parent)
+        write_json(FOLDER / f"{name}.json", {**STUDIES[name](), "program": program})
+    found = {name: read_numbers(FOLDER, name) for name in STUDIES}
+    missing = [name for name, numbers in found.items() if numbers is None]
+    if missing:
+        print(f"No numbers yet of: {', '.join(missing)}")
+        return
+    numbers = {key: value for study in found.values() if study is not None for key, value in study.items()}
+    # What studies that were run one at a time belong to: sources, models and versions.
+    programs = {name: study.pop("program") for name, study in found.items() if study is not None}
+    numbers["program"] = programs
+    write_section(FOLDER, describe(numbers))
+    write_text(FOLDER / "faults.md", numbers.pop("faults_table") + "\n")
+    write_json(FOLDER / "metrics.json", {**numbers, "how": HOW, "versions": list_versions()})
+    print(f"The report: {write_report(FOLDER.parent)}")
+
+
+if __name__ == "__main__":
+    main()

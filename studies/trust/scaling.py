@@ -1,0 +1,109 @@
+"""How the cost grows: with processes, materials, components, samples and repeats."""
+
+import tempfile
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.inner_simulation import Choice, plan_choice
+from affordance.choice.observed_options import list_options
+from affordance.choice.ranking import rank_options
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
+from affordance.objects.inertia import Ellipsoid
+from affordance.objects.tool import Component, Material, Tool
+from affordance.plant.arm import load_arm
+from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.static_hold import StaticHold
+from affordance.runs.repeats import run_repeats
+from affordance.simulation.trial import TrialRunner
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+from studies.speed.timing import time_by_turns
+
+NUM_REPEATS = 16
+MATERIALS = (1, 2, 4, 8, 16)
+COMPONENTS = (1, 2, 4, 8, 16)
+SAMPLES = (100, 1_000, 10_000, 100_000)
+REPEATS = (1, 2, 4, 8)
+# Of the holds that components are counted in, [s].
+_DURATION = 0.5
+
+
+def build_bar(num_components: int, num_materials: int) -> Tool:
+    """A bar of equal parts in a row, of materials of different colours by turns."""
+    components = []
+    for i in range(num_components):
+        kind = i % num_materials
+        material = Material(f"m{kind}", (kind / num_materials, 0.5, 0.5), 1000.0, 0.0, "made up")
+        half = 0.15 / num_components
+        X_TE = np.eye(4)
+        X_TE[0, 3] = (2 * i + 1) * half
+        components.append(Component(Ellipsoid((half, 0.01, 0.01)), X_TE, material, material))
+    return Tool("bar", tuple(components))
+
+
+def time_materials() -> list[float]:
+    """Seconds of Bayes' rule for objects of several materials, felt at rest."""
+    settings = load_hold_experiment("weight").settings
+    hold = StaticHold(load_arm(settings.arm))
+    calls: dict[str, Callable[[], object]] = {}
+    for number in MATERIALS:
+        features = measure_features(build_bar(16, number), VisionError(), np.random.default_rng(0))
+        belief = predict_object(features, MaterialMemory(), settings.prior)
+        statistics = hold.measure(belief, np.full(number, 1000.0), settings.noise, (0,))
+        calls[str(number)] = partial(
+            compute_posterior, belief, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
+        )
+    return list(time_by_turns(calls, turns=7, calls_per_turn=3).values())
+
+
+def time_components() -> list[float]:
+    """Seconds of a hold with objects of several components."""
+    runner = TrialRunner(load_hold_experiment("weight").settings)
+    calls: dict[str, Callable[[], object]] = {
+        str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
+        for number in COMPONENTS
+    }
+    return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
+
+
+def time_samples() -> list[float]:
+    """Seconds of ranking the grips of the novel object by several samples of the prior, without the planning."""
+    experiment = load_choice_experiment("reach")
+    choice = plan_choice(list_options(experiment.novel[0]), experiment.task, experiment.settings)
+    calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
+    return list(time_by_turns(calls, turns=5, calls_per_turn=1).values())
+
+
+def _rank(choice: Choice, num_samples: int) -> None:
+    rank_options(choice, MaterialMemory(), np.random.default_rng(0), num_samples)
+
+
+def time_repeats(repeats: int, jobs: int) -> float:
+    """Seconds of repeats of experiment ``weight``; its processes and Diagrams are there already."""
+    run = partial(load_hold_experiment("weight").run_observer, None, None)
+    with tempfile.TemporaryDirectory() as folder:
+        run_repeats(Path(folder) / "first", run, repeats=2 * jobs, jobs=jobs, description="warm-up")
+        begun = time.perf_counter()
+        run_repeats(Path(folder) / "timed", run, repeats=repeats, jobs=jobs, description=f"{jobs} processes")
+        return time.perf_counter() - begun
+
+
+def measure(*, repeats: int = NUM_REPEATS) -> tuple[dict[str, tuple[tuple[int, ...], list[float]]], dict[str, Any]]:
+    """Times everything; returns curves of seconds over counts by name, and the numbers of metrics.json."""
+    one, two = time_repeats(repeats, 1), time_repeats(repeats, 2)
+    curves = {
+        "materials: Bayes' rule for one trial": (MATERIALS, time_materials()),
+        f"components: a hold of {_DURATION:g} s": (COMPONENTS, time_components()),
+        "samples: ranking two grips": (SAMPLES, time_samples()),
+        "repeats: weight in one process": (REPEATS, [time_repeats(number, 1) for number in REPEATS]),
+    }
+    return curves, {
+        "parallel_efficiency_2": one / (2.0 * two),
+        "scaling": {name: {"counts": counts, "seconds": seconds} for name, (counts, seconds) in curves.items()},
+    }

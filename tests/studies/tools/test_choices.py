@@ -1,0 +1,204 @@
+"""Which end of a hammer, what the eye may take a grey for, and what the study says of it."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from helpers.workshop import HAMMERS, MATERIALS
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import write_memory
+from affordance.choice.reach import Reach
+from affordance.choice.which_end import (
+    AFTER,
+    BEFORE,
+    ONE_DENSITY,
+    TRUE,
+    build_beliefs,
+    list_drawn_options,
+    rank_grips,
+)
+from affordance.cli import main
+from affordance.commands import rank
+from affordance.control.timed_path import load_path
+from affordance.exceptions import AffordanceError, BadValueError
+from affordance.files.model_folder import MODELS
+from affordance.proprioception.estimator import TorqueStatistics
+from affordance.proprioception.torque_noise import WeberNoise
+from affordance.settings import Settings
+from affordance.vision.pixels.looks import Look
+from studies.tools.data_set import LEARNING, DataSet, Half
+from studies.tools.first_touch import Score
+from studies.tools.geometry import Source
+from studies.tools.made_out import Outcome, list_candidates, paint
+from studies.tools.numbers import count_right, list_details, list_metrics
+from studies.tools.parity import Deviation
+from studies.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
+from studies.tools.uncommon import weigh
+
+SETTINGS = Settings()
+REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
+MALLET, CLAW = HAMMERS["mallet"], HAMMERS["claw hammer"]
+
+
+@pytest.fixture(scope="module")
+def choices():
+    tools = (MALLET,)
+    experience = MaterialMemory.from_densities({each.colour: each.density for each in MATERIALS.values()})
+    beliefs = build_beliefs(MATERIALS, experience, SETTINGS)
+    found = rank_grips(list_drawn_options(tools), REACH, beliefs, SETTINGS, seed=0, num_samples=300)
+    rankings = {
+        ("reach", geometry, name): each for geometry in ("drawing", "pictures") for name, each in found.items()
+    }
+    hammer = {
+        ("hammer", geometry, name): each for geometry in ("drawing", "pictures") for name, each in found.items()
+    }
+    return Choices(tools, {**hammer, **rankings}, [])
+
+
+def test_heavy_head_is_held_by_who_knows_and_by_who_does_not_with_less_certainty(choices):
+    ranking = choices.rankings["reach", "drawing", TRUE]
+    assert ranking.find_best("mallet").grip == "head"
+    assert ranking.find_best("mallet").p_best_of_tool > 0.99
+    before = choices.rankings["reach", "drawing", BEFORE]
+    assert sum(each.p_best for each in before.ranked) == pytest.approx(1.0 - before.p_none)
+    assert max(each.p_best for each in before.ranked) < 0.99
+    assert {each.grip for each in before.ranked} == {"handle", "choked", "head"}
+
+
+def test_one_density_knows_shapes_and_nothing_else(choices):
+    beliefs = build_beliefs(MATERIALS, MaterialMemory(), SETTINGS)
+    np.testing.assert_allclose(beliefs[ONE_DENSITY].belief.compute_mean(), SETTINGS.prior.mode, rtol=1e-4)
+    assert count_right(choices, AFTER, "reach", "drawing") == (1, 1)
+
+
+def test_grey_may_be_of_several_materials_and_brass_of_one():
+    names = list_candidates(Look(MATERIALS["alloy_steel"].colour, 8.0, 1000), MATERIALS)
+    assert len(names) > 1
+    assert {"alloy_steel", "stainless_steel"} <= set(names)
+    assert list_candidates(Look(MATERIALS["brass"].colour, 1.0, 1000), MATERIALS) == ("brass",)
+
+
+def test_paint_changes_what_is_shown_and_nothing_else():
+    painted = paint(CLAW, [(1.0, 0.0, 0.0), None])
+    assert [part.looks_like.colour for part in painted.components] == [
+        (1.0, 0, 0),
+        CLAW.components[1].looks_like.colour,
+    ]
+    np.testing.assert_array_equal(painted.parameters, CLAW.parameters)
+
+
+def test_objects_that_would_have_felt_otherwise_weigh_little(rng):
+    """Against the normal density, one joint at a time."""
+    noise = WeberNoise(0.07, 0.1)
+    pi = rng.uniform(0.1, 1.0, (5, 10))
+    tau, tau_arm, Y = rng.standard_normal(2), rng.standard_normal(2), rng.standard_normal((2, 10))
+    found = weigh(pi, TorqueStatistics(np.concatenate([tau, tau_arm, Y.ravel()]), 1), noise)
+    expected = []
+    for each in pi:
+        predicted = tau_arm + Y @ each
+        sd = noise.compute_sd(predicted)
+        expected.append(np.prod(np.exp(-0.5 * ((tau - predicted) / sd) ** 2) / sd))
+    np.testing.assert_allclose(found, np.array(expected) / max(expected))
+
+
+def make_result(choices, **more):
+    return ToolsResult(ToolsConfig(), choices, Uncommon((), [], []), **more)
+
+
+def test_metrics_have_the_keys_that_are_asked_for(choices):
+    score = Score(10.0, 0.1, 0.1, 0.9, 0.9, 0.9)
+    result = make_result(
+        choices,
+        parity={"a": Deviation(1e-3, 1e-4, 2e-3), "b": Deviation(2e-3, 2e-4, 1e-3)},
+        scores={(Source.CAD, 1, Half.TEST): score},
+        floors={"all steel": score},
+        made_out={"a": Outcome(0.9), "b": Outcome(0.7), "c": Outcome(0.0, problem="nothing seen")},
+        records={"none": {"ours": {"mass": 0.1, "com": 0.1, "inertia": 0.1, "coverage_mass": float("nan")}}},
+    )
+    metrics = json.loads(json.dumps(list_metrics(result), allow_nan=False))
+    assert set(metrics) == {"parity", "first_touch", "floors", "records", "segmented", "grips"}
+    assert metrics["parity"] == {"mass": 2e-3, "com_mm": pytest.approx(0.2), "inertia": 2e-3}
+    assert metrics["first_touch"][0]["geometry"] == "cad"
+    assert metrics["first_touch"][0]["half"] == "test"
+    assert set(metrics["floors"]["all steel"]) == {"ade_g", "alde", "ape", "mnre"}
+    assert metrics["records"]["none"]["ours"]["coverage_mass"] is None
+    assert metrics["segmented"] == 1
+    assert metrics["grips"][0]["tool"] == "mallet"
+    assert list_details(result)["made_out"]["b"]["made_out"] is False
+
+
+def test_without_the_data_set_its_numbers_are_missing(choices):
+    metrics = list_metrics(make_result(choices))
+    assert metrics["parity"]["mass"] is None
+    assert metrics["segmented"] is None
+    assert metrics["first_touch"] == []
+
+
+def test_folder_that_is_no_clone_is_refused(tmp_path):
+    with pytest.raises(BadValueError, match="has no folder 'data/Workshop Tools Dataset', must be a clone"):
+        DataSet(tmp_path, MODELS).check()
+    assert len(LEARNING) == 10
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"samples": 0}, "--samples: is 0, must be from 1 to 1000000"),
+        ({"holds": 0}, "--holds: is 0, must be from 1 to 100"),
+        ({"seed": -1}, "--seed: is -1, must be from 0 to 4294967295"),
+        (
+            {"only": ["mallett"]},
+            "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
+        ),
+    ],
+)
+def test_bad_arguments_of_rank_are_refused_in_one_line(change, message):
+    import argparse
+
+    parser = argparse.ArgumentParser()
+    rank.add_arguments(parser)
+    arguments = parser.parse_args(["reach"])
+    vars(arguments).update(change)
+    with pytest.raises(AffordanceError) as caught:
+        rank.run(arguments)
+    assert message in str(caught.value)
+
+
+def test_what_another_command_learned_carries_over(tmp_path, capsys):
+    """A memory of steel and wood, as ``identify`` writes it, ranks as one who knows does."""
+    known = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
+    words = ["rank", "reach", "--only", "machinist hammer", "--samples", "50", "--memory", str(known)]
+    assert main(words) == 0
+    before, after, _ = re.split(r"\n(?=by|with one)", capsys.readouterr().out)
+    assert before.startswith("before any experience:")
+    assert after.startswith("by the memory m.json:")
+    lines = [line.split() for line in after.splitlines()[2:]]
+    assert [line[-3] for line in lines] == ["1.00", "0.00", "0.00"]  # of one who knows, one grip is best
+
+
+def test_tool_without_grips_cannot_be_ranked():
+    with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
+        rank.choose_tools([MALLET.gripped_by(MALLET.grips[0])], [], MODELS)
+
+
+def test_ranking_is_a_table_with_reasons(choices):
+    lines = rank.describe_ranking("now", choices.rankings["reach", "drawing", AFTER])
+    assert lines[0] == "now:"
+    assert lines[2].split()[:2] == ["mallet,", "head"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
+        (["--observers", "0"], "--repeats: is 0, must be from 1 to 1000000"),  # its former name
+        (["--jobs", "-2"], "--jobs: is -2, must be from 1 to 4096"),
+        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
+    ],
+)
+def test_bad_arguments_of_the_study_are_refused(words, message, tmp_path, capsys):
+    assert main(["study", "tools", *words, "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,0 +1,137 @@
+"""Small versions of the studies of studies/trust that no other test covers."""
+
+import json
+
+import numpy as np
+import pytest
+
+from studies.trust import calibration, run, scaling, soak
+from studies.trust.fault_costs import NO_FAULT
+from studies.trust.section import describe
+
+
+def test_soak_counts_its_trials_and_finds_no_growth():
+    found, numbers = soak.measure(trials=100)
+    assert found.memory.shape == found.seconds.shape == (soak.NUM_BLOCKS,)
+    assert (found.seconds > 0.0).all()
+    assert numbers["soak_trials"] == 100
+    assert numbers["soak_memory_growth_MB"] < 4.0  # a leak of 50 kB a trial would show as 5 MB
+
+
+@pytest.mark.parametrize(("num_components", "num_materials"), [(1, 1), (4, 2), (16, 16)])
+def test_bar_is_as_long_and_heavy_whatever_it_is_made_of(num_components, num_materials):
+    bar = scaling.build_bar(num_components, num_materials)
+    assert len(bar.components) == num_components
+    assert len({part.looks_like.colour for part in bar.components}) == num_materials
+    assert bar.mass == pytest.approx(scaling.build_bar(1, 1).mass)
+    np.testing.assert_allclose(bar.p_TTfree, [0.3, 0.0, 0.0], atol=1e-12)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[1]", "null", "[" * 100_000, '{"kills": 20}'])
+def test_file_that_no_study_wrote_is_set_aside(tmp_path, caplog, text):
+    path = tmp_path / "soak.json"
+    path.write_text(text, encoding="utf-8")
+    assert run.read_numbers(tmp_path, "soak") is None
+    assert "soak.json is not what a study found" in caplog.text
+    assert not path.exists()
+    assert (tmp_path / "soak.broken").exists()
+
+
+@pytest.mark.parametrize("missing", [f"{study}.{key}" for study, keys in run.KEYS.items() for key in keys])
+def test_study_without_one_of_its_keys_is_set_aside(tmp_path, caplog, missing):
+    study, key = missing.split(".")
+    found = dict.fromkeys((*run.KEYS[study], "program"), 1.0)
+    (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
+    assert run.read_numbers(tmp_path, study) == found
+    del found[key]
+    (tmp_path / f"{study}.json").write_text(json.dumps(found), encoding="utf-8")
+    assert run.read_numbers(tmp_path, study) is None
+    assert f"{study}.json is not what a study found (it has no {key}); set aside as {study}.broken" in caplog.text
+
+
+COST = {
+    "density_error": 0.1,
+    "p_correct": [0.5, 0.6, 1.0],
+    "samples_rejected": 0.0,
+    "trials_outlier": 0.0,
+    "violation_rad": 0.0,
+    "velocity_of_limit": 0.2,
+    "torque_of_limit": 0.5,
+    "beliefs_valid": True,
+}
+NUMBERS = {
+    "sbc_draws": 1000,
+    "sbc_p_value": 0.5,
+    **{"coverage50": 0.5, "coverage80": 0.8, "coverage90": 0.9},
+    "efficiency_vs_cramer_rao": 1.0,
+    "efficiency": dict.fromkeys(calibration.LOOPS, 1.0),
+    "calibration": {
+        name: {"p_value": 0.5, "coverage": [0.5, 0.8, 0.9]} for name in (calibration.EXACT, calibration.IGNORING)
+    },
+    "faults": {NO_FAULT: COST, "bias": COST},
+    **{"bad_inputs_tried": 500, "bad_inputs_refused": 500, "kills": 20, "kills_identical": 20},
+    **{"cluster_identical": True, "soak_trials": 10_000, "soak_memory_growth_MB": 0.1, "soak_time_drift": 1.0},
+    "parallel_efficiency_2": 0.95,
+    "program": dict.fromkeys(run.STUDIES, "abc"),
+}
+
+
+def change_fault(**changes):
+    return {"faults": {NO_FAULT: COST, "bias": {**COST, **changes}}}
+
+
+def test_section_meets_its_claims_where_all_is_well():
+    section = describe(NUMBERS)
+    assert len(section.claims) == 8
+    assert all(claim.met for claim in section.claims)
+    assert not section.remarks
+    calibrated, _, faults = section.tables
+    assert calibrated.rows[0] == [calibration.EXACT, "50.0 %", "80.0 %", "90.0 %", "0.50"]
+    assert faults.rows[1] == ["bias", "10 %", "0.60", "1.00", "0 %", "0 %", "50 %", "20 %", "0.00", "yes"]
+    assert all(len(row) == len(table.header) for table in section.tables for row in table.rows)
+
+
+@pytest.mark.parametrize(
+    ("change", "unmet"),
+    [
+        ({"sbc_p_value": 1e-3}, "calibrated"),
+        ({"efficiency_vs_cramer_rao": 0.9}, "efficient"),
+        (change_fault(violation_rad=1e-4), "faults"),
+        (change_fault(velocity_of_limit=1.1), "faults"),
+        (change_fault(torque_of_limit=1.1), "faults"),
+        (change_fault(beliefs_valid=False), "faults"),
+        ({"bad_inputs_refused": 499}, "bad_input"),
+        ({"kills_identical": 19}, "kills"),
+        ({"cluster_identical": False}, "cluster"),
+        ({"soak_memory_growth_MB": 11.0}, "soak"),
+        ({"soak_time_drift": 1.2}, "soak"),
+        ({"parallel_efficiency_2": 0.8}, "scaling"),
+    ],
+)
+def test_section_does_not_meet_the_claim_that_fell_short(change, unmet):
+    assert [claim.key for claim in describe({**NUMBERS, **change}).claims if not claim.met] == [unmet]
+
+
+def test_section_says_if_studies_are_of_different_programs():
+    section = describe({**NUMBERS, "program": {**NUMBERS["program"], "soak": "def"}})
+    assert "not of one state of the program: calibration of abc" in section.remarks[0]
+
+
+def test_section_names_what_studies_must_have_found():
+    """Each of them; a number that the section does not use need not be kept."""
+    found = {key for keys in run.KEYS.values() for key in keys}
+    assert set(NUMBERS) - {"program"} <= found
+
+
+def test_every_study_has_keys():
+    assert run.KEYS.keys() == run.STUDIES.keys()
+
+
+def test_study_that_was_not_run_has_no_numbers(tmp_path):
+    assert run.read_numbers(tmp_path, "soak") is None
+
+
+def test_unknown_study_is_refused(capsys):
+    with pytest.raises(SystemExit):
+        run.main(["astrology"])
+    assert "'astrology' is none of calibration, faults, bad_input" in capsys.readouterr().err
