@@ -8,7 +8,7 @@ from affordance.files.clone import import_study
 STUDIES = {
     "robustness": "studies.robustness.command",
     "people": "studies.people.command",
-    "fit-kappa": "studies.people.fit_kappa",
+    "fit-kappa": "studies.people.command",  # its name in earlier versions
     "learners": "studies.learners.command",
     "arms": "studies.arms.command",
     "recorded": "studies.recorded.command",

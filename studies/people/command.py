@@ -1,7 +1,13 @@
-"""`affordance study people`: Linear+ and Linear++ with every learner, beside people."""
+"""``affordance study people``: fits the relative width of a category to two groups of people."""
 
 import argparse
+import time
+from typing import Any
 
+import numpy as np
+from scipy.stats import chi2
+
+from affordance.belief.learner import Learner
 from affordance.commands.options import (
     add_jobs,
     add_models,
@@ -13,44 +19,97 @@ from affordance.commands.options import (
     check_bounds,
     refuse_changes,
 )
-from affordance.runs.repeats import prepare_folder
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_json
+from affordance.reporting.figures import save_figure
+from affordance.reporting.people_figures import Interval, draw_kappa_fit
+from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.simulation.static_lifts import check_closed_form
-from studies.people import results
-from studies.people.linear_plus import GROUPS
+from studies.people.fit import GROUPS, KappaFit, load_groups, load_people, simulate_and_fit
+from studies.people.fraction import Fraction, estimate_people_fraction
 
-HELP = "lift families of objects with an odd member, as people did; every learner beside their published numbers"
+HELP = "fit kappa, the breadth of a category, to Linear+ and Linear++"
+_TITLES = ("Linear+", "Linear++")
+_LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declares the options."""
-    add_repeats(parser, 50, "simulated observers of each learner")
-    add_seed(parser)
+    add_repeats(parser, 100, "simulated observers at each kappa")
+    add_seed(parser, 1)
     add_jobs(parser)
+    add_set(parser)
+    parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
+    parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
+    parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
     add_out(parser)
     add_models(parser, "people/, the published values")
-    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs both groups and prints what they found.
+    """Fits kappa for each learner with kinds, prints it, and writes OUT/kappa/.
 
     Raises:
         BadValueError: An option is out of bounds, or a file with people's values is wrong.
     """
+    if not 0.0 < arguments.lowest < arguments.highest:
+        problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
+        raise BadValueError("--lowest", "", problem)
     check_bounds(arguments)
-    refuse_changes(arguments, ["learner"], "every learner is simulated")
+    refuse_changes(arguments, ["learner"], "kappa is fitted to every learner with kinds")
     settings = change_by_name(arguments)
     check_closed_form(settings)
-    folder = prepare_folder(arguments.out)
-    for group in GROUPS:
-        config = results.PeopleConfig(group, arguments.models, arguments.seed, settings)
-        numbers = results.run(config, folder / group.name, repeats=arguments.repeats, jobs=arguments.jobs)
-        print(f"{group.title}, {arguments.repeats} observers, {numbers['wall_s']:.0f} s")
-        rows = {**numbers["learners"], "people": numbers["people"]}
-        for name, row in rows.items():
-            cells = (
-                f"{measure} {row[measure]:6.2f} [{row[f'{measure}_ci95'][0]:.2f}, {row[f'{measure}_ci95'][1]:.2f}]"
-                for measure in results.MEASURES
-            )
-            print(f"    {name:12s} " + "   ".join(cells))
+    for option, value, least in (("--count", arguments.count, 3), ("--repeats", arguments.repeats, 2)):
+        if value < least:
+            raise BadValueError(option, "", f"is {value}, must be at least {least}")
+    folder = prepare_folder(arguments.out) / "kappa"
+    groups = load_groups(arguments.models, arguments.seed, settings)
+    people = [estimate_people_fraction(load_people(group)) for group in groups]
+    kappas = np.linspace(arguments.lowest, arguments.highest, arguments.count)
+    numbers: dict[str, Any] = {}
+    for learner in _LEARNERS:
+        start = time.perf_counter()
+        fit = simulate_and_fit(
+            learner,
+            kappas,
+            people,
+            groups,
+            repeats=arguments.repeats,
+            jobs=arguments.jobs,
+        )
+        _report(learner, fit, people)
+        save_figure(_draw(learner, fit, people), folder, learner.value)
+        numbers[learner.value] = {**fit._asdict(), "wall_s": time.perf_counter() - start}
+    content = {
+        "learners": numbers,
+        "people": dict(zip(GROUPS, people, strict=True)),
+        "seed": arguments.seed,
+        "repeats": arguments.repeats,
+        "versions": list_versions(),
+    }
+    write_json(folder / "metrics.json", content)
     return 0
+
+
+def _report(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
+    print(f"{learner.value}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
+    print("" if fit.is_bounded else ", which what was simulated does not bound on both sides")
+    for group, found, column in zip(_TITLES, people, range(len(_TITLES)), strict=True):
+        at_best = np.interp(fit.kappa, fit.kappas, fit.fractions[:, column])
+        print(f"    {group:9s} f {at_best:.2f}, people {found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]")
+    for kappa, fractions, errors in zip(fit.kappas, fit.fractions, fit.fraction_ses, strict=True):
+        cells = (f"{mean:6.3f} +- {se:.3f}" for mean, se in zip(fractions, errors, strict=True))
+        log_likelihood = np.interp(kappa, fit.grid, fit.log_likelihood)
+        print(f"    kappa {kappa:.3f}   f " + "   ".join(cells) + f"   log likelihood {log_likelihood:7.2f}")
+
+
+def _draw(learner: Learner, fit: KappaFit, people: list[Fraction]) -> Any:
+    return draw_kappa_fit(
+        {group: (fit.fractions[:, column], fit.fraction_ses[:, column]) for column, group in enumerate(_TITLES)},
+        [Interval(found.mean, found.low, found.high) for found in people],
+        (fit.grid, fit.log_likelihood),
+        kappas=fit.kappas,
+        best=Interval(fit.kappa, fit.low, fit.high),
+        threshold=-0.5 * float(chi2.ppf(0.95, 1)),
+        title=f"The fit of kappa to Linear+ and Linear++, {learner.value}",
+    )

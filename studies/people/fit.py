@@ -10,18 +10,27 @@ Nothing but kappa is free, so this is its profile likelihood; where it is within
 """
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import NamedTuple
 
+import joblib
 import numpy as np
 from scipy.stats import chi2
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
+from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.protocol_building import build_lift_experiment
+from affordance.protocols.protocol import find_protocol, load_protocol
+from affordance.protocols.published import PublishedTable
 from affordance.settings import Settings
 from studies.people.fraction import Fraction
-from studies.people.lift_experiment import simulate_observers
-from studies.people.linear_plus import GROUPS, Group, build_experiment
 
+# Protocols of the groups.
+GROUPS = ("linear_plus", "linear_plus_plus")
 _CONFIDENCE = 0.95
 # Steps of kappa in which the interpolated likelihood is searched.
 _STEP = 0.001
@@ -57,13 +66,34 @@ class KappaFit(NamedTuple):
 
 
 def simulate_fraction(
-    group: Group, learner: Learner, kappa: float, settings: Settings, *, repeats: int, seed: int, jobs: int
+    experiment: LiftExperiment, learner: Learner, kappa: float, *, repeats: int, jobs: int
 ) -> tuple[float, float]:
     """Mean learned fraction of simulated observers, at least 2, and its standard error."""
-    experiment = build_experiment(group)
-    observers = simulate_observers(experiment, learner, settings, repeats=repeats, seed=seed, jobs=jobs, kappa=kappa)
-    fractions = observers.measure(experiment.measures["f"])
+    experiment = replace(experiment.with_learners([learner]), kappa=kappa)
+    run = partial(experiment.run_observer, None, None)
+    rows = joblib.Parallel(n_jobs=min(jobs, repeats))(joblib.delayed(run)(repeat) for repeat in range(repeats))
+    arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
+    fractions = experiment.compute_of_observers(arrays)[learner]["f"]
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(repeats))
+
+
+def load_groups(models: Path, seed: int, settings: Settings) -> list[LiftExperiment]:
+    """Loads the experiment of each group.
+
+    Raises:
+        BadValueError: A protocol is wrong.
+    """
+    experiments = []
+    for name in GROUPS:
+        path = find_protocol(name, models)
+        experiments.append(build_lift_experiment(load_protocol(path), path, models, seed, settings))
+    return experiments
+
+
+def load_people(experiment: LiftExperiment) -> PublishedTable:
+    """The published values of a group."""
+    assert experiment.people.table is not None  # the shipped protocols name one
+    return experiment.people.table
 
 
 def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list[Fraction]) -> KappaFit:
@@ -91,18 +121,17 @@ def simulate_and_fit(
     learner: Learner,
     kappas: Array,
     people: list[Fraction],
-    settings: Settings,
+    experiments: Sequence[LiftExperiment],
     *,
     repeats: int,
-    seed: int,
     jobs: int,
 ) -> KappaFit:
     """Simulates both groups at each kappa, and fits it; arguments are those of the functions above."""
     found = np.array(
         [
             [
-                simulate_fraction(group, learner, float(kappa), settings, repeats=repeats, seed=seed, jobs=jobs)
-                for group in GROUPS
+                simulate_fraction(experiment, learner, float(kappa), repeats=repeats, jobs=jobs)
+                for experiment in experiments
             ]
             for kappa in kappas
         ]

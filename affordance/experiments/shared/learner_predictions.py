@@ -12,8 +12,6 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.protocols.people import Spread
 from affordance.reporting.statistics import Estimate, estimate_mean
-from affordance.settings import Settings
-from studies.people.lift_experiment import LiftExperiment, simulate_observers
 
 # A difference of less than so many standard deviations between people is not called one (Cohen 1988: "small").
 _SMALL = 0.2
@@ -64,37 +62,6 @@ class Contrast(NamedTuple):
     superiority: float
     num_people: float
     is_of_people: bool = False
-
-
-def predict(
-    experiment: LiftExperiment,
-    learners: Sequence[Learner],
-    settings: Settings,
-    *,
-    repeats: int,
-    seed: int,
-    jobs: int,
-) -> dict[str, dict[Learner, Prediction]]:
-    """Predicts every measure of an experiment for every learner.
-
-    Args:
-        experiment: What people would do.
-        learners: What they might learn by.
-        settings: What all simulations share.
-        repeats: Simulated observers of each learner, at least 2.
-        seed: Root of every random draw.
-        jobs: Number of processes.
-
-    Returns: Predictions by measure and learner.
-    """
-    observers = {
-        learner: simulate_observers(experiment, learner, settings, repeats=repeats, seed=seed, jobs=jobs)
-        for learner in learners
-    }
-    return {
-        name: {learner: summarise(observers[learner].measure(measure)) for learner in learners}
-        for name, measure in experiment.measures.items()
-    }
 
 
 def summarise(values: Array) -> Prediction:
