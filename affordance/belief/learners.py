@@ -8,7 +8,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 
 # Breadth of a category over its mean density, fitted to two groups of people, once for each way to pick: 0.229, 95 %
-# interval 0.199 to 0.256, and 0.269, 0.212 to 0.309 (`affordance fit-kappa`; docs/decisions/0026-kinds.md).
+# interval 0.199 to 0.256, and 0.269, 0.212 to 0.309 (`affordance study people`; docs/decisions/0026-kinds.md).
 KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.27}
 
 

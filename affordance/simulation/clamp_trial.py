@@ -9,11 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 from pydrake.systems.analysis import ApplySimulatorConfig
-from scipy.interpolate import PchipInterpolator
 
 from affordance.arguments import Seed
-from affordance.arrays import Array
-from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.control.clamp import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
@@ -86,54 +83,3 @@ def run_clamp_and_release(
     record = finish(trial, simulator, tool)
     height = record.height_grip[record.times >= CLAMPED - _ROUNDING]
     return record, ClampRecord(float(np.mean(readings)), CLAMPED, max(height - height[0], key=abs))
-
-
-class ExcursionTable(NamedTuple):
-    """Movements of the hand after release from a clamp, for one object.
-
-    Attributes:
-        force: Upward force before release, that is the believed weight, (K,), increasing, [N].
-        excursion: The farthest that the hand went up or, negative, down from where it was, (K,), [m].
-    """
-
-    force: Array
-    excursion: Array
-
-    def interpolate(self, force: Array) -> Array:
-        """Excursions at forces before release, both of one shape; between what is simulated off by at most 1 %.
-
-        Raises:
-            ValueError: A force lies outside the table.
-        """
-        low, high = self.force[[0, -1]]
-        if force.min() < low or force.max() > high:
-            found = f"{force.min():g} to {force.max():g}"
-            raise ValueError(f"forces are from {found} N, must be from {low:g} to {high:g}")
-        excursion: Array = PchipInterpolator(self.force, self.excursion)(force)
-        return excursion
-
-
-def tabulate_excursions(runner: TrialRunner, tool: Tool, *, duration: float) -> ExcursionTable:
-    """Simulates clamp and release for beliefs from three tenths to twice the true weight, some 0.3 s each.
-
-    Args:
-        runner: Runs it.
-        tool: The object, of one colour.
-        duration: How long it is held after release, [s].
-
-    Raises:
-        ValueError: The object shows more than one colour.
-    """
-    colours = {part.looks_like.colour for part in tool.components}
-    if len(colours) > 1:
-        raise ValueError(f"{tool.name} shows {len(colours)} colours, must show one")
-    (colour,) = colours
-    density = tool.mass / sum(part.shape.volume for part in tool.components)
-    records = [
-        run_clamp_and_release(
-            runner, tool, MaterialMemory.from_densities({colour: factor * density}), duration=duration, seed=(0,)
-        )[1]
-        for factor in _FACTORS
-    ]
-    force, excursion = np.array([(record.force, record.excursion) for record in records]).T
-    return ExcursionTable(force, excursion)

@@ -47,8 +47,6 @@ def run(arguments: argparse.Namespace) -> int:
     )
     folder = prepare_folder(arguments.out) / "learners"
     numbers = results.run(weight, com, arguments.models, folder, repeats=arguments.repeats, jobs=arguments.jobs)
-    if results.add_to_simulation(numbers, arguments.out / weight.name):
-        print(f"{arguments.out / weight.name / 'metrics.json'} has brass_after_decoy too")
     print(f"{arguments.repeats} observers of each learner, {numbers['wall_s']:.0f} s")
     for name, (one, six) in numbers["brass_after_decoy"].items():
         before, needless = numbers["brass_before_decoy"][name], numbers["needless_kinds"][name]

@@ -1,6 +1,5 @@
 """Runs the paper's simulations with each learner, and writes numbers, figure and its section of the report."""
 
-import json
 import time
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,7 +7,6 @@ from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.belief.learners import KAPPA
-from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
 from affordance.reporting.findings import Finding, build_section
@@ -63,23 +61,6 @@ def run(
     write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
     write_report(folder.parent)
     return numbers
-
-
-def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
-    """Puts what became of brass beside the numbers of Simulation I, if its folder has them; says whether it does.
-
-    Raises:
-        BadValueError: The file is damaged.
-    """
-    path = folder / "metrics.json"
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        return False
-    except ValueError as error:
-        raise BadValueError(path, "", f"is not JSON: {error}") from error
-    write_json(path, {**found, "brass_after_decoy": numbers["brass_after_decoy"]})
-    return True
 
 
 def describe(numbers: Mapping[str, Any], repeats: int) -> Section:

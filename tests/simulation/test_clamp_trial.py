@@ -6,11 +6,11 @@ from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.clamp import ClampAndRelease, compute_clamp_force
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.plant.arm import add_arm
 from affordance.plant.clamp import STIFFNESS
 from affordance.simulation.clamp_trial import CLAMPED, run_clamp_and_release
 from affordance.simulation.trial import TrialRunner
-from studies.people.linear_plus import GROUPS, build_experiment
 
 GRAVITY = 9.81
 
@@ -18,7 +18,7 @@ GRAVITY = 9.81
 @pytest.fixture(scope="module")
 def lifted():
     """The test object of Linear++, twice: held at its middle, it is a load without a moment."""
-    return build_experiment(GROUPS[1]).tools[-1]
+    return load_protocol_experiment("linear_plus_plus").tools[-1]
 
 
 def believe(tool, density):

@@ -6,7 +6,6 @@ import pytest
 
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from studies.learners import command as study_learners
 from studies.learners import decoy_again, honest_objects, results
@@ -88,19 +87,6 @@ def test_honest_objects_teach_what_they_teach_with_one_density(weight):
     assert other["hammer"][-1] > 0.9
     assert list(other["first"]).count(True) == 2
     assert set(found[Learner.DENSITY]["num_kinds"]) == {0}
-
-
-def test_brass_stands_beside_simulation_one_where_its_numbers_are(tmp_path):
-    numbers = {"brass_after_decoy": {"density": [5500.0, 1800.0]}}
-    assert not results.add_to_simulation(numbers, tmp_path)
-    assert list(tmp_path.iterdir()) == []
-    path = tmp_path / "metrics.json"
-    path.write_text('{"seed": 3}')
-    assert results.add_to_simulation(numbers, tmp_path)
-    assert json.loads(path.read_text()) == {"seed": 3, **numbers}
-    path.write_text('{"seed": ')
-    with pytest.raises(BadValueError, match=r"metrics\.json: is not JSON"):
-        results.add_to_simulation(numbers, tmp_path)
 
 
 def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
