@@ -1,4 +1,4 @@
-"""What the study of arms says: its table, its claims and its paragraph, as data for the report."""
+"""Report section of the study of arms: table, claims and text."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ _Found = Mapping[str, Mapping[str, Any]]
 
 
 def describe_study(found: _Found, ours: Mapping[str, Any]) -> Section:
-    """Says what was found."""
+    """Builds the section of the report."""
     loaded = {name: one for name, one in found.items() if one["metrics"]["loads"]}
     required = [one for one in found.values() if one["required"]]
     parities = [
@@ -38,7 +38,7 @@ def describe_study(found: _Found, ours: Mapping[str, Any]) -> Section:
 
 
 def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
-    """The paragraph under the figure."""
+    """Writes the paragraph under the figure."""
     if not loaded:
         return "No robot was imported."
     ratios = {name: one["sag"]["simulated"] / one["sag"]["predicted"] for name, one in loaded.items()}
@@ -87,12 +87,12 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
 
 
 def _correlate_ranks(x: list[float], y: list[float]) -> float:
-    """Spearman's rank correlation."""
+    """Computes Spearman's rank correlation."""
     return float(spearmanr(x, y).statistic)
 
 
 def name_of_task(task: str) -> str:
-    """The task as a noun."""
+    """Returns the noun for a task."""
     return {"reach": "reaching", "hammer": "hammering"}[task]
 
 
@@ -101,7 +101,7 @@ def _is_complete(one: Mapping[str, Any]) -> bool:
 
 
 def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
-    """A robot's row: as many cells as the section's table has."""
+    """Lists the cells of a robot's row: as many as the section's table has columns."""
     metrics = one["metrics"]
     if not metrics["loads"]:
         return [name, metrics["experiments"]["weight"], *[""] * 11]
@@ -126,12 +126,12 @@ def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
 
 
 def _select_judged(found: _Found) -> dict[str, Mapping[str, Any]]:
-    """The experiments' claims of the robots that have any, by robot."""
+    """Selects the experiments' claims of the robots that have any, by robot."""
     return {name: one["claims"] for name, one in found.items() if one.get("claims")}
 
 
 def _list_verdicts(found: _Found) -> list[list[str]]:
-    """The experiments' claims, a row each, with what became of them on every robot."""
+    """Lists the experiments' claims, one row each, with the verdict on every robot."""
     known = _select_judged(found)
     texts = list(dict.fromkeys((task, text) for claims in known.values() for task in claims for text in claims[task]))
     words = {True: "met", False: "not met", None: "-"}
