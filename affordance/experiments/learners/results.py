@@ -1,4 +1,4 @@
-"""Runs the paper's simulations with each learner, and writes numbers, figure and its section of the report."""
+"""Comparison of the learners in the paper's simulations: numbers, figures and section of the report."""
 
 import json
 import time
@@ -20,15 +20,15 @@ from affordance.reporting.section import Section
 from affordance.runs.repeats import list_versions
 
 FIGURE, MEMORY = "decoy_again", "memory"
-# The observer whose memory is drawn.
+# Index of the observer whose memory is drawn.
 _SHOWN = 0
 LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
     Learner.KINDS_DRAWN: "kinds, drawn",
 }
-# What is believed of brass after a decoy may differ from before by this fraction: half the spread between brasses and
-# woods alike, a tenth (docs/decisions/0003-prior.md).
+# Largest relative change of the density believed of brass after a decoy: half the spread between brasses and woods
+# alike, a tenth (docs/decisions/0003-prior.md).
 _STAYS = 0.05
 
 
@@ -38,14 +38,14 @@ def run(
     """Runs everything, and writes metrics.json and the figures.
 
     Args:
-        weight: Simulation I.
-        com: Simulation II.
+        weight: Experiment of Simulation I.
+        com: Experiment of Simulation II.
         models: Folder with the tasks of Simulations III and IV.
-        folder: Receives the files; observers that it holds already are not run again.
-        repeats: Observers of each learner, at least 2.
+        folder: Folder for the files; observers that it holds already are not run again.
+        repeats: Number of observers of each learner, at least 2.
         jobs: Number of processes.
 
-    Returns: The numbers of metrics.json.
+    Returns: Numbers of metrics.json.
     """
     start = time.perf_counter()
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
@@ -60,13 +60,13 @@ def run(
         wall_s=time.perf_counter() - start,
     )
     write_section(folder, describe(numbers, repeats))
-    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_json(folder / "metrics.json", numbers)  # last: it marks a complete run
     write_report(folder.parent)
     return numbers
 
 
 def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
-    """Puts what became of brass beside the numbers of Simulation I, if its folder has them; says whether it does.
+    """Adds the densities of brass to the numbers of Simulation I; returns False if its folder has no numbers.
 
     Raises:
         BadValueError: The file is damaged.
@@ -83,12 +83,12 @@ def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
 
 
 def describe(numbers: Mapping[str, Any], repeats: int) -> Section:
-    """Says what changes and what does not."""
+    """Builds the section of the report."""
     claims = []
     for learner in Learner:
         name, label = learner.value, LABELS[learner]
         change = abs(numbers["brass_after_decoy"][name][1] / numbers["brass_before_decoy"][name] - 1.0)
-        deviation = numbers["deviation_m"][name]  # of magnitudes: errors up and down would cancel
+        deviation = numbers["deviation_m"][name]  # of magnitudes: signed errors would cancel
         first, second = deviation[-1 - decoy_again.NUM_DECOYS], deviation[-decoy_again.NUM_DECOYS]
         claims += [
             Finding(
