@@ -1,4 +1,4 @@
-"""What the study of real tools says of itself: text, claims with their bounds, and captions."""
+"""Report section of the study of real tools: text, claims with their bounds, and captions."""
 
 from affordance.exceptions import name_object
 from affordance.experiments.tools.data_set import LEARNING, Half
@@ -11,7 +11,7 @@ from affordance.reporting.section import Section
 
 
 def describe(result: ToolsResult) -> Section:
-    """Describes what was found."""
+    """Builds the section of the report."""
     claims = _list_own_claims(result)
     text = [_describe_choices(result.own, "our own three"), _describe_uncommon(result)]
     captions = {
