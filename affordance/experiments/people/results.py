@@ -1,4 +1,4 @@
-"""Runs Linear+ and Linear++ for every learner, and writes numbers, figures and trajectories beside people's."""
+"""Runs of Linear+ and Linear++ for every learner: numbers, figures and trajectories, compared with people's."""
 
 import time
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.clamp_trial import tabulate_excursions
 from affordance.simulation.trial import get_runner
 
-# What people's numbers are of.
+# Measures for which people's numbers are published.
 MEASURES = ("first_N", "end_N", "family_N", "f")
 FIGURE = "test_object"
 _LABELS = {
@@ -42,19 +42,19 @@ _LABELS = {
     Learner.KINDS_MAP: "kinds, most probable",
     Learner.KINDS_DRAWN: "kinds, drawn",
 }
-# How long the object is held after release in the simulated lifts, until the hand has come to rest, [s].
+# Duration of a hold after release in the simulated lifts, until the hand has come to rest, [s].
 _HELD = 1.0
 
 
 @dataclass(frozen=True)
 class PeopleConfig:
-    """What is run.
+    """Configuration of a run.
 
     Attributes:
-        group: Which group of people is simulated.
+        group: Group of people to simulate.
         models: Folder with the published values.
         seed: Root of every random draw.
-        settings: What all simulations share.
+        settings: Settings of all simulations.
     """
 
     group: Group
@@ -67,12 +67,12 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
     """Simulates a group for every learner, and writes metrics.json, figure and trajectories.
 
     Args:
-        config: What is run.
-        folder: Receives the files.
-        repeats: Observers of each learner, at least 2.
+        config: Configuration of the run.
+        folder: Folder for the files.
+        repeats: Number of observers of each learner, at least 2.
         jobs: Number of processes.
 
-    Returns: The numbers of metrics.json.
+    Returns: Numbers of metrics.json.
 
     Raises:
         BadValueError: The file with people's values is wrong.
@@ -100,7 +100,7 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
         wall_s=time.perf_counter() - start,
     )
     write_section(folder, describe(config.group, numbers, repeats))
-    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_json(folder / "metrics.json", numbers)  # last: it marks a complete run
     write_report(folder.parent)
     return numbers
 
@@ -108,7 +108,7 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
 def compute_metrics(
     experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
 ) -> dict[str, Any]:
-    """Computes the numbers of metrics.json: learners, people and kappa, and what else is asked of them.
+    """Computes the numbers of metrics.json: learners, people, kappa and further results.
 
     Raises:
         BadValueError: The table of people's values lacks a row that is needed.
@@ -147,7 +147,7 @@ def compute_metrics(
 def draw(
     group: Group, experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
 ) -> Figure:
-    """Draws the test object lift by lift, a panel a learner, people's intervals in each."""
+    """Draws the test object lift by lift, one panel per learner, with people's intervals in each."""
     curves = [
         LiftCurve(_LABELS[learner], *list_test_cycles(experiment, found)) for learner, found in observers.items()
     ]
@@ -166,7 +166,7 @@ def draw(
 
 
 def describe(group: Group, numbers: Mapping[str, Any], repeats: int) -> Section:
-    """Puts the numbers beside people's."""
+    """Builds the section that compares the numbers with people's."""
     people = numbers["people"]
     claims = []
     for learner in Learner:
@@ -216,7 +216,7 @@ def describe(group: Group, numbers: Mapping[str, Any], repeats: int) -> Section:
 def _compute_excursions(
     config: PeopleConfig, experiment: LiftExperiment, observers: Mapping[Learner, Observers]
 ) -> dict[str, dict[str, float]]:
-    """Mean farthest movement of the hand at release of the test object, in its first lift and at the end, [m]."""
+    """Computes the mean farthest movement of the hand at release of the test object, first lift and end, [m]."""
     table = tabulate_excursions(get_runner(config.settings), experiment.tools[-1], duration=_HELD)
     excursions = {}
     for learner, found in observers.items():
@@ -229,7 +229,7 @@ def _compute_excursions(
 
 
 def _write_lifts(path: Path, experiment: LiftExperiment, observers: Mapping[Learner, Observers]) -> None:
-    """Writes what every observer lifted and exerted."""
+    """Writes the object and force of every lift of every observer."""
     variables = {}
     for learner, found in observers.items():
         name = learner.value
