@@ -1,8 +1,7 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool.
 
 Observers hold the objects of Simulation II, and after every trial choose the end by which to hold a novel tool so
-that
-moving its free end along a path takes the least absolute work. They never hold that tool. The grip that is truly
+that moving its free end along a path takes the least absolute work. They never hold that tool. The grip that is truly
 cheaper is found by simulating both with the true densities.
 """
 

@@ -115,8 +115,7 @@ class WithinTrialStudy:
         """Computes the standard deviation after counts of samples by an arm at rest at q, (N,), [kg/m^3].
 
         With h the torques added per unit of density, a sample whose error has standard deviation s_j at joint j adds
-        the
-        precision sum_j (h_j / s_j)^2. The paper's samples add it once per trial, independent ones every time.
+        the precision sum_j (h_j / s_j)^2. The paper's samples add it once per trial, independent ones every time.
         """
         hold = StaticHold(load_arm(self._settings.arm), q)
         load = hold.Y @ self._tool.parameters

@@ -1,9 +1,8 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering.
 
 Observers hold the objects of Simulation II, and after every trial choose the end by which to hold a novel tool so
-that
-driving a nail with a demanded peak force takes the least absolute work. They never hold that tool. The grip that is
-truly cheaper is found by simulating both blows with the true densities, contact included.
+that driving a nail with a demanded peak force takes the least absolute work. They never hold that tool. The grip that
+is truly cheaper is found by simulating both blows with the true densities, contact included.
 """
 
 from collections.abc import Mapping

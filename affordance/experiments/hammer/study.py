@@ -25,8 +25,7 @@ from affordance.simulation.blow import Blow, simulate_blow
 _LOG = logging.getLogger(__name__)
 
 # Range of the map: from just above the resistance of the set nail to a multiple of the demanded force, and densities
-# of
-# the denser part from below that of wood to that of lead, and a little beyond the true one, [kg/m^3].
+# of the denser part from below that of wood to that of lead, and a little beyond the true one, [kg/m^3].
 _MAP_FORCES, _MAP_DENSITIES = 80, 60
 _MAP_MIN_FORCE, _MAP_MAX_FORCE = 1.02, 2.0
 _MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_BEYOND = 300.0, 11_340.0, 1.1

@@ -68,8 +68,7 @@ def pick_forces_beside(
     """Picks a force on either side of the first crossover, to check that the cheaper grip really changes.
 
     The force below is the geometric mean of the crossover and the least force. The force above is the geometric mean
-    of
-    the crossover and the demanded force, if that is larger and both grips can be used up to there; else of the
+    of the crossover and the demanded force, if that is larger and both grips can be used up to there; else of the
     crossover and the last force up to which they can; and always before the next crossover.
 
     Args:

@@ -110,9 +110,8 @@ def contrast_learners(
     """Compares all pairs of learners by all measures; the best measure for a pair comes first.
 
     Simulated observers vary less than people, whose push strength also varies. Where the spread between people is
-    known,
-    from an experiment with the same measure, it is added to that of the observers; such measures come before those
-    without data of people.
+    known, from an experiment with the same measure, it is added to that of the observers; such measures come before
+    those without data of people.
 
     Args:
         predictions: Predictions by measure and learner, from ``predict``.

@@ -64,9 +64,8 @@ def let_observer_choose(
     """Lets an observer choose a grip of each of G tools before the first and after each of K trials.
 
     Returns: Indices of the chosen grips: ``paper`` by the paper's rule, (G, K + 1), and ``bayes`` for the first tool
-        by
-        least expected work, (K + 1,); and ``flips``, True where the least expected integral of |tau|^2 would choose
-        otherwise, (K + 1,).
+        by least expected work, (K + 1,); and ``flips``, True where the least expected integral of |tau|^2 would
+        choose otherwise, (K + 1,).
     """
     bayes, flips = choose_by_expectation(choices[0], experience, seed, repeat)
     paper = np.stack([choose_by_sample(choice, experience, seed, repeat) for choice in choices])

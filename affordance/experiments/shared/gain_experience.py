@@ -43,8 +43,8 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
     """Runs an observer's trials, and returns the memories and measurements as arrays.
 
     Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
-        ``p_value``,
-        ``rejected`` and ``outlier``, (K,) each; for a learner with kinds also ``kinds`` (K + 1,), its memory as text.
+        ``p_value``, ``rejected`` and ``outlier``, (K,) each; for a learner with kinds also ``kinds`` (K + 1,), its
+        memory as text.
     """
     memories, records = run_trials(config, repeat)
     texts = [write_memory(memory).encode() for memory in memories if isinstance(memory, KindMemory)]

@@ -31,8 +31,7 @@ _NUM_SAMPLES = 4000
 # Ends of the 90 % intervals, and the median, [%].
 _PERCENTILES = (5.0, 50.0, 95.0)
 # A tool can be left out if recurring materials make up at least this fraction of its mass, and a material recurs if
-# it
-# makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
+# it makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
 _MIN_KNOWN, _MIN_RECURRING = 0.9, 0.1
 # Colour of every part for an observer who sees no colours.
 _ONE_COLOUR: Colour = (0.5, 0.5, 0.5)

@@ -13,8 +13,7 @@ MAX_PARTS = 3
 # Largest size of an object that fits the picture from every height it may reach, (length, breadth, height), [m].
 _MAX_BOX = (0.55, 0.40, 0.30)
 # A chain faces the camera: each part touches the one before in a plane with at most this inclination, turned by at
-# most
-# this angle from the last, so that no part hides another, [rad].
+# most this angle from the last, so that no part hides another, [rad].
 _MAX_INCLINATION, _MAX_TURN = np.radians(20.0), np.radians(60.0)
 # Densities from the lightest wood to lead, [kg/m^3].
 _DENSITIES = (200.0, 11_000.0)
@@ -44,8 +43,7 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
         X_TE[:3, :3] = R_TE
         if before is not None:
             # The farthest point of the previous part along a direction is this part's farthest against it: they touch
-            # there,
-            # in a plane across that direction, and nowhere else.
+            # there, in a plane across that direction, and nowhere else.
             R_TB, p_TB = before.X_TE[:3, :3], before.X_TE[:3, 3]
             X_TE[:3, 3] = p_TB + R_TB @ before.shape.find_support(R_TB.T @ along)
             X_TE[:3, 3] += R_TE @ shape.find_support(R_TE.T @ along)
