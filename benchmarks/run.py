@@ -29,7 +29,7 @@ HOW = {
 
 
 def main() -> None:
-    """Measures, prints the tables, and writes them with the ratios."""
+    """Runs all measurements, prints the tables, and writes them with the ratios."""
     tables, ratios = [], {}
     for module in (closed_loop, mpc_tick, regressor, decision, strike):
         rows, found = module.measure()

@@ -51,7 +51,7 @@ def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
     Returns: Numbers as metrics.json will have them, with the right shapes and meaningless values.
 
     Raises:
-        BadValueError: A figure, number or number of people cannot be computed; the key is named.
+        BadValueError: A figure, a number, or people's value of one cannot be computed; the key is named.
     """
     check_figures(experiment)
     layout = experiment.layout

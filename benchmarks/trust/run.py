@@ -48,7 +48,7 @@ HOW = {
 
 
 def study_calibration() -> dict[str, Any]:
-    """Calibrates, and draws the ranks."""
+    """Runs the calibration study, and draws the ranks."""
     found, numbers = calibration.measure(FOLDER, jobs=JOBS)
     names = [part.material.name for part in calibration.load_stick().components]
     save_figure(pictures.draw_ranks(found, names), FOLDER, "ranks")

@@ -51,10 +51,10 @@ class PresentationRow(NamedTuple):
         cycle: Number of the repetition within the block, from 1.
         mass: Mass of the object in this presentation, [kg].
         force: Upward force before release from a clamp, [N]; NaN where there is no clamp.
-        expected: Mass at the most probable densities, before the object is felt, [kg]; NaN if unknown.
+        expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
         believed_density: Most probable density of an object never lifted with the colour of this one's first part,
-            before it is felt, [kg/m^3].
-        kind: Number of the kind of that colour to which the object is assigned after it was felt, from 1, the oldest;
+            before it is held, [kg/m^3].
+        kind: Number of the kind of that colour to which the object is assigned after it was held, from 1, the oldest;
             0 without kinds.
         p_value: P-value of the measured torques under the belief before; NaN if nothing is measured.
     """
