@@ -102,5 +102,5 @@ def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
         parent = links[-1] if links else None
         links.append(roboticstoolbox.Link(ets, m=link.mass, r=link.p_com, I=link.I_com, parent=parent))
         signs.append(link.axis[axis])
-    # The toolbox takes gravity as the acceleration of free fall, in the base frame.
+    # The toolbox takes gravity as the acceleration of free fall.
     return roboticstoolbox.Robot(links, gravity=[0.0, 0.0, -9.81]), np.array(signs)
