@@ -115,7 +115,7 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 
 
 def _choose_bodies(part: Part, found: Bodies) -> tuple[Body, ...]:
-    """Chooses all bodies if materials are given by shell, otherwise the requested one or all merged into one."""
+    """Chooses the requested body, all bodies if materials or colours are given by shell, or all merged into one."""
     entry = part.entry
     if entry.shell is not None:
         if entry.shell >= found.num_shells:

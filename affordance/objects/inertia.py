@@ -46,7 +46,7 @@ class Shape(Hashable, Protocol):
         """Finds the point of the solid farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Computes the radius of the sphere of equal Gaussian curvature at the support point, [m]; infinite if flat."""
+        """Computes the radius of a sphere of equal Gaussian curvature at the support point, [m]; infinite if flat."""
 
 
 @dataclass(frozen=True)
