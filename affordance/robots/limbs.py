@@ -8,7 +8,7 @@ from affordance.robots.tree import RobotTree
 
 # Fewest moving joints in series that count as another limb; a single one is a neck or a gripper's finger.
 _LIMB = 2
-# Fewest joints of an arm that may end below an unsuitable joint; with fewer, that joint is rejected.
+# Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
 FEWEST_JOINTS = 3
 
 
