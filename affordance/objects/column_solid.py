@@ -82,7 +82,7 @@ class ColumnSolid:
         return ColumnSolid(self.places - centroid[:2], self.areas, self.ends - centroid[2]), centroid
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
         return self._unit_pseudo_inertia.copy()
 
     @cached_property

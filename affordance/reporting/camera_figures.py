@@ -22,7 +22,7 @@ _TITLE_WIDTH = 55  # [characters]
 
 
 class CameraView(NamedTuple):
-    """One observation of an object by the camera.
+    """Observation of an object by the camera.
 
     Attributes:
         title: Name of the observation.

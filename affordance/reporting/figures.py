@@ -60,7 +60,7 @@ def draw_density_and_drop(
     Args:
         quartiles: 25th, 50th and 75th percentile before the first and after each trial, shape (K + 1, 3), [kg/m^3].
         mode: Most probable density at the same moments, which control uses, shape (K + 1,), [kg/m^3].
-        density_true: The true density, [kg/m^3].
+        density_true: True density, [kg/m^3].
         drop: Drop in each trial, shape (K,), [m].
         masses: True mass of each object, shape (K,), [kg].
         num_repeats: Number of observers.

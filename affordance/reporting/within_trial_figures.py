@@ -50,7 +50,7 @@ def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str)
 
     Args:
         growth: Beliefs by noise model.
-        density_true: The true density, [kg/m^3].
+        density_true: True density, [kg/m^3].
         name: Name of the object.
     """
     figure = Figure(figsize=(9.0, 4.0))
@@ -90,7 +90,7 @@ def draw_sinking(lines: Mapping[str, Sinking], *, density_true: float, name: str
 
     Args:
         lines: Heights and densities by the belief that control uses.
-        density_true: The true density, [kg/m^3].
+        density_true: True density, [kg/m^3].
         name: Name of the object.
     """
     figure = Figure(figsize=(9.0, 3.8))
