@@ -1,4 +1,4 @@
-"""``affordance robustness``: every claim over a sample of everything that the paper does not give."""
+"""``affordance robustness``: evaluates every claim over a sample of all values that the paper does not give."""
 
 import argparse
 from typing import Any
@@ -26,7 +26,7 @@ from affordance.plant.arm import ARM
 from affordance.settings import Settings
 
 HELP = "judge every claim over a sample of all that the paper does not give"
-# As many as the sample has.
+# Bounds of number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
 # Settings that the sample varies, and settings that the study does not use.
 _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
@@ -49,7 +49,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the study, or one of its settings.
 
     Raises:
-        AffordanceError: An argument or a file is wrong.
+        AffordanceError: An argument or a file is invalid.
     """
     check_bounds(arguments)
     check_whole("--repeats", arguments.repeats, _REPEATS)
@@ -78,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[str]:
-    """Lines that say what a setting assumes, what it gives, and which claims hold in it."""
+    """Formats the assumptions of a setting, its results, and the claims that hold in it."""
     lines = ["Assumes"]
     lines += [f"  {name}: {value if isinstance(value, str) else f'{value:.4g}'}" for name, value in setting.items()]
     lines.append("Gives")

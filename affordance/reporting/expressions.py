@@ -1,8 +1,8 @@
-"""Expressions over numbers: arithmetic, comparisons, entries of lists and mappings, and the functions below, no more.
+"""Expressions over numbers, restricted to arithmetic, comparisons, indexing and the functions below.
 
-They stand in files of others. So what an expression is made of is looked at before it is evaluated, and evaluating
-it takes no more time and memory than some passes over the numbers that it names: whole numbers stay exact doubles,
-texts are only compared, and nothing comes out larger than what goes in.
+They come from files of users. The syntax tree is therefore checked before it is evaluated, and evaluation takes no
+more time and memory than a few passes over the named numbers: integers stay exactly representable as doubles,
+texts can only be compared, and no result is larger than its operands.
 """
 
 import ast
@@ -17,11 +17,11 @@ import numpy as np
 
 from affordance.exceptions import AffordanceError
 
-# Letters, and nested operations: of ours the longest has 70, and 3.
+# Most characters and most nested operations; the longest of our own has 70 characters and 3 levels.
 _LONGEST, _DEEPEST = 1000, 60
-# Letters of all texts of a list.
+# Most characters of all texts of a list.
 _MOST_LETTERS = 10_000_000
-# Whole numbers beyond are no exact doubles.
+# Integers beyond this are not exactly representable as doubles.
 _LARGEST = 2**53
 
 
@@ -31,7 +31,7 @@ def _list_values(mapping: Any) -> Any:
     return _take(list(mapping.values()))
 
 
-# What expressions may call, with the number of arguments.
+# Functions that expressions may call, with their number of arguments.
 FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
     "abs": (np.abs, 1),
     "all": (np.all, 1),
@@ -49,7 +49,7 @@ FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
     "sum": (np.sum, 1),
     "values": (_list_values, 1),
 }
-# Functions of what is no number.
+# Functions that take other than numbers.
 _OF_LISTS = ("len", "values")
 _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -58,7 +58,7 @@ _ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Div: operator.truediv,
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
-    ast.Pow: np.float_power,  # of doubles: whole numbers would grow without end
+    ast.Pow: np.float_power,  # on doubles: integers would grow without bound
 }
 _UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
     ast.UAdd: operator.pos,
@@ -76,19 +76,19 @@ _COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 
 def check_expression(expression: str) -> None:
-    """Makes sure that something is an expression.
+    """Checks the syntax of an expression.
 
     Raises:
-        AffordanceError: It is none, or longer or deeper than expressions are.
+        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
     """
     _parse(expression)
 
 
 def find_names(expression: str | float | bool) -> frozenset[str]:
-    """Finds the numbers that an expression names.
+    """Finds the names of the numbers that an expression uses.
 
     Raises:
-        AffordanceError: It is no expression.
+        AffordanceError: It is not a valid expression.
     """
     if not isinstance(expression, str):
         return frozenset()
@@ -98,17 +98,17 @@ def find_names(expression: str | float | bool) -> frozenset[str]:
 
 
 def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
-    """Evaluates an expression over numbers; lists are arrays.
+    """Evaluates an expression over numbers; lists become arrays.
 
     Raises:
-        AffordanceError: It is wrong, names a number that there is not, or asks for more than numbers are.
+        AffordanceError: It is invalid, names an unknown number, or its evaluation fails.
     """
     if not isinstance(expression, str):
         return expression
     body = _parse(expression)
     try:
         with np.errstate(all="ignore", over="raise"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of means of nothing, which are NaN
+            warnings.simplefilter("ignore")  # on means of empty arrays, which are NaN
             return _evaluate(body, numbers)
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise _complain(expression, str(error)) from error
@@ -126,7 +126,7 @@ def _parse(expression: str) -> ast.expr:
         raise _complain(expression, f"it has {len(expression)} letters, must have at most {_LONGEST}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of backslashes in texts
+            warnings.simplefilter("ignore")  # on backslashes in texts
             body = ast.parse(expression.strip(), mode="eval").body
         for problem in _list_problems(body, _DEEPEST):
             raise _complain(expression, problem)
@@ -137,7 +137,7 @@ def _parse(expression: str) -> ast.expr:
 
 
 def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
-    """What a part of an expression holds that none may hold."""
+    """Lists the faults of a node of an expression and of the nodes below."""
     if deepest <= 0:
         yield f"it has more than {_DEEPEST} nested operations"
         return
@@ -185,7 +185,7 @@ def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterat
 
 
 def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any]) -> Any:
-    """The value of a part of an expression that was checked."""
+    """Computes the value of a node of a checked expression."""
     match node:
         case None:
             return None
@@ -234,13 +234,13 @@ def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any]) -> Any:
             if name not in _OF_LISTS:
                 _check_numbers(*values)
             return FUNCTIONS[name][0](*values)
-    raise TypeError(f"it has a {type(node).__name__.lower()}")  # nothing that was checked comes here
+    raise TypeError(f"it has a {type(node).__name__.lower()}")  # unreachable after the check
 
 
 def _take(value: Any) -> Any:
-    """A value of which others are calculated: lists as arrays, of numbers or of texts."""
+    """Converts lists to arrays of numbers or of texts; other values pass unchanged."""
     if isinstance(value, list | tuple):
-        # NumPy gives each text of a list the room of the longest.
+        # NumPy pads each text of a list to the length of the longest.
         if len(value) * max((len(each) for each in value if isinstance(each, str)), default=0) > _MOST_LETTERS:
             raise ValueError("its texts are too long to be compared")
         value = np.array(value)
@@ -265,11 +265,11 @@ def _is_text(value: Any) -> bool:
 
 
 def _check_numbers(*values: Any) -> None:
-    """Makes sure that values are numbers, and together make no more of them than the largest is.
+    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes.
 
     Raises:
-        TypeError: One is a text, a mapping or nothing.
-        ValueError: Their shapes do not fit, or make a table of two lists.
+        TypeError: A value is a text, a mapping or None.
+        ValueError: Their shapes do not match, or would broadcast to a larger array.
     """
     for value in values:
         kind = value.dtype.kind if isinstance(value, np.ndarray | np.generic) else ""
@@ -285,5 +285,5 @@ def _check_shapes(*values: Any) -> None:
 
 
 def _bound(value: Any) -> Any:
-    """Whole numbers that are no exact doubles become doubles."""
+    """Converts integers that are not exactly representable as doubles to doubles."""
     return float(value) if isinstance(value, int) and abs(value) > _LARGEST else value

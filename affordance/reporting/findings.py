@@ -1,4 +1,4 @@
-"""Sections of the report whose claims were judged where their numbers were computed, as those of studies are."""
+"""Report sections of studies, whose claims are judged where their numbers are computed."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -9,14 +9,14 @@ from affordance.reporting.section import ReportFigure, Section
 
 
 class Finding(NamedTuple):
-    """Something a study was to show.
+    """Claim of a study with its result.
 
     Attributes:
-        text: What.
-        criterion: How that is judged, in words, with the bound.
-        bound: The number it is judged by, or the two ends of an interval.
-        value: What was found.
-        met: Whether it holds.
+        text: Statement.
+        criterion: Description of the criterion and its bound, in words.
+        bound: Number that the value is compared with, or the two ends of an interval.
+        value: Value found.
+        met: True if the claim holds.
     """
 
     text: str
@@ -35,15 +35,15 @@ def build_section(
     findings: Sequence[Finding],
     remarks: Sequence[str] = (),
 ) -> Section:
-    """Builds a section.
+    """Builds a report section.
 
     Args:
-        order: Place among the sections.
+        order: Position among the sections.
         title: Heading.
-        summary: What was done.
-        captions: Of figures, by the name of their file.
-        findings: The claims.
-        remarks: What else is to be known.
+        summary: Summary of the study.
+        captions: Captions of figures, by file name.
+        findings: Claims with their results.
+        remarks: Further remarks.
     """
     return Section(
         order=order,

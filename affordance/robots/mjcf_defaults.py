@@ -1,14 +1,13 @@
-"""Default classes of an MJCF model, written out: every element gets the attributes that its class gives it.
+"""Expansion of the default classes of an MJCF model: every element gets the attributes of its class.
 
-A class inherits from the class that it is nested in, and all actuators of a class share one set of attributes,
-whatever they are called there. An element is of its own class, else of the nearest ``childclass`` above it, else of
-the main one.
+A class inherits from the class it is nested in, and all actuators of a class share one set of attributes, whatever
+their tags. The class of an element is its own, otherwise the nearest ``childclass`` above it, otherwise the main one.
 """
 
 from xml.etree.ElementTree import Element
 
 _MAIN = "main"
-# All of them set the attributes of one and the same default actuator.
+# Tags that all set the attributes of the same default actuator.
 ACTUATORS = (
     "general",
     "motor",
@@ -22,7 +21,7 @@ ACTUATORS = (
     "dcmotor",
 )
 _ACTUATOR = "actuator"
-# Elements of a body whose attributes are written out; others say nothing that is read here.
+# Elements of a body whose attributes are written out; no others are read here.
 _OF_BODIES = ("joint", "geom", "site")
 
 type _Attributes = dict[str, dict[str, str]]
@@ -54,7 +53,7 @@ def write_out_defaults(root: Element) -> None:
 
 
 def _read_classes(root: Element) -> dict[str, _Attributes]:
-    """Attributes by class and kind of element; those of a class's parents included."""
+    """Reads attributes by class and kind of element, including those inherited from parent classes."""
     found: dict[str, _Attributes] = {_MAIN: {}}
 
     def add(element: Element, inherited: _Attributes) -> None:

@@ -1,4 +1,4 @@
-"""Reading a URDF: what Drake needs of it, and what Drake leaves out."""
+"""Reader of URDF files: the part that Drake needs, and the part that Drake ignores."""
 
 import math
 from pathlib import Path
@@ -18,10 +18,10 @@ _BOUNDS = ("lower", "upper", "velocity")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF.
+    """Reads a URDF file.
 
     Raises:
-        BadValueError: A value is not what it must be, or a name is given twice; the message says where.
+        BadValueError: A value is invalid, or a name is used twice; the message says where.
     """
     if any(f"{{{_XACRO}}}" in element.tag for element in root.iter()):
         raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
@@ -45,7 +45,7 @@ def read_urdf(path: Path, root: Element) -> Description:
             inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
             if fault := inertials[name].find_fault():
                 faults[name] = fault
-                link.remove(inertial)  # Drake would put a sphere of water in its place
+                link.remove(inertial)  # Drake would substitute a sphere of water
         remove_children(link, ("visual", "collision"))
     for joint in root.findall("joint"):
         name = name_of(joint, path)
@@ -66,7 +66,7 @@ def read_urdf(path: Path, root: Element) -> Description:
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and leaves of its limits what Drake is to know of them."""
+    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
     axis, origin, kind = joint.find("axis"), joint.find("origin"), joint.get("type", "")
     follows = None
@@ -76,13 +76,13 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    for attribute in ("xyz", "rpy"):  # Drake reads them; here they are only made sure to be numbers
+    for attribute in ("xyz", "rpy"):  # only checked to be numbers; Drake reads them
         numbers.parse(get_attribute(origin, attribute), f"{key}.origin.{attribute}", 3, _NO_PLACE)
     bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
-    if kind == "continuous":  # turns without end, whatever its limit says
+    if kind == "continuous":  # unlimited, whatever its limit element says
         bounds.update(lower=None, upper=None)
     elif bounds["lower"] is not None or bounds["upper"] is not None:
-        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # what URDF puts for one alone
+        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default for a missing one
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
     fault = find_joint_fault(
@@ -94,7 +94,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     )
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
-        limit.attrib.pop("effort", None)  # it is kept here
+        limit.attrib.pop("effort", None)  # kept in the notes
         for name, value in bounds.items():
             limit.attrib.pop(name, None)
             if value is not None and math.isfinite(value) and not fault:
@@ -126,7 +126,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...]]:
-    """Colours of the materials that the file names."""
+    """Reads the colours of the named materials of a file."""
     colours = {}
     for material in root.iter("material"):
         rgba = get_attribute(material.find("color"), "rgba")
@@ -138,7 +138,7 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 def _read_visual(
     element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
-    """Reads a shape; None for one that is not taken over."""
+    """Reads a shape; None for one that is not imported."""
     geometry, origin, key = element.find("geometry"), element.find("origin"), f"link {link}.visual"
     if geometry is None or not len(geometry):
         return None
