@@ -65,7 +65,7 @@ def identify(
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         settings: Settings of nuisances, filters and samples.
 
-        Returns: The posterior of the payload.
+    Returns: The posterior of the payload.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind or out of bounds.

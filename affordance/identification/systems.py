@@ -235,7 +235,7 @@ def build_replay(
         seen: Load as seen by a camera; None without a camera.
         settings: Identification settings.
 
-        Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
+    Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
     """
     builder = DiagramBuilder()
     period = 1.0 / evidence.rate

@@ -49,9 +49,9 @@ def find_fixed_point(belief: DensityBelief, compute_likelihood: ComputeLikelihoo
         compute_likelihood: Function of densities, shape (M,), [kg/m^3], that returns the likelihood with errors of
             the size at these.
 
-        Raises:
-            AffordanceError: The descent does not converge; possible only for several densities with errors that are
-                dependent between joints.
+    Raises:
+        AffordanceError: The descent does not converge; possible only for several densities with errors that are
+            dependent between joints.
     """
     rho = belief.untruncated_mean
     for _ in range(_PLAIN_STEPS):

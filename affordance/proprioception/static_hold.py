@@ -58,7 +58,7 @@ class StaticHold:
             acceleration_sd: Standard deviation of the error of a measured joint acceleration, constant in the trial,
                 [rad/s^2].
 
-            Returns: Statistics of the measured torques.
+        Returns: Statistics of the measured torques.
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))
