@@ -155,7 +155,7 @@ class DensityBelief:
         return untruncated_mean
 
     def condition(self, likelihood: Likelihood) -> "DensityBelief":
-        """Applies Bayes' rule."""
+        """Returns the posterior by Bayes' rule."""
         return DensityBelief(
             self.precision + likelihood.precision, self.information_vector + likelihood.information_vector
         )

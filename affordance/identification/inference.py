@@ -54,7 +54,7 @@ def infer(
     """Infers the belief about a payload from evidence.
 
     Args:
-        evidence: Samples of a loaded run without the empty arm.
+        evidence: Evidence of a loaded run.
         gains: Gains for this run, drift included.
         calibration: Gains found in this very run with its reference mass; None if they come from elsewhere.
         reference_mass: Mass of the load by a scale, [kg]; None if unknown.

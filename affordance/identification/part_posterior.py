@@ -76,7 +76,7 @@ class NotTheSeenObjectError(AffordanceError):
 
 
 class PlacedObject(NamedTuple):
-    """A seen object in the frame of the tip.
+    """Seen object in the frame of the tip.
 
     Attributes:
         belief: Belief about the object's densities, with its geometry in the frame of the tip.

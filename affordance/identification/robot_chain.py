@@ -17,7 +17,7 @@ from affordance.plant.wrench_regressor import compute_payload_regressors
 
 @dataclass(frozen=True)
 class RobotChain:
-    """A serial arm with named joints.
+    """Serial arm with named joints.
 
     Attributes:
         source: File of the robot, for messages.

@@ -30,7 +30,7 @@ class BagTable(NamedTuple):
     Attributes:
         joint_names: Names of the joints in the first message.
         columns: Our names of the columns, such as q_1.
-        values: Values, shape (N, len(columns)), in SI units.
+        values: Values, shape (N, len(columns)).
     """
 
     joint_names: tuple[str, ...]

@@ -7,7 +7,7 @@ base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
 columns: ur_rtde                       # or libfranka, standard, or a list of names for a table without any
 units: {time: s, q: rad, v: rad/s, current: A}
-compensates: nothing                   # or arm: the controller took the arm's own torque out of the signal
+compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
 reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees

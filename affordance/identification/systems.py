@@ -79,7 +79,7 @@ class PayloadIdentifier(SampledSystem):
     run has been subtracted (a replayed pair) needs no empty arm.
 
     Input ports:
-        state: Joint angles and velocities, filtered alike with the signal, (2 n,), [rad, rad/s].
+        state: Joint angles and velocities, filtered like the signal, (2 n,), [rad, rad/s].
         vdot: Joint accelerations, (n,), [rad/s^2].
         signal: Torques or currents, (n,).
 

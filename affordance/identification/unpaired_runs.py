@@ -27,7 +27,7 @@ class EmptyArm(NamedTuple):
 
     Attributes:
         fitted: Model fitted to all cells.
-        least_variance: Long-run variance of its errors of prediction, shape (n,), in the signal's unit squared.
+        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared.
         phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
         residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
     """
