@@ -124,8 +124,8 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
             )
     if imported.payload > _MANY_WEIGHTS * imported.arm.mass:
         yield (
-            f"it bears {format_number(imported.payload)} kg and weighs {imported.arm.mass:.3g} kg: its limits of torque may be "
-            "placeholders; --effort gives others"
+            f"it bears {format_number(imported.payload)} kg and weighs {imported.arm.mass:.3g} kg: its limits of "
+            "torque may be placeholders; --effort gives others"
         )
     if imported.home.load > 1.0:
         yield (

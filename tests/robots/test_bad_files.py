@@ -90,8 +90,8 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
         ),
         (
             {'name="right_j2" type="revolute"': 'name="right_j2" type="revolut"'},
-            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating, planar; "
-            "did you mean 'revolute'?",
+            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating, "
+            "planar; did you mean 'revolute'?",
         ),
         # Over these Drake would end the program, or say what only those understand who wrote it.
         ({'velocity="3"': 'velocity="-3"'}, "joint right_j1: has a velocity limit of -3 rad/s, must be more than 0"),
