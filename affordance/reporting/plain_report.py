@@ -29,8 +29,8 @@ class PlainReport:
     Attributes:
         source: The protocol's file, for errors.
         prose: Section file of the program whose prose, figures and tables are used; None for none.
-        title: Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands alone
-            where it is of the same name.
+        title: Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands
+            alone where it is of the same name.
         question: What is asked; the summary where there is no other.
         figures: Figures where neither ``given`` nor ``prose`` has any.
         meanings: What each number is, by its name; empty where the protocol does not say.
