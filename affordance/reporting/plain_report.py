@@ -29,7 +29,8 @@ class PlainReport:
     Attributes:
         source: Protocol file, for error messages.
         prose: Section file of the program that provides prose, figures and tables; None for none.
-        title: Heading where neither ``given`` nor ``prose`` has one.
+        title: Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands
+            alone where it is of the same name.
         question: Question of the protocol; the summary where there is no other.
         figures: Figures where neither ``given`` nor ``prose`` has any.
         meanings: Description of each number, by its name; empty where the protocol gives none.
@@ -91,6 +92,8 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
         given["remarks"] = [*given["remarks"], *remarks]
     if report.prose is not None:
         section = render_section(report.prose, numbers, facts)
+        if report.prose.stem != report.title:  # an experiment of a user's own, after one of the program
+            section = section._replace(title=f"{report.title} (as in {section.title})")
     else:
         seen = [ReportFigure("seen.png", facts["camera_caption"])] if facts["camera_caption"] else []
         tables = [_list_numbers(report.meanings, numbers)] if report.meanings else []

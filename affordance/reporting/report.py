@@ -23,6 +23,8 @@ _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
 # Requested experiments that could not be run, with the reason for each.
 _LEFT_OUT = "left_out.json"
+# The paper's simulations; no protocol of a user's own has such a name.
+_OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 # Further files of an experiment that are linked where they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
@@ -108,7 +110,7 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
             done = (
-                f"{numbers['repeats']} observers or objects, seed {numbers['seed']}, by version "
+                f"{numbers['repeats']} {_name_repeats(numbers['repeats'])}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
             run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)
@@ -116,6 +118,10 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
             continue
         runs.setdefault(run, []).append(folder.name)
     return runs
+
+
+def _name_repeats(number: int) -> str:
+    return "observer or object" if number == 1 else "observers or objects"
 
 
 def _describe_setup(setup: Mapping[str, Any]) -> str:
@@ -127,8 +133,8 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
 
 
 def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
-    """Finds the heading: the paper's if one of its claims is judged, else that of a single section."""
-    if any(claim.source.startswith("paper") for section in sections for claim in section["claims"]):
+    """Finds the heading: the paper's if one of its simulations is there, else that of a single section."""
+    if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"
     return str(sections[0]["title"]) if len(sections) == 1 else "results"
 

@@ -10,9 +10,11 @@ from affordance.arguments import StrPath, check_kind, check_path
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
+from affordance.reporting.formatting import format_number
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.lacks import write_lacks
+from affordance.robots.notes import list_notes
 from affordance.robots.reader import read_robot
 from affordance.robots.report import write_report
 
@@ -31,7 +33,7 @@ def import_arm(
         with_meshes: True to draw the robot's meshes.
         fits_tasks: True to adapt path, blow and objects to what the arm can do.
 
-    Returns: Lines for the user: the arm that was extracted, the changes, and infeasible tasks.
+    Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 
     Raises:
         BadValueError: The file or an option is invalid or incomplete; nothing was written.
@@ -46,8 +48,9 @@ def import_arm(
     write_report(folder, imported, options, fitted, looks)
     lines = [
         f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; at home it bears "
-        f"{imported.payload:.3g} kg, then {imported.weakest} gives way"
+        f"{format_number(imported.payload)} kg, then {imported.weakest} gives way"
     ]
+    lines += [f"beware: {warning}" for warning in list_notes(imported, options).warnings]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
         lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]

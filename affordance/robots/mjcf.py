@@ -12,10 +12,10 @@ from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
 from affordance.robots.joint_faults import find_joint_fault
-from affordance.robots.mjcf_actuators import read_efforts, read_limit
+from affordance.robots.mjcf_actuators import check_drives, read_efforts, read_limit
 from affordance.robots.mjcf_defaults import write_out_defaults
 from affordance.robots.mjcf_include import expand_includes
 from affordance.robots.xml_reader import Numbers, remove_children
@@ -28,6 +28,10 @@ _OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
 _FIRST_HIDDEN_GROUP = 3
 
 
+# Units of angles by their names in the file, in words.
+_UNITS = {"radian": "rad", "degree": "degrees"}
+
+
 def read_mjcf(path: Path, root: Element) -> Description:
     """Reads an MJCF model.
 
@@ -38,10 +42,10 @@ def read_mjcf(path: Path, root: Element) -> Description:
     for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:
             raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
-    write_out_defaults(root)
+    write_out_defaults(path, root)
     numbers = Numbers(path)
     efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
-    unit = "rad" if root.find("compiler[@angle='radian']") is not None else "degrees"
+    unit = _read_unit(path, root)
     from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
     bodies = list(root.iterfind("worldbody//body"))
     names = _name_bodies(path, bodies)
@@ -49,10 +53,11 @@ def read_mjcf(path: Path, root: Element) -> Description:
     inertials: dict[str, Inertial] = {}
     faults: dict[str, str] = {}
     visuals: dict[str, tuple[Visual, ...]] = {}
-    undrawn, shifted = set[str](), list[str]()
+    undrawn, shifted, free_joints = set[str](), list[str](), list[str]()
     for body in bodies:
         name = body.get("name", "")
         for free in [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]:
+            free_joints.append(free.get("name", ""))
             body.remove(free)
         for joint in body.findall("joint"):
             joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", joints))
@@ -79,6 +84,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
             remove_children(body, ("geom",))
         _make_sites_bodies(body, names)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
+    check_drives(root, [*joints, *free_joints], numbers)
     dropped = _list_dropped(root, shifted)
     for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
         remove_children(root, (section,))
@@ -97,6 +103,20 @@ def read_mjcf(path: Path, root: Element) -> Description:
         undrawn=frozenset(undrawn),
         sources=sources,
     )
+
+
+def _read_unit(path: Path, root: Element) -> str:
+    """Reads the unit of angles, in words.
+
+    Raises:
+        BadValueError: It is none there is.
+    """
+    unit = "degree"
+    for compiler in root.findall("compiler"):
+        unit = compiler.get("angle", unit)
+        if unit not in _UNITS:
+            raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
+    return _UNITS[unit]
 
 
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:

@@ -1,7 +1,8 @@
 """Torque limits of an MJCF model's joints, from its actuators; default classes must be written out before."""
 
+import difflib
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from xml.etree.ElementTree import Element
 
 from affordance.robots.mjcf_defaults import ACTUATORS
@@ -21,10 +22,7 @@ def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
         BadValueError: A range or gear is invalid.
     """
     efforts: dict[str, float] = {}
-    for actuator in root.iterfind("actuator/*"):
-        joint = actuator.get("joint") or actuator.get("jointinparent")
-        if actuator.tag not in ACTUATORS or not joint:
-            continue
+    for actuator, joint in _list_drives(root):
         key = f"actuator {actuator.get('name', joint)}"
         gear = abs(numbers.parse_one(_take_first(actuator.get("gear")), f"{key}.gear", 1.0))
         limits = [read_limit(actuator.attrib, "force", numbers, key)]
@@ -34,6 +32,28 @@ def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
         if math.isfinite(min(limits)):
             efforts[joint] = efforts.get(joint, 0.0) + gear * min(limits)
     return efforts
+
+
+def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> None:
+    """Makes sure that every actuator of a joint drives one that there is.
+
+    Raises:
+        BadValueError: One does not.
+    """
+    for actuator, joint in _list_drives(root):
+        if joint not in joints:
+            near = difflib.get_close_matches(joint, joints, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            key = f"actuator {actuator.get('name', joint)}.joint"
+            numbers.refuse(key, f"is {joint!r}, which is no joint of the file{hint}")
+
+
+def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
+    """Actuators of joints, with the name of the joint."""
+    for actuator in root.iterfind("actuator/*"):
+        joint = actuator.get("joint") or actuator.get("jointinparent")
+        if actuator.tag in ACTUATORS and joint:
+            yield actuator, joint
 
 
 def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from affordance.reporting.formatting import format_number
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS
 from affordance.robots.importer import ImportedArm, ImportOptions
 
@@ -123,8 +124,8 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
             )
     if imported.payload > _MANY_WEIGHTS * imported.arm.mass:
         yield (
-            f"it bears {imported.payload:.3g} kg and weighs {imported.arm.mass:.3g} kg: its limits of torque may be "
-            "placeholders; --effort gives others"
+            f"it bears {format_number(imported.payload)} kg and weighs {imported.arm.mass:.3g} kg: its limits of "
+            "torque may be placeholders; --effort gives others"
         )
     if imported.home.load > 1.0:
         yield (

@@ -13,6 +13,7 @@ from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import format_number
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import show
 from affordance.robots.folder import Fitted
@@ -80,7 +81,7 @@ def list_parts(
         f"the hand is {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m away from the shoulder",
         f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint most loaded; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
-        f"at rest it bears {imported.payload:.3g} kg there; then {imported.weakest} gives way",
+        f"at rest it bears {format_number(imported.payload)} kg there; then {imported.weakest} gives way",
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
