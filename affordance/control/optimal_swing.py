@@ -227,7 +227,10 @@ class SwingSearch:
         end = np.kron([[0.0, 1.0], [-rate, rate]], np.eye(n))  # (2 n, 2 n)
         last = c[-2:].ravel()
         program.AddConstraint(
-            lambda z: self._condition.compute_with_gradient(end @ z), np.zeros(8), np.zeros(8), last
+            lambda z: self._condition.compute_with_gradient(end @ z),
+            self._condition.lower,
+            self._condition.upper,
+            last,
         )
         program.AddLinearConstraint(end[:n] + COASTING_TIME * end[n:], q_lower, q_upper, last)
         result = SnoptSolver().Solve(program)

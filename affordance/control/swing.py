@@ -40,6 +40,8 @@ _MARGIN = np.radians(1.0)
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
 # A face that is nearer than half of a hand's breadth lies under the hand (models/README.md), [m].
 _HAND = 0.044
+# Cosine from which on a face looks along the blow, within 60 degrees of it: the search for a strike stays there.
+_ALONG = 0.5
 # Of the central differences, [rad].
 _STEP = 1e-6
 
@@ -90,7 +92,15 @@ class Target(NamedTuple):
 
 
 class StrikeCondition:
-    """What angles and velocities, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+    """What angles and velocities, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks.
+
+    A face that is square to the blow may also look away from what is struck, which the tool would have to go through.
+    Where the face does not look along the blow at the start, the cosine between them is bounded too.
+
+    Attributes:
+        lower: Least value of each entry, shape (8,) or (9,).
+        upper: Largest value of each entry, the same shape.
+    """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
         """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
@@ -98,21 +108,31 @@ class StrikeCondition:
         self._target = target
         self._velocity_W = speed * target.direction_W
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+        model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
+        turned = [] if target.direction_W @ self._compute_normal() > _ALONG else [np.inf]
+        self.lower: Array = np.zeros(8 + len(turned))
+        self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:
-        """Miss of place, of velocity, and of squareness, shape (8,); z (2 num_joints,)."""
+        """Miss of place, of velocity and of squareness, and the cosine; shape (8,) or (9,), z (2 num_joints,)."""
         model, target, n = self._model, self._target, len(z) // 2
         model.set_state(np.concatenate([z[:n], np.zeros(n)]))
         p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
-        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        normal_W = self._compute_normal()
         along = J @ z[n:] - self._velocity_W
-        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, self._across @ normal_W])
+        facing = [*(self._across @ normal_W), target.direction_W @ normal_W]
+        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, facing])[: len(self.lower)]
+
+    def _compute_normal(self) -> Array:
+        """Normal of the face in W, at the model's state, shape (3,)."""
+        normal_W: Array = self._model.compute_hand_pose().rotation().matrix() @ self._target.normal_T
+        return normal_W
 
     def compute_with_gradient(self, z: Array) -> Array:
         """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
         value = ExtractValue(z).ravel()
         n = len(value) // 2
-        jacobian = np.zeros((8, 2 * n))
+        jacobian = np.zeros((len(self.lower), 2 * n))
         for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
             jacobian[:, i] = (self.compute(value + step) - self.compute(value - step)) / (2.0 * _STEP)
         missed = self.compute(value)
@@ -121,8 +141,9 @@ class StrikeCondition:
         return with_gradient
 
     def is_met(self, z: Array) -> bool:
-        """Whether the miss is small enough."""
-        return bool(np.abs(self.compute(z)).max() <= _MAX_MISS)
+        """Whether the miss is small enough, and the face looks along the blow."""
+        is_near = bool(np.abs(self.compute(z)[:8]).max() <= _MAX_MISS)
+        return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
 
 def find_target(
@@ -186,7 +207,7 @@ def plan_swing(
     curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
     from_start = np.concatenate([q_start, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
-    program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
+    program.AddConstraint(condition.compute_with_gradient, condition.lower, condition.upper, z)
     # Angles and velocities at the moments checked are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
     for of_z, at_start, lower, upper in (
