@@ -4,9 +4,9 @@ PYTHON := $(VENV)/bin/python
 # Exact versions, for what is installed and for what builds it.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
-SOURCES := affordance benchmarks diagrams tests run_experiments.py
+SOURCES := affordance benchmarks diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust clean
+.PHONY: run test wheel lint format diagrams bench trust numbers clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -53,6 +53,9 @@ bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 
 trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m benchmarks.trust.run
+
+numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
+	$(PYTHON) docs/fill_numbers.py
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)
