@@ -9,7 +9,7 @@ from scipy.stats import spearmanr
 from affordance.experiments.arms.programs import NAMES, OK
 from affordance.reporting.section import Section, Table, render_section
 
-SECTION = Path(__file__).parent / "section.yaml"
+SECTION = Path(__file__).parents[1] / "sections" / "arms.yaml"
 _Found = Mapping[str, Mapping[str, Any]]
 
 
