@@ -81,5 +81,9 @@ def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
 
 def describe(numbers: Mapping[str, Any], repeats: int) -> Section:
     """Says what changes and what does not."""
-    facts = {"repeats": repeats, "num_decoys": decoy_again.NUM_DECOYS, "shown": _SHOWN}
-    return render_section(SECTION, numbers, facts)
+    return render_section(SECTION, numbers, list_facts(repeats))
+
+
+def list_facts(repeats: int) -> dict[str, Any]:
+    """What was run, as prose and claims name it."""
+    return {"repeats": repeats, "num_decoys": decoy_again.NUM_DECOYS, "shown": _SHOWN}
