@@ -3,7 +3,8 @@
 A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file`` and ``caption``), ``claims``
 (``key``, ``source``, ``text``, ``criteria``, and ``given``, an expression: where it is false the claim is not made),
 ``tables`` (``caption``, ``header`` and ``rows``, a line a row, cells between bars) and ``remarks``.
-Every text is a Jinja2 template over the numbers and facts; a figure, table or remark that comes out empty is left out.
+Every text is a Jinja2 template over the numbers and facts; a figure, table or remark that comes out empty is left
+out.
 
 A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md). That
 templates are confined as well guards against what nobody thought of.

@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from helpers import counter_runs as runs
+from helpers import counter_runs_of_studies as studies
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
 
 import affordance
@@ -62,7 +63,7 @@ LIFTED = {"nothing is felt": {"is_numb": True}, "one kind": {"kappa": ONE_KIND},
 
 def lifts_of(group: int) -> dict[str, Callable[[], Numbers]]:
     changed = {name: functools.partial(runs.lift, group, **change) for name, change in LIFTED.items()}
-    return {"as shipped": functools.partial(runs.lift, group), **changed}
+    return {"as shipped": functools.partial(runs.lift, group, repeats=2), **changed}
 
 
 ALL = {
@@ -87,6 +88,7 @@ ALL = {
             "no samples": functools.partial(runs.hold, "com", NO_SAMPLES),
         },
         dict.fromkeys(("mass_and_com", "inertia", "accurate_stay", "decoy_lifted"), "no samples"),
+        frozenset({"mass_and_com", "inertia", "accurate_stay", "decoy_lifted"}),  # of two observers and short holds
     ),
     "reach": CounterExamples(
         CHOICES["reach"],
@@ -98,13 +100,14 @@ ALL = {
             "after_one": "nothing is felt",
             "after_two": "nothing is felt",
         },
+        frozenset({"after_two"}),  # of 160 choices 158 are right
     ),
     "hammer": CounterExamples(
         {
             **CHOICES["hammer"],
             "as shipped": lambda: {**choose_of("hammer")(), **runs.strike()},
             "aimed 5 % too low": lambda: runs.strike(aim=0.95),
-            "torque squared is saved": runs.prefer_little_torque,
+            "torque squared is saved": lambda: runs.save_torque()["hammer"],
         },
         {
             "correct_grip": "another tool, path and nail",
@@ -115,10 +118,15 @@ ALL = {
             "learned": "nothing is felt",
             "light_taps": "torque squared is saved",
         },
+        frozenset({"after_two"}),  # of 160 choices 159 are right
     ),
     "tasks": CounterExamples(
-        CHOICES["tasks"],
-        dict.fromkeys(("opposite_grips", "work_measures_agree", "effort_differs"), "another tool, path and nail"),
+        {**CHOICES["tasks"], "torque squared is saved": lambda: runs.save_torque()["tasks"]},
+        {
+            "opposite_grips": "torque squared is saved",
+            "work_measures_agree": "another tool, path and nail",
+            "effort_differs": "another tool, path and nail",
+        },
     ),
     "linear_plus": CounterExamples(lifts_of(0), {"first_lift": "nothing is felt", "fraction": "own kinds"}),
     "linear_plus_plus": CounterExamples(
@@ -137,6 +145,7 @@ ALL = {
             "one kind": functools.partial(runs.lift_family, "spoilt_family", kappa=ONE_KIND),
         },
         {"apart": "one kind"},
+        frozenset({"apart"}),  # of two observers
     ),
     "people": CounterExamples(
         lifts_of(1),
@@ -155,13 +164,17 @@ ALL = {
     "learners": CounterExamples(
         {"as shipped": runs.lift_decoy_again, "one kind": functools.partial(runs.lift_decoy_again, kappa=ONE_KIND)},
         {
-            **{f"{learner}_{key}": "one kind" for learner in ("kinds_map", "kinds_drawn") for key in ("brass_stays",)},
-            **{f"{learner}_second_lift": "one kind" for learner in ("kinds_map", "kinds_drawn")},
+            **{
+                f"{learner}_{key}": "one kind"
+                for learner in ("kinds_map", "kinds_drawn")
+                for key in ("brass_stays", "second_lift")
+            },
             # What kinds are for.
             "density_brass_stays": "as shipped",
             "density_second_lift": "as shipped",
         },
-        frozenset({"density_brass_stays", "density_second_lift"}),
+        # The first seconds of a hold say too little of the second lift.
+        frozenset({"density_brass_stays", "density_second_lift", "kinds_map_second_lift", "kinds_drawn_second_lift"}),
     ),
     "vision": CounterExamples(
         {
@@ -170,9 +183,7 @@ ALL = {
             "slow detector": functools.partial(runs.see, delay=0.2),
         },
         {
-            **dict.fromkeys(
-                ("visible_axes", "depth_axis", "mass", "coverage"), "objects a quarter larger than seen"
-            ),
+            **dict.fromkeys(("visible_axes", "depth_axis", "mass", "coverage"), "objects a quarter larger than seen"),
             "time": "slow detector",
         },
         frozenset({"coverage", "time"}),  # of three objects, on any machine
@@ -183,6 +194,90 @@ ALL = {
             "pictures teach nothing": functools.partial(runs.compare_pictures, NO_SAMPLES),
         },
         {"close": "pictures teach nothing"},
+    ),
+    "robustness": CounterExamples(
+        {
+            "as shipped": functools.partial(studies.evaluate_settings, 300),
+            "twelve settings": functools.partial(studies.evaluate_settings, 12),
+        },
+        {"enough_settings": "twelve settings"},
+    ),
+    "arms": CounterExamples(
+        {
+            "as shipped": studies.import_arms,
+            "weak arm, another mass, many ticks": functools.partial(
+                studies.import_arms, is_weak=True, heavier=1.01, changes={"control_period": 0.001}
+            ),
+        },
+        dict.fromkeys(("complete", "parity", "real_time"), "weak arm, another mass, many ticks"),
+        frozenset({"real_time"}),  # on any machine
+    ),
+    "recorded": CounterExamples(
+        {
+            "as shipped": lambda: {
+                **studies.identify_current(),
+                **studies.inject(),
+                **studies.weigh(),
+                **studies.cover(),
+                **studies.time_identification(),
+            },
+            "gains that change, no friction, a load in the empty hand": functools.partial(
+                studies.identify_current, is_wrong=True
+            ),
+            "errors are taken for independent": functools.partial(studies.inject, believes_white=True),
+            "errors are large and independent": functools.partial(studies.inject, is_white=True),
+            "a scale that errs": functools.partial(studies.weigh, scale=0.8),
+            "errors are taken for half as large": functools.partial(studies.cover, overconfident=2.0),
+            "many samples": functools.partial(studies.time_identification, num_samples=20_000),
+        },
+        {
+            **dict.fromkeys(
+                ("ur10e_halves", "ur10e_load_friction", "ur10e_empty"),
+                "gains that change, no friction, a load in the empty hand",
+            ),
+            "panda_coverage": "errors are taken for independent",
+            "panda_error": "errors are large and independent",
+            "panda_control": "errors are large and independent",
+            "lbipe": "a scale that errs",
+            "own_prior": "errors are taken for half as large",
+            "hidden_part": "errors are taken for half as large",
+            "speed": "many samples",
+        },
+        frozenset({"own_prior", "speed"}),  # of six draws, on any machine
+    ),
+    "tools": CounterExamples(
+        {
+            "as shipped": lambda: {
+                **studies.use_tools(),
+                **{name: studies.strike_with_tools()[name] for name in ("blow_force_error", "blow_work_error")},
+                "parity": studies.compare_meshes()["parity"],
+                **studies.read_records(),
+                "segmented": studies.look()["segmented"],
+            },
+            "an arm heavier than planned, aimed too low": functools.partial(
+                studies.strike_with_tools, aim=0.9, arm_mass_factor=1.3
+            ),
+            "other tools than their meshes": functools.partial(studies.compare_meshes, denser=1.01, longer=0.001),
+            "nothing is felt, pictures out of scale": functools.partial(
+                studies.use_tools, is_numb=True, seen_scale=2.5
+            ),
+            "ten times the noise": functools.partial(studies.read_records, noise=10.0),
+            "a robot at rest": functools.partial(studies.read_records, is_still=True),
+            "one paint": functools.partial(studies.look, is_of_one_colour=True),
+        },
+        {
+            **dict.fromkeys(("blows_force", "blows_work"), "an arm heavier than planned, aimed too low"),
+            "meshes": "other tools than their meshes",
+            **{
+                f"{half}_{key}": "nothing is felt, pictures out of scale"
+                for half in ("learning", "test")
+                for key in ("masses", "intervals", "volumes", "sight", "sight_intervals")
+            },
+            "records": "ten times the noise",
+            "records_peers": "a robot at rest",
+            "told_apart": "one paint",
+        },
+        frozenset({"learning_intervals", "test_intervals"}),  # of six tools and one
     ),
 }
 
@@ -198,9 +293,18 @@ def list_claims_of(name: str) -> dict[str, Claim]:
     return claims
 
 
-@pytest.mark.parametrize("name", ALL)
-def test_every_claim_is_contradicted_by_a_simulation_and_judged_as_shipped(name):
-    section, claims = ALL[name], list_claims_of(name)
+# Sections that share runs, which a process keeps.
+TOGETHER = [("reach", "hammer", "tasks"), ("weight", "vision_comparison"), ("linear_plus_plus", "people")]
+APART = [(name,) for name in ALL if not any(name in names for names in TOGETHER)]
+
+
+@pytest.mark.parametrize("names", [*TOGETHER, *APART], ids=", ".join)
+def test_every_claim_is_contradicted_by_a_simulation_and_judged_as_shipped(names):
+    for name in names:
+        contradict(ALL[name], list_claims_of(name))
+
+
+def contradict(section, claims):
     assert section.by.keys() == claims.keys()
     used = {*section.by.values(), "as shipped"}
     numbers = {change: run() for change, run in section.runs.items() if change in used}

@@ -1,6 +1,7 @@
-"""Every claim of every section can fail: each bound has numbers that contradict it and nothing else.
+"""Every bound of every section decides: it has numbers that contradict it and nothing else.
 
-Numbers are in tests/experiments/counterexamples/, a file for each section file.
+Numbers are in tests/experiments/counterexamples/, a file for each section file. That a simulation can give such
+numbers is tested in test_counter_examples.py.
 """
 
 import itertools
@@ -18,7 +19,7 @@ from benchmarks.trust.section import SECTION as TRUST
 
 PROTOCOLS = ("weight", "com", "reach", "hammer")
 SECTIONS = {path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), TRUST)}
-# Protocols of people, and studies: what contradicts their claims is simulated (tests/experiments/test_counter_examples.py).
+# Protocols of people, and studies: test_counter_examples.py simulates what contradicts their claims.
 OF_PEOPLE = {"linear_plus", "linear_plus_plus", "two_families", "spoilt_family"}
 OF_STUDIES = {"arms", "learners", "people", "tools"}
 FOLDER = Path(__file__).parent / "counterexamples"

@@ -100,7 +100,8 @@ def compare_pictures(other: Settings) -> Numbers:
         patch.setattr("affordance.experiments.vision_comparison.draw_comparison", lambda panels: None)
         patch.setattr("affordance.experiments.vision_comparison.save_figure", lambda *arguments: None)
         patch.setattr(
-            "affordance.experiments.vision_comparison.render_section", lambda path, numbers, facts: found.append(numbers)
+            "affordance.experiments.vision_comparison.render_section",
+            lambda path, numbers, facts: found.append(numbers),
         )
         patch.setattr("affordance.experiments.vision_comparison.write_section", lambda *arguments: None)
         for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other)):
@@ -153,16 +154,24 @@ def choose(*, is_other: bool = False, changes: Changes | None = None) -> dict[st
     return numbers
 
 
-def prefer_little_torque() -> Numbers:
-    """Hammering by those who save torque squared instead of work."""
-    world, _, hammer = _plan(False)
+def save_torque() -> dict[str, Numbers]:
+    """The grips that are correct if torque squared is saved instead of work."""
+    world, reach, hammer = _plan(False)
     models = [
-        dataclasses.replace(
-            model, motions=tuple(motion.measured_by(CostMeasure.EFFORT) for motion in model.motions)
-        )
+        dataclasses.replace(model, motions=tuple(motion.measured_by(CostMeasure.EFFORT) for motion in model.motions))
         for model in list_blow_costs(hammer).values()
     ]
-    return {"travel_of_other_grip_m": _find_travel(world, Choice(hammer.options, models, hammer.settings))}
+    by_reach, by_hammer = (compare_measures(choice, world.novel) for choice in (reach, hammer))
+    place = CostMeasure.EFFORT.name
+    return {
+        "hammer": {"travel_of_other_grip_m": _find_travel(world, Choice(hammer.options, models, hammer.settings))},
+        "tasks": measure_tasks(
+            by_reach,
+            by_hammer,
+            correct_reach=reach.options[by_reach[place]].grip,
+            correct_hammer=hammer.options[by_hammer[place]].grip,
+        ),
+    }
 
 
 def _find_travel(world: World, hammer: Choice) -> float:
@@ -184,8 +193,8 @@ def strike(*, aim: float = blow_cost.AIM) -> Numbers:
 
 
 @functools.cache
-def lift(group: int, *, is_numb: bool = False, kappa: float | None = None) -> Numbers:
-    """A group of people's protocol, a third of its lifts, by one observer of each learner."""
+def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repeats: int = 1) -> Numbers:
+    """A group of people's protocol, a third of its lifts, by few observers of each learner."""
 
     def load(path: Path) -> Any:
         protocol = load_protocol(path)
@@ -199,7 +208,7 @@ def lift(group: int, *, is_numb: bool = False, kappa: float | None = None) -> Nu
         experiment = linear_plus.build_experiment(GROUPS[group])
     settings = change_settings(DEFAULT_SETTINGS, NUMB if is_numb else {})
     observers = {
-        learner: simulate_observers(experiment, learner, settings, repeats=1, seed=0, jobs=1, kappa=kappa)
+        learner: simulate_observers(experiment, learner, settings, repeats=repeats, seed=0, jobs=1, kappa=kappa)
         for learner in Learner
     }
     return people_results.compute_metrics(experiment, observers, GROUPS[group].load_people())
