@@ -68,12 +68,6 @@ class OptimalSwing(NamedTuple):
     effort: float
     converged: bool
 
-    @property
-    def peak_torques(self) -> Array:
-        """Largest torque of each joint, (num_joints,), [N m]."""
-        peaks: Array = np.abs(self.tau).max(axis=0)
-        return peaks
-
 
 class SwingComparison(NamedTuple):
     """One blow, swung in three ways."""
