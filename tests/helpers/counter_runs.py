@@ -25,7 +25,7 @@ from affordance.experiments.people import results as people_results
 from affordance.experiments.people.lift_experiment import simulate_observers
 from affordance.experiments.people.linear_plus import GROUPS
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
-from affordance.experiments.robustness.assumptions import load_assumptions
+from affordance.experiments.robustness.assumptions import list_defaults, load_assumptions
 from affordance.experiments.robustness.build import HOLD_DURATION, World, build_world
 from affordance.experiments.robustness.choosing import (
     compare_measures,
@@ -114,7 +114,7 @@ def compare_pictures(other: Settings) -> Numbers:
 
 
 def _build(changes: Mapping[str, float | str]) -> World:
-    setting = {each.name: each.default for each in load_assumptions()}
+    setting = list_defaults(load_assumptions())
     assert changes.keys() <= setting.keys()
     return build_world({**setting, **changes}, MODELS, DEFAULT_SETTINGS)
 
@@ -180,16 +180,14 @@ def _find_travel(world: World, hammer: Choice) -> float:
 
 
 def strike(*, aim: float = blow_cost.AIM) -> Numbers:
-    """Blows with contact, planned for a force that is so many times the demanded one."""
+    """A blow with contact, by one of the grips, planned for a force that is so many times the demanded one."""
     world, _, hammer = _plan(False)
     held, true = world.novel.list_gripped(), list_densities([world.novel])
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(blow_cost, "AIM", aim)
-        ratios = [
-            simulate_blow(held[grip], world.hammer, planned, true, world.settings).force / world.hammer.force
-            for grip, planned in list_blow_costs(hammer).items()
-        ]
-    return {"force_ratios": ratios}
+        grip, planned = next(iter(list_blow_costs(hammer).items()))
+        blow = simulate_blow(held[grip], world.hammer, planned, true, world.settings)
+    return {"force_ratios": [blow.force / world.hammer.force]}
 
 
 @functools.cache
@@ -215,11 +213,11 @@ def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repea
 
 
 def lift_family(name: str, *, kappa: float | None = None) -> Numbers:
-    """A protocol of lifts in closed form by two observers of each learner."""
+    """A protocol of lifts in closed form by one observer of each learner."""
     with pytest.MonkeyPatch.context() as patch:
         _widen(patch, kappa)
         experiment = load_protocol_experiment(name)
-        runs = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
+        runs = [experiment.run_observer(None, None, 0)]
     return experiment.compute_metrics(None, None, _stack(runs))
 
 

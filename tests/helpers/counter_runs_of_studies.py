@@ -54,6 +54,8 @@ from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 
 _DATA = Path(__file__).parents[1] / "data"
 _IDENTIFICATION = IdentificationSettings(num_samples=300)
+# Force of a tap that moves the nail by some millimetres, [N].
+_TAP = 200.0
 
 
 def evaluate_settings(count: int) -> Numbers:
@@ -186,7 +188,9 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
         if believes_white
         else _IDENTIFICATION
     )
-    return flatten({"panda": study_panda(PandaData(robot, empty), settings, num_injections=2, seed=0).numbers})
+    return flatten(
+        {"panda": study_panda(PandaData(robot, empty), settings, num_injections=2 if is_white else 1, seed=0).numbers}
+    )
 
 
 def weigh(*, scale: float = 1.0) -> Numbers:
@@ -339,7 +343,7 @@ def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
 
 @functools.cache
 def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.0) -> Numbers:
-    """A blow with a hammer of the workshop.
+    """A tap on the nail with a hammer of the workshop.
 
     Args:
         aim: Force that it is planned for, over the demanded one.
@@ -348,7 +352,10 @@ def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.
     settings = dataclasses.replace(DEFAULT_SETTINGS, faults=Faults(arm_mass_factor=arm_mass_factor))
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(blow_cost, "AIM", aim)
-        blows = check_blows([HAMMERS["mallet"]], ["handle"], load_hammer(MODELS / "nail.yaml"), settings)
+        hammer = load_hammer(MODELS / "nail.yaml")
+        nail = dataclasses.replace(hammer.nail, depth_demanded=_TAP / hammer.nail.stiffness)
+        task = dataclasses.replace(hammer, nail=nail, force=_TAP)
+        blows = check_blows([HAMMERS["mallet"]], ["handle"], task, settings)
     return tools_section.list_numbers(ToolsResult(ToolsConfig(), Choices((), {}, blows), Uncommon((), [], [])))
 
 
