@@ -201,7 +201,9 @@ def measure(
         share = (differences <= BOUND).mean()
         within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
         loss = f"{100 * max(comparison.losses.max(initial=0.0) for comparison in of_task):.2f} %"
-        rows.append([name, "all", str(same), str(count * len(of_task)), loss, within, ""])
+        total = count * len(of_task)
+        enough = f"{same} ({100 * same / total:.1f} %, must be {100 * LEAST_SAME:g} %)"
+        rows.append([name, "all", enough, str(total), loss, within, ""])
     return rows, found
 
 

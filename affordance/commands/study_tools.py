@@ -75,10 +75,8 @@ def write_study(result: ToolsResult, folder: Path) -> int:
     missed = 0
     for claim in section.claims:
         missed += not claim.met
-        (found,) = claim.criteria
-        print(
-            f"{'met    ' if claim.met else 'not met'} {claim.text}: {found.name} {found.bound}; found {found.value}"
-        )
+        found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
+        print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
     for paragraph in (section.summary, *section.remarks):
         print(paragraph)
     write_report(folder.parent)

@@ -66,12 +66,6 @@ class OptimalSwing(NamedTuple):
     effort: float
     converged: bool
 
-    @property
-    def peak_torques(self) -> Array:
-        """Largest torque of each joint, (num_joints,), [N m]."""
-        peaks: Array = np.abs(self.tau).max(axis=0)
-        return peaks
-
 
 class SwingComparison(NamedTuple):
     """Swings of one blow by three criteria."""

@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.objects.inertia import NUM_PARAMETERS
 
 # Columns of z.
-ARM, PAYLOAD = 0, slice(1, 1 + NUM_PARAMETERS)
+ARM = 0
 LOAD = slice(0, 22)  # tau_arm and Y, then both times s
 FRICTION = slice(22, 25)
 SIGNAL = 25

@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, join_key
-from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import build_tools, load_materials, load_tools
+from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
 from affordance.objects.tool_entries import ColourText, MaterialEntry, Name, ToolEntry
 from affordance.protocols.requirements import Requirement, check_requirements
@@ -21,7 +21,7 @@ ALL = "all"
 
 
 class CylinderEntry(DataModel):
-    """Cylinder held at its middle, modelled as an ellipsoid of its radius and volume, the same at rest."""
+    """A cylinder along the hand's z, held at its middle."""
 
     name: Name
     radius: Annotated[float, Within(1e-3, 0.5), Field(description="[m]")]
@@ -35,7 +35,7 @@ class CylinderEntry(DataModel):
         Raises:
             PydanticCustomError: The density is out of bounds.
         """
-        solid = Ellipsoid((self.radius, self.radius, 0.75 * self.height))
+        solid = Cylinder(self.radius, self.height)
         density = self.mass / solid.volume
         if not DENSITY_MIN <= density <= DENSITY_MAX:
             problem = f"makes a density of {density:.3g} kg/m^3, must be from {DENSITY_MIN:g} to {DENSITY_MAX:g}"

@@ -88,9 +88,8 @@ def list_people(
         blocks: Blocks of the protocol.
 
     Raises:
-        BadValueError: The table lacks the number of people where an error propagates, or a person has fewer lifts
-            than a number needs.
-        AffordanceError: An expression is invalid.
+        BadValueError: Somebody has lifted less often than a number asks for.
+        AffordanceError: An expression is wrong.
     """
     known: dict[str, Published] = {}
     if people.lifts is not None and objects is not None:
@@ -108,7 +107,7 @@ def list_people(
             used = {other: value for other, value in known.items() if other in names}
             missing = [other for other in names if other in entries and other not in known]
             if used and not missing:
-                known[name] = _propagate(entry.expression, used, people.table)
+                known[name] = _propagate(entry.expression, used)
     return known
 
 
@@ -238,13 +237,10 @@ def _compute_quantile(count: float) -> float:
     return float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
 
 
-def _propagate(expression: str, used: Mapping[str, Published], table: PublishedTable) -> Published:
-    """Computes the value of an expression, with the interval implied by those of its numbers."""
-    quantile = _compute_quantile(table.get(NUM_PEOPLE).value)
+def _propagate(expression: str, used: Mapping[str, Published]) -> Published:
+    """The value of an expression, with the interval that follows from those of what it is calculated from."""
     means = {name: value.value for name, value in used.items()}
-    ses = {
-        name: 0.5 * (value.high - value.low) / quantile for name, value in used.items() if math.isfinite(value.low)
-    }
+    halves = {name: 0.5 * (value.high - value.low) for name, value in used.items() if math.isfinite(value.low)}
     middle = float(evaluate(expression, means))
-    half = quantile * compute_error(expression, means, ses) if ses else math.nan
+    half = compute_error(expression, means, halves) if halves else math.nan
     return Published(middle, middle - half, middle + half, "1", "calculated from the others")

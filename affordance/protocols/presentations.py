@@ -88,12 +88,7 @@ def count_rows(count: int) -> int:
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """Builds a row of the square of ``build_latin_square``."""
+    """A row of a square: each object is equally often in each place, and after each other one (Williams 1949)."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
-
-
-def build_latin_square(count: int) -> list[list[int]]:
-    """Builds orders with each object equally often in each place, and after each other object (Williams 1949)."""
-    return [build_row(count, row) for row in range(count_rows(count))]

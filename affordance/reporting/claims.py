@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.expressions import evaluate
+from affordance.reporting.expressions import comes_of_numbers, evaluate
 from affordance.reporting.formatting import format_beside
 
 # Most entries of a list that are shown.
@@ -30,6 +30,8 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
 
 class Criterion(NamedTuple):
     """Bound on an expression; every entry of a list must meet it.
+
+    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
 
     Attributes:
         name: Description of the expression, in words.
@@ -124,10 +126,9 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
         raise AffordanceError(
             f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
         )
+    decided = all(comes_of_numbers(each, numbers) for each in (criterion.value, *criterion.bounds.values()))
     try:
-        met = value is not None and all(
-            bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items()
-        )
+        met = decided and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
         texts = [
             (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()
             for (how, bound), written in zip(bounds.items(), criterion.bounds.values(), strict=True)
@@ -140,15 +141,17 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
 
 
 def _show(criterion: Criterion, value: Any, bound: Any) -> str:
-    """Formats the value in its unit, with enough decimals to show on which side of the bound it lies."""
-    if value is None:
+    """The value in its unit, with decimals that show on which side of the bound it lies."""
+    if value is None or not np.size(value):
         return "none"
     if isinstance(value, str):
         return value
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     entries = np.ravel(value) * criterion.scale
-    limits = np.broadcast_to(np.inf if bound is None else np.asarray(bound) * criterion.scale, entries.shape)
+    limits = np.broadcast_to(
+        np.inf if bound is None or not np.size(bound) else np.asarray(bound) * criterion.scale, entries.shape
+    )
     shown = [
         format_beside(float(entry), float(limit), criterion.digits)
         for entry, limit in zip(entries[:_SHOWN], limits, strict=False)

@@ -1,9 +1,10 @@
 """Sections of the report: prose as templates and claims as data, filled in with the numbers of an experiment.
 
 A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file`` and ``caption``), ``claims``
-(``key``, ``source``, ``text`` and ``criteria``), ``tables`` (``caption``, ``header`` and ``rows``, one line per row,
-cells separated by bars) and ``remarks``. Every text is a Jinja2 template over the numbers and facts; a figure, table
-or remark that renders to nothing is omitted.
+(``key``, ``source``, ``text``, ``criteria``, and ``given``, an expression: where it is false the claim is not made),
+``tables`` (``caption``, ``header`` and ``rows``, a line a row, cells between bars) and ``remarks``.
+Every text is a Jinja2 template over the numbers and facts; a figure, table or remark that comes out empty is left
+out.
 
 A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md).
 Templates are sandboxed as a second line of defence.
@@ -21,6 +22,7 @@ from affordance.exceptions import AffordanceError, name_object
 from affordance.files.yaml_reader import read_yaml
 from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
+from affordance.reporting.expressions import evaluate
 
 _METRES_TO_CM = 100.0
 # Order of a section that gives none.
@@ -117,7 +119,9 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     claims = [
         claim._replace(text=fill(claim.text), criteria=tuple(_fill_criterion(each, fill) for each in claim.criteria))
-        for claim in (read_claim(entry) for entry in content.get("claims", []))
+        for claim in (
+            read_claim(entry) for entry in content.get("claims", []) if evaluate(entry.get("given", True), known)
+        )
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(

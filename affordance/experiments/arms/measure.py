@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
@@ -114,8 +113,3 @@ def measure_sag(
 def _believe(tool: Tool, density: float) -> Tool:
     """Returns the object as an arm without experience believes it to be."""
     return tool.with_densities({part.looks_like.colour: density for part in tool.components})
-
-
-def measure_ours() -> Sag:
-    """Measures the sag of the arm that comes with the program."""
-    return measure_sag(MODELS)

@@ -9,32 +9,38 @@ from scipy.stats import spearmanr
 from affordance.experiments.arms.programs import NAMES, OK
 from affordance.reporting.section import Section, Table, render_section
 
-SECTION = Path(__file__).parent / "section.yaml"
+SECTION = Path(__file__).parents[1] / "sections" / "arms.yaml"
 _Found = Mapping[str, Mapping[str, Any]]
 
 
 def describe_study(found: _Found, ours: Mapping[str, Any]) -> Section:
-    """Builds the section of the report."""
-    loaded = {name: one for name, one in found.items() if one["metrics"]["loads"]}
-    required = [one for one in found.values() if one["required"]]
-    parities = [
-        one["metrics"]["parity_error"] for one in loaded.values() if one["metrics"]["parity_error"] is not None
-    ]
-    numbers = {
-        "num_required": len(required),
-        "num_complete": sum(_is_complete(one) for one in required),
-        # Where nothing could be measured no claim is met.
-        "parity_error": max(parities, default=None),
-        "real_time_factor": min((one["metrics"]["real_time_factor"] for one in loaded.values()), default=None),
-    }
+    """Says what was found."""
+    loaded = _select_loaded(found)
     facts = {
         "explanation": _explain(loaded, ours),
         "robot_rows": [_list_cells(name, one) for name, one in found.items()],
     }
-    section = render_section(SECTION, numbers, facts)
+    section = render_section(SECTION, list_numbers(found), facts)
     rows = _list_verdicts(found)
     verdicts = Table("What became of the simulations' claims on each robot.", ["claim", *_select_judged(found)], rows)
     return section._replace(tables=[*section.tables, verdicts] if rows else section.tables)
+
+
+def list_numbers(found: _Found) -> dict[str, Any]:
+    """The numbers that claims are about, of all robots; None where nothing could be measured."""
+    metrics = [one["metrics"] for one in _select_loaded(found).values()]
+    required = [one for one in found.values() if one["required"]]
+    parities = [each["parity_error"] for each in metrics if each["parity_error"] is not None]
+    return {
+        "num_required": len(required),
+        "num_complete": sum(_is_complete(one) for one in required),
+        "parity_error": max(parities, default=None),
+        "real_time_factor": min((each["real_time_factor"] for each in metrics), default=None),
+    }
+
+
+def _select_loaded(found: _Found) -> dict[str, Mapping[str, Any]]:
+    return {name: one for name, one in found.items() if one["metrics"]["loads"]}
 
 
 def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:

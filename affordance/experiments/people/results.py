@@ -24,10 +24,9 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.protocols.published import PublishedTable
 from affordance.reporting.figures import save_figure
-from affordance.reporting.findings import Finding, build_section
 from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_object
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section
+from affordance.reporting.section import Section, render_section
 from affordance.reporting.statistics import estimate_mean, estimate_proportion
 from affordance.runs.repeats import list_versions
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -37,6 +36,7 @@ from affordance.simulation.trial import get_runner
 # Measures for which people's numbers are published.
 MEASURES = ("first_N", "end_N", "family_N", "f")
 FIGURE = "test_object"
+SECTION = Path(__file__).parents[1] / "sections" / "people.yaml"
 _LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
@@ -166,51 +166,8 @@ def draw(
 
 
 def describe(group: Group, numbers: Mapping[str, Any], repeats: int) -> Section:
-    """Builds the section that compares the numbers with people's."""
-    people = numbers["people"]
-    claims = []
-    for learner in Learner:
-        found = numbers["learners"][learner.value]
-        for name, what in (
-            ("first_N", "first lift of the test object, N"),
-            ("end_N", "force for it at the end, N"),
-            ("f", "learned fraction of its own weight"),
-        ):
-            low, high = people[f"{name}_ci95"]
-            claims.append(
-                Finding(
-                    text=f"{_LABELS[learner]}: {what}, is what people did ({people[name]:.2f})",
-                    criterion="within their 95 % interval",
-                    bound=[low, high],
-                    value=found[name],
-                    met=bool(low <= found[name] <= high),
-                )
-            )
-    kappas = " and ".join(f"{value:g} ({name})" for name, value in numbers["kappa"].items())
-    return build_section(
-        order=11,
-        title=f"{group.title}: an odd member of a family of objects (Cesanek and others 2021)",
-        summary=(
-            f"{repeats} simulated observers of each learner lift four objects of one look, 30 times each, and then "
-            f"one more of {group.test_mass:g} kg whose size predicts 0.9 kg, 40 times among them. Force is what is "
-            "exerted against a stiff clamp before release. kappa, the breadth of a category, was fitted to this "
-            f"group and the other one: {kappas}; nothing else was fitted."
-        ),
-        captions={
-            f"{FIGURE}.png": (
-                "Force before each lift of the test object; thin lines are single observers. Black: people's first "
-                "lift, their mean over the last 16 cycles, and (triangle) what their other objects predict then."
-            )
-        },
-        findings=claims,
-        remarks=[
-            "The interval of people's f follows from those published of its two forces, taken as independent.",
-            "Observers differ by what they feel, and by what they draw; people differ in how hard they push besides, "
-            "so single observers scatter less than people, and correlate more closely with the weights they lift "
-            f"({numbers['training_correlation']['density']:.2f} and {numbers['training_correlation_people']:.2f}).",
-            "The score that people saw after each lift is not modelled; what is felt of the weight stands for it.",
-        ],
-    )
+    """Puts the numbers beside people's."""
+    return render_section(SECTION, numbers, {"group": group, "repeats": repeats})
 
 
 def _compute_excursions(

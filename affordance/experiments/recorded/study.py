@@ -104,7 +104,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
     for name, draw in figures.items():
         save_figure(draw(), folder, name)
     write_json(folder / "details.json", details)
-    write_section(folder, render_section(SECTION, _flatten(numbers), {"details": details, "config": config}))
+    write_section(folder, render_section(SECTION, flatten(numbers), {"details": details, "config": config}))
     write_json(folder / "metrics.json", numbers)
     return numbers
 
@@ -131,12 +131,12 @@ def list_weighings(
     return pair, empty, servo
 
 
-def _flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Flattens nested numbers to the names that claims use: ur10e.half_error becomes ur10e_half_error."""
+def flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Numbers by one name each, as claims name them: ur10e.half_error is ur10e_half_error."""
     flat: dict[str, Any] = {}
     for name, value in numbers.items():
         if isinstance(value, Mapping):
-            flat |= {f"{name}_{key}": entry for key, entry in _flatten(value).items()}
+            flat |= {f"{name}_{key}": entry for key, entry in flatten(value).items()}
         else:
             flat[name] = value
     return flat

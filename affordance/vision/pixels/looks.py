@@ -46,13 +46,11 @@ class Look(NamedTuple):
 
     Attributes:
         colour: Red, green and blue in [0, 1].
-        lightness_sd: Standard deviation of the lightness error, [CIELAB].
-        num_pixels: Number of pixels that show the colour, in all views.
+        lightness_sd: Standard deviation of the error of its brightness, [CIELAB].
     """
 
     colour: Colour
     lightness_sd: float
-    num_pixels: int
 
 
 class Looks(NamedTuple):
@@ -178,4 +176,4 @@ def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
     red, green, blue = (float(value) for value in np.median(colours, axis=0))
     low, high = np.percentile(convert_to_lab(colours)[:, 0], [25.0, 75.0])
     lightness_sd = float(np.hypot(LIGHTNESS_SD, _PER_QUARTILES * (high - low)))
-    return Look((red, green, blue), lightness_sd, sum(int(region.sum()) for region in regions))
+    return Look((red, green, blue), lightness_sd)
