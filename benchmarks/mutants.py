@@ -1,11 +1,10 @@
 """Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
 
 The sample lies in mutants.json. ``--draw`` draws another one with cosmic-ray's operators (extra ``mutation``): first a
-place, then one of the replacements there. Each mutant is tried against the tests of its folder, those of its module first,
-in a copy of the tree. Outcomes and the page docs/mutants.md are written when all are tried.
+place, then one of the replacements there. Each mutant is tried against the tests of its folder, those of its module
+first, in a copy of the tree. Outcomes and the page docs/mutants.md are written when all are tried.
 """
 
-import argparse
 import difflib
 import json
 import os
