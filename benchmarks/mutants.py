@@ -1,10 +1,11 @@
 """Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
 
-The sample lies in mutants.json. ``--draw`` draws another one with cosmic-ray's operators (extra ``mutation``): first a
-place, then one of the replacements there. Each mutant is tried against the tests of its folder, those of its module
+The sample lies in mutants.json. ``--draw`` draws another one with cosmic-ray's operators (extra ``mutation``): first
+a place, then one of the replacements there. Each mutant is tried against the tests of its folder, those of its module
 first, in a copy of the tree. Outcomes and the page docs/mutants.md are written when all are tried.
 """
 
+import argparse
 import difflib
 import json
 import os
@@ -131,8 +132,9 @@ def _run_tests(tree: Path, tests: Sequence[str], limit: float) -> str | None:
     command = [sys.executable, "-m", "pytest", *tests, "-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--no-header"]
     environment = {**os.environ, "PYTHONPATH": str(tree), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
     with tempfile.TemporaryFile("w+") as log:
-        kept = {"cwd": tree, "env": environment, "stdout": log, "stderr": subprocess.STDOUT}
-        process = subprocess.Popen(command, **kept, start_new_session=True)
+        process = subprocess.Popen(
+            command, cwd=tree, env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
+        )
         try:
             if process.wait(limit) == 0:
                 return None
