@@ -1,112 +1,51 @@
 """Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
 
-The sample lies in mutants.json. ``--draw`` draws another one with cosmic-ray's operators (extra ``mutation``): first
-a place, then one of the replacements there. Each mutant is tried against the tests of its folder, those of its module
-first, in a copy of the tree. Outcomes and the page docs/mutants.md are written when all are tried.
+The sample lies in mutants.json; draw_mutants.py draws another one. Each mutant is tried in a copy of the tree, against
+those test files of its folder that execute its line, that of its module first. Every run is a fork of this process, which
+has the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
 """
 
 import argparse
-import difflib
 import json
 import os
+
+# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Collection, Sequence
 from pathlib import Path
-from queue import Queue
-from random import Random
-from typing import Any
+from typing import Any, NamedTuple
 
-from affordance.files.atomic import write_text
+import pytest
+
+import affordance.experiments.suite  # noqa: F401  loads the libraries
 from benchmarks.tables import format_table
 
 SAMPLE, PAGE = Path("benchmarks/mutants.json"), Path("docs/mutants.md")
 FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "experiments/robustness")
-# Replacements by these raise TypeError with any float, or are the same as others: cheap mutants, which say nothing.
-SILLY = frozenset({"RShift", "LShift", "Mod", "FloorDiv", "Is", "IsNot", "Invert", "UAdd", "USub_Not"})
-# Operators here are no arithmetic: types, stars.
-NO_ARITHMETIC = ("annassign", "tfpdef", "param", "parameters", "dictorsetmaker", "funcdef")
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
-START, END = "<!-- make mutants writes from here", "<!-- to here -->"
+START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
+# Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
+LIMIT, LIMIT_FACTOR = 60.0, 10.0
 Mutant = dict[str, Any]
 
 
-def _find_replacements(text: str) -> Iterator[tuple[tuple[int, int], str, int]]:
-    """Lists place, operator and occurrence of everything worth replacing that cosmic-ray can replace in a module."""
-    from cosmic_ray.ast import ast_nodes, get_ast
-    from cosmic_ray.operators.provider import _OPERATORS
+class TestFile(NamedTuple):
+    """A file of tests: which lines of the program it executes, by module, and how long it takes, [s]."""
 
-    nodes = list(ast_nodes(get_ast(text)))
-    for name, operator in _OPERATORS.items():
-        if not operator.arguments() and _is_worth_it(name):
-            found = [(node, place) for node in nodes for place, _ in operator().mutation_positions(node)]
-            for occurrence, (node, place) in enumerate(found):
-                if "Binary" not in name or _is_arithmetic(node):
-                    yield place, name, occurrence
+    path: str
+    lines: dict[str, list[int]]
+    duration: float
 
 
-def _is_worth_it(operator: str) -> bool:
-    if "_" not in operator:
-        return True
-    _, *old, new = operator.split("_")
-    if {*old, new} == {"Is", "IsNot"}:
-        return True
-    if (new.startswith("Bit")) != ("".join(old).startswith("Bit")):
-        return False
-    return not {new, "_".join([*old, new])} & SILLY
-
-
-def _is_arithmetic(node: Any) -> bool:
-    while (node := node.parent) is not None and node.type not in ("simple_stmt", "suite"):
-        if node.type in NO_ARITHMETIC:
-            return False
-    return True
-
-
-def draw(number: int, seed: int) -> list[Mutant]:
-    """Draws places without replacement, each as probable, and a replacement for each."""
-    from cosmic_ray.mutating import mutate_code
-    from cosmic_ray.operators.provider import _OPERATORS
-
-    places = defaultdict(list)
-    texts = {
-        path.as_posix(): path.read_text() for folder in FOLDERS for path in Path("affordance", folder).glob("*.py")
-    }
-    for module, text in sorted(texts.items()):
-        for place, name, occurrence in _find_replacements(text):
-            places[module, place].append((name, occurrence))
-    random, sample = Random(seed), []
-    for module, place in random.sample(sorted(places), len(places)):
-        name, occurrence = random.choice(places[module, place])
-        old = texts[module].splitlines(keepends=True)
-        changed = mutate_code(texts[module], _OPERATORS[name](), occurrence)
-        new = changed.splitlines(keepends=True)
-        blocks = difflib.SequenceMatcher(a=old, b=new, autojunk=False).get_opcodes()
-        (_, start, end, begin, stop), *others = [block for block in blocks if block[0] != "equal"] or [
-            ("", 0, 0, 0, 0)
-        ]
-        if others or not _compiles(changed):
-            continue
-        before, after = "".join(old[start:end]), "".join(new[begin:stop])
-        where = {"module": module, "line": start + 1, "operator": name, "occurrence": occurrence}
-        sample.append({**where, "before": before, "after": after})
-        if len(sample) == number:
-            break
-    return sorted(sample, key=lambda mutant: (mutant["module"], mutant["line"]))
-
-
-def _compiles(text: str) -> bool:
-    try:
-        compile(text, "mutant", "exec")
-    except SyntaxError:
-        return False
-    return True
+def get_folder(mutant: Mutant) -> str:
+    """Names the folder of a mutant's module, and of its tests."""
+    return Path(mutant["module"]).parent.relative_to("affordance").as_posix()
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -120,82 +59,103 @@ def mutate(text: str, mutant: Mutant) -> str | None:
     return text[:start] + mutant["after"] + text[start + len(mutant["before"]) :]
 
 
-def _list_tests(module: str, folder: str) -> list[str]:
-    """Lists the folder's test files, that of the module first."""
-    own = Path("tests", folder, f"test_{Path(module).name}")
-    others = sorted(path for path in Path("tests", folder).glob("test_*.py") if path != own)
-    return [path.as_posix() for path in ([own] if own.exists() else []) + others]
-
-
-def _run_tests(tree: Path, tests: Sequence[str], limit: float) -> str | None:
-    """Runs tests until one fails, and names it; None where all pass."""
-    command = [sys.executable, "-m", "pytest", *tests, "-x", "-q", "-n", "0", "-p", "no:cacheprovider", "--no-header"]
-    environment = {**os.environ, "PYTHONPATH": str(tree), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    with tempfile.TemporaryFile("w+") as log:
-        process = subprocess.Popen(
-            command, cwd=tree, env=environment, stdout=log, stderr=subprocess.STDOUT, start_new_session=True
-        )
-        try:
-            if process.wait(limit) == 0:
-                return None
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.wait()
+def _run(tree: Path, tests: Sequence[str], limit: float, lines: Path | None = None) -> str | None:
+    """Runs tests in a fork until one fails, and names it; None where all pass. Lines executed can be written down."""
+    log = tree / "log.txt"
+    child = os.fork()
+    if not child:
+        _become_tests(tree, tests, log, lines)
+    end = time.monotonic() + limit
+    while (done := os.waitpid(child, os.WNOHANG)) == (0, 0):
+        if time.monotonic() > end:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
             return f"no end within {limit:.0f} s"
-        log.seek(0)
-        lines = [line.split(" - ")[0] for line in log if line.startswith(("FAILED", "ERROR"))]
-    return lines[0].split(" ", 1)[1].strip() if lines else "pytest itself"
+        time.sleep(0.02)
+    if done[1] == 0:
+        return None
+    said = [line.split(" - ")[0] for line in log.read_text().splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return said[0].split(" ", 1)[1].strip() if said else "no test could be run"
 
 
-def _try(mutant: Mutant, tree: Path, limit: float) -> None:
-    """Tries one mutant in a tree of its own, and writes down whether it was noticed."""
+def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | None) -> None:
+    """Runs tests in this process, and ends it."""
+    os.setsid()
+    os.chdir(tree)
+    os.environ["PYTHONPATH"] = sys.path[0] = str(tree)
+    with log.open("w") as written:
+        os.dup2(written.fileno(), 1)
+        os.dup2(written.fileno(), 2)
+    for name in [name for name in sys.modules if name.split(".")[0] in ("affordance", "benchmarks")]:
+        del sys.modules[name]
+    executed: dict[str, list[int]] = {}
+    if lines is not None:
+        _note_lines(tree, executed)
+    status = pytest.main([*tests, "-x", "-q", "-n", "0", "-p", "no:cacheprovider"])
+    if lines is not None:
+        lines.write_text(json.dumps(executed))
+    sys.stdout.flush()
+    os._exit(int(status))
+
+
+def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
+    """Notes each line of the program that this process executes, once."""
+    start = f"{tree}/"
+
+    def note(code: Any, line: int) -> Any:
+        if code.co_filename.startswith(start + "affordance/"):
+            executed.setdefault(code.co_filename.removeprefix(start), []).append(line)
+        return sys.monitoring.DISABLE
+
+    tool = sys.monitoring.COVERAGE_ID
+    sys.monitoring.use_tool_id(tool, "mutants")
+    sys.monitoring.register_callback(tool, sys.monitoring.events.LINE, note)
+    sys.monitoring.set_events(tool, sys.monitoring.events.LINE)
+
+
+def measure_tests(tree: Path, folder: str) -> list[TestFile]:
+    """Runs each file of a folder's tests as it is, the quickest first in what is returned."""
+    found, lines = [], tree / "lines.json"
+    for path in sorted((tree / "tests" / folder).glob("test_*.py")):
+        name, started = path.relative_to(tree).as_posix(), time.monotonic()
+        failed = _run(tree, [name], 3600.0, lines)
+        if failed:
+            raise SystemExit(f"mutants: {failed} fails as it is")
+        found.append(TestFile(name, json.loads(lines.read_text()), time.monotonic() - started))
+    return sorted(found, key=lambda file: file.duration)
+
+
+def choose_tests(files: Collection[TestFile], mutant: Mutant, text: str) -> list[TestFile]:
+    """The files that execute a mutant's lines, that of its module first; all of them where none does."""
+    first = (
+        text[: text.index(mutant["before"])].count("\n") + 1 if text.count(mutant["before"]) == 1 else mutant["line"]
+    )
+    lines = set(range(first, first + mutant["before"].count("\n")))
+    chosen = [file for file in files if lines & set(file.lines.get(mutant["module"], []))] or list(files)
+    return sorted(chosen, key=lambda file: not file.path.endswith(f"/test_{Path(mutant['module']).name}"))
+
+
+def attempt(mutant: Mutant, tree: Path, files: Collection[TestFile]) -> str:
+    """Tries one mutant, writes its outcome into it, and says which test noticed."""
     path = tree / mutant["module"]
-    kept, times = path.read_text(), path.stat()
-    mutated = mutate(kept, mutant)
-    noticed = ""
+    text, times = path.read_text(), path.stat()
+    mutated = mutate(text, mutant)
     if mutated is None:
         mutant["now"] = "gone"
-    else:
-        path.write_text(mutated)
-        noticed = _run_tests(tree, _list_tests(mutant["module"], get_folder(mutant)), limit) or ""
-        mutant["now"] = "killed" if noticed else "survived"
-        path.write_text(kept)
-        # As before, so that Python finds what it compiled.
-        os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
-    print(f"{mutant['now']:8} {mutant['module']}:{mutant['line']} {mutant['operator']} {noticed}", flush=True)
+        return ""
+    chosen = choose_tests(files, mutant, text)
+    path.write_text(mutated)
+    noticed = _run(tree, [file.path for file in chosen], LIMIT + LIMIT_FACTOR * sum(file.duration for file in chosen))
+    path.write_text(text)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # as before, so that Python finds what it compiled
+    mutant["now"] = "killed" if noticed else "survived"
+    return noticed or ""
 
 
-def get_folder(mutant: Mutant) -> str:
-    """Names the folder of a mutant's module, and of its tests."""
-    return Path(mutant["module"]).parent.relative_to("affordance").as_posix()
-
-
-def try_all(mutants: Sequence[Mutant], jobs: int) -> None:
-    """Tries mutants in copies of the tree; of each folder first whether its tests pass, and how long they take."""
-    with tempfile.TemporaryDirectory() as scratch, ThreadPoolExecutor(jobs) as pool:
-        trees: Queue[Path] = Queue()
-        for i in range(jobs):
-            trees.put(shutil.copytree(".", Path(scratch, str(i)), ignore=NOT_COPIED))
-        for folder in [name for name in FOLDERS if any(get_folder(mutant) == name for mutant in mutants)]:
-            started = time.monotonic()
-            noticed = _run_tests(Path(scratch, "0"), _list_tests("", folder), 3600.0)
-            if noticed:
-                raise SystemExit(f"mutants: tests/{folder} fails as it is: {noticed}")
-            # Generous: a mutant that is only slow on a loaded machine shall not count as noticed.
-            limit = 60.0 + 5.0 * (time.monotonic() - started)
-
-            def attempt(mutant: Mutant, limit: float = limit) -> None:
-                tree = trees.get()
-                _try(mutant, tree, limit)
-                trees.put(tree)
-
-            list(pool.map(attempt, [mutant for mutant in mutants if get_folder(mutant) == folder]))
-
-
-def write_sample(sample: dict[str, Any]) -> None:
+def write_sample(seed: int, mutants: Sequence[Mutant]) -> None:
     """Writes a sample and its outcomes, a mutant a line."""
-    lines = ",\n".join(json.dumps(mutant) for mutant in sample["mutants"])
-    write_text(SAMPLE, f'{{"seed": {sample["seed"]}, "mutants": [\n{lines}\n]}}\n')
+    lines = ",\n".join(json.dumps(mutant) for mutant in mutants)
+    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n')
 
 
 def describe(mutants: Sequence[Mutant]) -> str:
@@ -204,47 +164,46 @@ def describe(mutants: Sequence[Mutant]) -> str:
     for folder in (*FOLDERS, "all"):
         here = [mutant for mutant in mutants if folder in ("all", get_folder(mutant)) and mutant.get("now") != "gone"]
         counts = [sum(mutant.get(when) == "killed" for mutant in here) for when in ("first", "now")]
-        shares = [f"{count} ({count / len(here):.0%})" for count in counts]
-        rows.append([folder, str(len(here)), *shares])
+        rows.append([folder, str(len(here)), *(f"{count} ({count / max(len(here), 1):.0%})" for count in counts)])
     survivors = [mutant for mutant in mutants if mutant.get("now") == "survived"]
     lines = [
-        [f"`{m['module']}:{m['line']}`", f"`{_show(m['before'])}`", f"`{_show(m['after'])}`", m.get("why", "")]
+        [
+            f"`{m['module'].removeprefix('affordance/')}`",
+            *(_show(m[key]) for key in ("before", "after")),
+            m.get("why", ""),
+        ]
         for m in survivors
     ]
-    return (
-        format_table(["folder", "mutants", "noticed before", "noticed now"], rows)
-        + f"\n\nThe {len(survivors)} that nothing notices:\n\n"
-        + format_table(["where", "as it is", "mutant", "why it stays"], lines)
-    )
+    score = format_table(["folder", "mutants", "noticed before", "noticed now"], rows)
+    rest = format_table(["module", "as it is", "mutant", "why it stays"], lines)
+    return f"{score}\n\nThe {len(survivors)} that nothing notices:\n\n{rest}"
 
 
 def _show(lines: str) -> str:
-    return " ".join(lines.split()).replace("|", "\\|")
+    return f"`{' '.join(lines.split())}`".replace("|", "\\|")
 
 
 def main() -> None:
-    """Draws a sample, or tries the one that lies here."""
+    """Tries the sample, or a part of it."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("folders", nargs="*", help="only these, such as belief")
+    parser.add_argument("folders", nargs="*", default=FOLDERS, help="only these, such as belief")
     parser.add_argument("--survivors", action="store_true", help="only mutants that survived when last tried")
-    parser.add_argument("--jobs", type=int, default=1)
-    parser.add_argument("--draw", type=int, metavar="NUMBER", help="draw a new sample instead")
-    parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
-    if arguments.draw:
-        write_sample({"seed": arguments.seed, "mutants": draw(arguments.draw, arguments.seed)})
-        return
     os.nice(5)
     sample = json.loads(SAMPLE.read_text())
-    chosen = [mutant for mutant in sample["mutants"] if get_folder(mutant) in (arguments.folders or FOLDERS)]
-    if arguments.survivors:
-        chosen = [mutant for mutant in chosen if mutant.get("now") == "survived"]
-    try_all(chosen, arguments.jobs)
-    for mutant in chosen:
-        mutant.setdefault("first", mutant["now"])
-    write_sample(sample)
-    head, rest = PAGE.read_text().split(START)
-    write_text(PAGE, f"{head}{START} -->\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}")
+    with tempfile.TemporaryDirectory() as scratch:
+        tree = Path(shutil.copytree(".", Path(scratch, "tree"), ignore=NOT_COPIED)).resolve()
+        for folder in arguments.folders:
+            files = measure_tests(tree, folder)
+            for mutant in sample["mutants"]:
+                if get_folder(mutant) == folder and (not arguments.survivors or mutant.get("now") == "survived"):
+                    noticed = attempt(mutant, tree, files)
+                    mutant.setdefault("first", mutant["now"])
+                    where = f"{mutant['module']}:{mutant['line']}"
+                    print(f"{mutant['now']:8} {where} {mutant['operator']} {noticed}", flush=True)
+            write_sample(sample["seed"], sample["mutants"])
+            head, rest = PAGE.read_text().split(START)
+            PAGE.write_text(f"{head}{START}\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}")
 
 
 if __name__ == "__main__":

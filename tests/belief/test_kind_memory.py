@@ -345,3 +345,35 @@ def test_learners_start_with_their_memories():
         memory = start_memory(learner, (4, 2))
         assert memory.settings == KindSettings(GateSettings(KAPPA[pick]), pick, (4, 2))
         assert start_memory(learner, (0,), kappa=0.4).settings.gate.kappa == 0.4
+
+
+def test_a_thing_of_its_own_is_recalled_as_it_was_left(monkeypatch):
+    """Its own density, and as surely: that of its kind would have the scatter about the kind's mean on top."""
+    add_odd(monkeypatch)
+    memory = teach_family(start())
+    for _ in range(3):
+        recalled = memory.recall(show("hollow rod"), PRIOR)
+        lesson = recalled.memory.learn(recalled.densities, weigh_alone(700.0), PRIOR.deviation_sd)
+        memory = lesson.memory
+    again = memory.recall(show("hollow rod"), PRIOR).densities
+    np.testing.assert_allclose(again.untruncated_mean, lesson.densities.untruncated_mean, rtol=1e-12)
+    np.testing.assert_allclose(again.covariance, lesson.densities.covariance, rtol=1e-9)
+
+
+def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
+    """Of an object of two colours each is that of all hypotheses that agree on the colour, whatever the other is."""
+    memory = start()
+    for name in ("rod", "bolt", "long rod", "rod", "bolt"):
+        R, y, V = draw_lift(rng, name)
+        memory = lift(memory, name, measure(R, y, V))
+    memory = memory.recall(show("mace"), PRIOR).memory
+    find_likelihood = measure(*draw_lift(rng, "mace"))
+    verdicts = memory.weigh(find_likelihood)
+    for column in range(2):
+        by_kind = {verdict.hypothesis.kinds[column]: verdict for verdict in verdicts}
+        probabilities = []
+        for verdict in by_kind.values():
+            taken = memory.take(verdicts, verdict, find_likelihood, PRIOR.deviation_sd).memory
+            probabilities.append(taken.kinds.objects[-1].memberships[column].probability)
+        assert len(probabilities) > 1
+        assert sum(probabilities) == pytest.approx(1.0, rel=1e-9)
