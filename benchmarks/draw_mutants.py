@@ -27,7 +27,6 @@ NO_ARITHMETIC = ("annassign", "tfpdef", "param", "parameters", "dictorsetmaker",
 
 def _find_replacements(text: str) -> Iterator[tuple[tuple[int, int], str, int]]:
     """Lists place, operator and occurrence of everything worth replacing that cosmic-ray can replace in a module."""
-
     nodes = list(ast_nodes(get_ast(text)))
     for name, operator in _OPERATORS.items():
         if not operator.arguments() and _is_worth_it(name):
@@ -57,7 +56,6 @@ def _is_arithmetic(node: Any) -> bool:
 
 def draw(number: int, seed: int) -> list[Mutant]:
     """Draws places without replacement, each as probable, and a replacement for each."""
-
     places = defaultdict(list)
     texts = {
         path.as_posix(): path.read_text() for folder in FOLDERS for path in Path("affordance", folder).glob("*.py")
