@@ -377,3 +377,23 @@ def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
             probabilities.append(taken.kinds.objects[-1].memberships[column].probability)
         assert len(probabilities) > 1
         assert sum(probabilities) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_belief_about_things_never_lifted_has_one_density_a_colour(monkeypatch):
+    """Of the most populous kind of each, whichever place that has among the kinds."""
+    add_odd(monkeypatch)
+    memory = lift(teach_family(start()), "hollow rod", weigh_alone(700.0))
+    memory = lift(memory, "bolt", weigh_alone(3000.0))
+    assert len(memory.kinds.colours) == 3
+    assert memory.belief.size == len(memory.colours) == 2
+    np.testing.assert_allclose(memory.belief.untruncated_mean, [5000.0, 3000.0], rtol=0.02)
+
+
+def test_brightness_is_as_sure_as_hue_unless_more_is_said():
+    memory = lift(start(), "rod", weigh_alone(5000.0))
+    darker = tuple(0.87 * channel for channel in RGB["brass"])
+    assert (
+        memory.recognise(darker, 0.7, PRIOR)[1] == 1
+    )  # never met; with an error of 1 in brightness it would be known
+    assert memory.recognise(darker, 0.7, PRIOR, 0.0)[1] == 1
+    assert memory.recognise(darker, 0.7, PRIOR, 6.0)[1] == 0
