@@ -106,3 +106,8 @@ def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, 
         assert_allclose(np.sqrt(np.diag(found[joint])), np.sqrt(np.diag(given[joint] + between[joint])), rtol=0.06)
     # At some joints that is a good part of it.
     assert (between[:, 0, 0] > 0.3 * given[:, 0, 0]).any()
+
+
+def test_friction_that_no_gear_makes_does_not_drift():
+    nominal = build_nominal_gains(("a", "b"), SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+    assert not nominal.with_drift(DEFAULT_SETTINGS).covariance[:, 1].any()
