@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust clean
+.PHONY: run test wheel lint format diagrams bench trust mutants clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -53,6 +53,9 @@ bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 
 trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m benchmarks.trust.run
+
+mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
+	$(PYTHON) -m benchmarks.mutants
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

@@ -1,6 +1,6 @@
 """Draws a random sample of mutants with cosmic-ray's operators, for benchmarks/mutants.json (extra ``mutation``).
 
-    python -m benchmarks.draw_mutants NUMBER SEED
+    pip install '.[mutation]'; python -m benchmarks.draw_mutants NUMBER SEED
 
 First a place is drawn, each as probable, then one of the replacements there.
 """
@@ -15,7 +15,7 @@ from typing import Any
 
 from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
-from cosmic_ray.operators.provider import _OPERATORS
+from cosmic_ray.operators.provider import OperatorProvider
 
 from benchmarks.mutants import FOLDERS, Mutant, write_sample
 
@@ -27,8 +27,9 @@ NO_ARITHMETIC = ("annassign", "tfpdef", "param", "parameters", "dictorsetmaker",
 
 def _find_replacements(text: str) -> Iterator[tuple[tuple[int, int], str, int]]:
     """Lists place, operator and occurrence of everything worth replacing that cosmic-ray can replace in a module."""
-    nodes = list(ast_nodes(get_ast(text)))
-    for name, operator in _OPERATORS.items():
+    nodes, provider = list(ast_nodes(get_ast(text))), OperatorProvider()
+    for name in provider:
+        operator = provider[name]
         if not operator.arguments() and _is_worth_it(name):
             found = [(node, place) for node in nodes for place, _ in operator().mutation_positions(node)]
             for occurrence, (node, place) in enumerate(found):
@@ -67,14 +68,13 @@ def draw(number: int, seed: int) -> list[Mutant]:
     for module, place in random.sample(sorted(places), len(places)):
         name, occurrence = random.choice(places[module, place])
         old = texts[module].splitlines(keepends=True)
-        changed = mutate_code(texts[module], _OPERATORS[name](), occurrence)
+        changed = mutate_code(texts[module], OperatorProvider()[name](), occurrence)
         new = changed.splitlines(keepends=True)
         blocks = difflib.SequenceMatcher(a=old, b=new, autojunk=False).get_opcodes()
-        (_, start, end, begin, stop), *others = [block for block in blocks if block[0] != "equal"] or [
-            ("", 0, 0, 0, 0)
-        ]
-        if others or not _compiles(changed):
+        changes = [block[1:] for block in blocks if block[0] != "equal"]
+        if len(changes) != 1 or not _compiles(changed):
             continue
+        ((start, end, begin, stop),) = changes
         before, after = "".join(old[start:end]), "".join(new[begin:stop])
         where = {"module": module, "line": start + 1, "operator": name, "occurrence": occurrence}
         sample.append({**where, "before": before, "after": after})
