@@ -1,8 +1,8 @@
 """Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
 
-The sample lies in mutants.json; draw_mutants.py draws another. Each mutant is tried in a copy of the tree, against those
-test files of its folder that execute its line, that of its module first. Every run is a fork of this process, which has
-the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
+The sample lies in mutants.json; draw_mutants.py draws another. Each mutant is tried in a copy of the tree, against
+those test files of its folder that execute its line, that of its module first. Every run is a fork of this process,
+which has the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
 """
 
 import argparse

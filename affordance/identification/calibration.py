@@ -20,16 +20,13 @@ _NUM_PASSES = 3
 _STEP = 1e-4  # of the differences by which a gain's dependence on the body is found, as a fraction of its mass
 
 
-def calibrate_gains(
-    evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings, nominal: Gains | None = None
-) -> Gains:
+def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
     """Finds gains and load friction of each joint from a load of known mass.
 
     Args:
         evidence: A run with the load.
         reference_mass: Its mass, [kg]; None if the load is in the evidence's tau_arm, and known whole.
         settings: Priors of friction.
-        nominal: What is known of the gains already; None for currents, of which nothing is.
 
     Returns: The gains, with the uncertainty of the load's centre of mass and moments in theirs.
     """
@@ -40,10 +37,9 @@ def calibrate_gains(
     num = len(evidence.channel_names)
     friction_sd = list_friction_sds(evidence, settings)
     scale = np.full(num, _guess_scale(evidence, reference_mass or 0.0))
-    g0 = np.zeros(num) if nominal is None else nominal.mean[:, 0]
-    broad = (_BROAD * scale) ** 2 if nominal is None else nominal.covariance[:, 0, 0]
+    broad = (_BROAD * scale) ** 2
     for _ in range(_NUM_PASSES):
-        mean = np.column_stack([g0, signal_prior.load_friction * scale])
+        mean = np.column_stack([np.zeros(num), signal_prior.load_friction * scale])
         covariance = np.zeros((num, 2, 2))
         covariance[:, 0, 0] = broad
         covariance[:, 1, 1] = (signal_prior.load_friction_sd * scale) ** 2

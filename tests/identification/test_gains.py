@@ -1,3 +1,5 @@
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
@@ -111,3 +113,9 @@ def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, 
 def test_friction_that_no_gear_makes_does_not_drift():
     nominal = build_nominal_gains(("a", "b"), SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     assert not nominal.with_drift(DEFAULT_SETTINGS).covariance[:, 1].any()
+
+
+def test_gains_cannot_be_changed_in_place():
+    gains = build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS)
+    with pytest.raises(FrozenInstanceError):
+        gains.common_sd = 0.5
