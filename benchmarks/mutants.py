@@ -35,7 +35,7 @@ LIMIT, LIMIT_FACTOR = 60.0, 10.0
 Mutant = dict[str, Any]
 
 
-class TestFile(NamedTuple):
+class SuiteFile(NamedTuple):
     """A file of tests: which lines of the program it executes, by module, and how long it takes, [s]."""
 
     path: str
@@ -113,7 +113,7 @@ def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
     sys.monitoring.set_events(tool, sys.monitoring.events.LINE)
 
 
-def measure_tests(tree: Path, folder: str) -> list[TestFile]:
+def measure_tests(tree: Path, folder: str) -> list[SuiteFile]:
     """Runs each file of a folder's tests as it is, the quickest first in what is returned."""
     found, lines = [], tree / "lines.json"
     for path in sorted((tree / "tests" / folder).glob("test_*.py")):
@@ -121,11 +121,11 @@ def measure_tests(tree: Path, folder: str) -> list[TestFile]:
         failed = _run(tree, [name], 3600.0, lines)
         if failed:
             raise SystemExit(f"mutants: {failed} fails as it is")
-        found.append(TestFile(name, json.loads(lines.read_text()), time.monotonic() - started))
+        found.append(SuiteFile(name, json.loads(lines.read_text()), time.monotonic() - started))
     return sorted(found, key=lambda file: file.duration)
 
 
-def choose_tests(files: Collection[TestFile], mutant: Mutant, text: str) -> list[TestFile]:
+def choose_tests(files: Collection[SuiteFile], mutant: Mutant, text: str) -> list[SuiteFile]:
     """The files that execute a mutant's lines, that of its module first; all of them where none does."""
     first = (
         text[: text.index(mutant["before"])].count("\n") + 1 if text.count(mutant["before"]) == 1 else mutant["line"]
@@ -135,7 +135,7 @@ def choose_tests(files: Collection[TestFile], mutant: Mutant, text: str) -> list
     return sorted(chosen, key=lambda file: not file.path.endswith(f"/test_{Path(mutant['module']).name}"))
 
 
-def attempt(mutant: Mutant, tree: Path, files: Collection[TestFile]) -> str:
+def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
     """Tries one mutant, writes its outcome into it, and says which test noticed."""
     path = tree / mutant["module"]
     text, times = path.read_text(), path.stat()
