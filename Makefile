@@ -6,7 +6,7 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust numbers clean
+.PHONY: run test wheel lint format diagrams bench trust numbers mutants clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
@@ -56,6 +56,9 @@ trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py
+
+mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
+	$(PYTHON) -m benchmarks.mutants
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

@@ -20,16 +20,13 @@ _NUM_PASSES = 3
 _STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
 
 
-def calibrate_gains(
-    evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings, nominal: Gains | None = None
-) -> Gains:
+def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
     """Estimates gains and load friction of each joint from a load of known mass.
 
     Args:
         evidence: Evidence of a run with the load.
         reference_mass: Mass of the load, [kg]; None if the load is fully known and part of the evidence's tau_arm.
         settings: Identification settings, for the priors of friction.
-        nominal: Prior of the gains; None for currents, whose gains are unknown.
 
     Returns: The gains; their covariance includes the uncertainty of the load's centre of mass and moments.
     """
@@ -40,10 +37,9 @@ def calibrate_gains(
     num = len(evidence.channel_names)
     friction_sd = list_friction_sds(evidence, settings)
     scale = np.full(num, _guess_scale(evidence, reference_mass or 0.0))
-    g0 = np.zeros(num) if nominal is None else nominal.mean[:, 0]
-    broad = (_BROAD * scale) ** 2 if nominal is None else nominal.covariance[:, 0, 0]
+    broad = (_BROAD * scale) ** 2
     for _ in range(_NUM_PASSES):
-        mean = np.column_stack([g0, signal_prior.load_friction * scale])
+        mean = np.column_stack([np.zeros(num), signal_prior.load_friction * scale])
         covariance = np.zeros((num, 2, 2))
         covariance[:, 0, 0] = broad
         covariance[:, 1, 1] = (signal_prior.load_friction_sd * scale) ** 2
