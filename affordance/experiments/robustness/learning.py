@@ -18,9 +18,11 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
+_FELT = 1  # in a seed, as of a simulated trial: errors of feeling
+
 
 def hold_at_rest(hold: StaticHold, world: World, tool: Tool, memory: Memory, seed: tuple[int, ...]) -> Memory:
-    """The memory after holding an honest object."""
+    """The memory after holding an object; errors of feeling are those of a simulated trial with this seed."""
     settings = world.settings
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
     prior = predict_object(features, memory, settings.prior)
@@ -30,7 +32,7 @@ def hold_at_rest(hold: StaticHold, world: World, tool: Tool, memory: Memory, see
         prior,
         rho,
         settings.noise,
-        seed,
+        (*seed, _FELT),
         num_samples=world.num_samples,
         acceleration_sd=settings.acceleration_sd,
     )
@@ -42,7 +44,7 @@ def hold_at_rest(hold: StaticHold, world: World, tool: Tool, memory: Memory, see
 def learn_in_turn(
     hold: StaticHold, world: World, tools: Sequence[Tool], colours: Sequence[Colour], seed: tuple[int, ...]
 ) -> list[Memory]:
-    """The memories of an observer before the first and after each of some honest objects.
+    """The memories of an observer before the first and after each of some objects.
 
     Args:
         hold: The arm at rest.
