@@ -6,11 +6,11 @@ export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
 SOURCES := affordance benchmarks diagrams tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust clean
+.PHONY: run test wheel lint format diagrams bench trust robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 20
 
 $(PYTHON):
 	@python=$$(./.ci/find_python.sh) && "$$python" -m venv $(VENV)
@@ -53,6 +53,9 @@ bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 
 trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m benchmarks.trust.run
+
+robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
+	$(PYTHON) -m affordance robustness --prove 5
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

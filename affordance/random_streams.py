@@ -24,6 +24,7 @@ class Stream(enum.IntEnum):
     ACCELERATION = 10**6 + 14  # errors of felt accelerations, beside the seed of a trial
     SETTINGS = 10**6 + 15  # settings of the study of robustness
     ROBUSTNESS = 10**6 + 16  # what observers of that study feel and choose
+    PROOF = 10**6 + 17  # settings in which it simulates every hold, on demand
     FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
     LIFT = 10**6 + 22  # errors of feeling in these lifts

@@ -31,6 +31,7 @@ from affordance.reporting.formatting import ENOUGH_OBSERVERS
 from affordance.reporting.plain_report import render_report
 from affordance.reporting.report import write_section
 from affordance.reporting.section import Section, render_section
+from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, run_repeats
 from affordance.vision.features import FeatureSource
 
@@ -90,6 +91,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "config": experiment,
         "setup": describe_setup(experiment),
         "versions": list_versions(),
+        "commit": find_commit(),
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }

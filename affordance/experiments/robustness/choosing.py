@@ -75,7 +75,7 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
     if rule == "one sample":
         before = choose_before_experience(choice, experience.colours, seed)
         chosen = [
-            choose_by_sample(choice, experience, seed, repeat)[list(MOMENTS)]
+            choose_by_sample(choice, experience, seed, repeat, MOMENTS)
             for repeat in range(experience.num_repeats)
         ]
         estimate = estimate_correct(np.array(chosen), before, correct)

@@ -30,7 +30,7 @@ from affordance.experiments.robustness.holding import (
     measure_centre_of_mass,
     measure_rods,
 )
-from affordance.experiments.robustness.learning import collect_experience_at_rest, learn_in_turn
+from affordance.experiments.robustness.learning import collect_experience_at_rest, learn_at_rest
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
@@ -48,7 +48,7 @@ class Outcome(NamedTuple):
         outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
         reasons: Why an experiment could not be run, by its name; empty if it could.
         cpu_s: Processor time, by part, [s].
-        holds: Share of the holds that were simulated, of those that differ; not a number if nothing was held.
+        simulated: Share of the holds that were simulated, of those that differ; not a number if nothing was held.
         interpolation_error: Largest error of interpolated motions, all holds simulated, [m]; not a number if they
             were not.
     """
@@ -57,7 +57,7 @@ class Outcome(NamedTuple):
     outcomes: dict[str, float]
     reasons: dict[str, str]
     cpu_s: dict[str, float]
-    holds: float
+    simulated: float
     interpolation_error: float
 
 
@@ -105,10 +105,8 @@ def evaluate_setting(
         config = ExperienceConfig(world.learning[:2], seed, world.settings, HOLD_DURATION)
         with clock.measure("learning"):
             experience = collect_experience_at_rest(hold, world, config, num_observers)
-            colours = [world.rods[0].components[0].looks_like.colour]
-            rods = [
-                learn_in_turn(hold, world, world.rods, colours, (seed, repeat)) for repeat in range(num_observers)
-            ]
+            in_turn = [range(len(world.rods))] * num_observers
+            rods = learn_at_rest(hold, world, world.rods, in_turn, seed)
         with attempt("weight"), clock.measure("weight"):
             check_tools_can_be_held(models / "rods", world.rods, world.settings)
             held["weight"] = measure_rods(world, rods, partial(_judge_alone, "weight"))

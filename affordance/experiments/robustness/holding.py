@@ -38,7 +38,7 @@ _LEFT_OUT = frozenset(
     }
 )
 # How often numbers are judged again with motions moved by their error.
-_NUM_MOVED = 16
+_NUM_MOVED = 8
 
 # Judges the claims about numbers: what claims hold, by name.
 type Judge = Callable[[Mapping[str, Any]], Mapping[str, float]]

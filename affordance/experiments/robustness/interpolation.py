@@ -19,9 +19,11 @@ from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# What a motion that becomes a node may be missed by before, [m]: 1/250 of the smallest drop that counts. What is missed
-# after it has become one is less by what a degree brings, mostly a factor of ten.
-TOLERANCE = 2e-5
+# What a motion that becomes a node may be missed by before, [m]: a hundredth of the smallest drop that counts. What is
+# missed after it has become one is less by what a degree brings, mostly a factor of ten.
+TOLERANCE = 5e-5
+# So many new motions in succession must be met: a single one may be by accident, as of an odd function on the other side.
+_NUM_MET = 2
 # A share of the spread along the widest direction, below which a direction has none.
 _NO_SPREAD = 1e-9
 # Above this degree polynomials are given up.
@@ -69,15 +71,18 @@ def interpolate_motions(
         return found[index]
 
     said: Array | None = None  # of all candidates, by the nodes so far
-    for size in sizes:
+    met: list[float] = []  # errors of new motions since the last that was missed
+    for before, size in zip([0, *sizes], sizes, strict=False):
         if size >= len(distinct):
             break
         nodes = order[:size]
         motions = np.array([hold(int(node)) for node in nodes])
-        error = np.inf if said is None else float(np.abs(said[nodes] - motions).max())
+        if said is not None:
+            errors = np.abs(said[nodes[before:]] - motions[before:]).max(axis=1)
+            met = [*met, *errors] if errors.max() <= tolerance else []
         said = basis[:, :size] @ np.linalg.solve(basis[nodes, :size], motions)
-        if error <= tolerance:
-            return Motions(said[offset:][owners], error, sum(index >= offset for index in found), len(distinct))
+        if len(met) >= _NUM_MET:
+            return Motions(said[offset:][owners], max(met), sum(index >= offset for index in found), len(distinct))
     motions = np.array([hold(offset + index) for index in range(len(distinct))])
     return Motions(motions[owners], 0.0, len(distinct), len(distinct))
 
