@@ -53,7 +53,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         repeats: Number of observers, at least 1.
         jobs: Number of processes, at least 1.
     """
-    start = time.perf_counter()
+    start, commit = time.perf_counter(), find_commit()  # of what runs, not of what may lie there when it ends
     settings = experiment.settings
     experience, arrays = run_observers(experiment, plan, folder, repeats=repeats, jobs=jobs)
     numbers = experiment.compute_metrics(plan, experience, arrays)
@@ -91,7 +91,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "config": experiment,
         "setup": describe_setup(experiment),
         "versions": list_versions(),
-        "commit": find_commit(),
+        "commit": commit,
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }

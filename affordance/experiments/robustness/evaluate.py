@@ -48,7 +48,7 @@ class Outcome(NamedTuple):
         outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
         reasons: Why an experiment could not be run, by its name; empty if it could.
         cpu_s: Processor time, by part, [s].
-        simulated: Share of the holds that were simulated, of those that differ; not a number if nothing was held.
+        held: Objects of Simulations I and II as observers hold them, by experiment.
         interpolation_error: Largest error of interpolated motions, all holds simulated, [m]; not a number if they
             were not.
     """
@@ -57,8 +57,16 @@ class Outcome(NamedTuple):
     outcomes: dict[str, float]
     reasons: dict[str, str]
     cpu_s: dict[str, float]
-    simulated: float
+    held: dict[str, Held]
     interpolation_error: float
+
+    @property
+    def simulated(self) -> float:
+        """Share of the holds that were simulated, of those that differ; not a number if nothing was held."""
+        motions = [each.motions for held in self.held.values() for each in held.tools]
+        if not motions:
+            return float("nan")
+        return sum(each.num_simulated for each in motions) / sum(each.num_distinct for each in motions)
 
 
 PARTS = ("learning", "weight", "com", "reach", "hammer", "least work", "contact", "proof")
@@ -136,20 +144,12 @@ def evaluate_setting(
             )
         with clock.measure("proof"):
             compared = [compare_with_simulated(world, each) for each in held.values()] if proves else []
-    return Outcome(numbers, judge(numbers), reasons, clock.seconds, _share_simulated(held), max(compared, default=np.nan))
+    return Outcome(numbers, judge(numbers), reasons, clock.seconds, held, max(compared, default=np.nan))
 
 
 def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
     """Judges the claims about the numbers of one experiment."""
     return {key: value for key, value in judge({name: dict(numbers)}).items() if key.startswith(f"{name}.")}
-
-
-def _share_simulated(held: Mapping[str, Held]) -> float:
-    """Share of the holds that differ which were simulated."""
-    motions = [each.motions for one in held.values() for each in one.tools]
-    if not motions:
-        return float("nan")
-    return sum(each.num_simulated for each in motions) / sum(each.num_distinct for each in motions)
 
 
 def _plan_reach(world: World) -> Choice:

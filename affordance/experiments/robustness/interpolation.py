@@ -9,6 +9,7 @@ of the arm makes motions less than smooth, that does not come to pass, and all o
 """
 
 import itertools
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -26,8 +27,8 @@ TOLERANCE = 5e-5
 _NUM_MET = 2
 # A share of the spread along the widest direction, below which a direction has none.
 _NO_SPREAD = 1e-9
-# Above this degree polynomials are given up.
-_MAX_DEGREE = 10
+# With more nodes polynomials are given up: degree 9 of two densities, as much as pays of one.
+_MAX_NODES = 60
 
 
 class Motions(NamedTuple):
@@ -97,9 +98,11 @@ def _build_basis(points: Array) -> tuple[Array, list[int]]:
     if not num_axes:
         return np.ones((len(points), 1)), [1]
     low, high = along.min(axis=0), along.max(axis=0)
-    each = chebyshev.chebvander((2.0 * along - low - high) / (high - low), _MAX_DEGREE)  # (P, axes, degree + 1)
-    columns, sizes = [], []
-    for degree in range(_MAX_DEGREE + 1):
+    each = chebyshev.chebvander((2.0 * along - low - high) / (high - low), _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
+    columns: list[Array] = []
+    sizes: list[int] = []
+    while math.comb(len(sizes) + num_axes, num_axes) <= _MAX_NODES:
+        degree = len(sizes)
         for powers in itertools.product(range(degree + 1), repeat=num_axes):
             if sum(powers) == degree:
                 columns.append(np.prod([each[:, axis, power] for axis, power in enumerate(powers)], axis=0))
