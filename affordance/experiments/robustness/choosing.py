@@ -75,8 +75,7 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
     if rule == "one sample":
         before = choose_before_experience(choice, experience.colours, seed)
         chosen = [
-            choose_by_sample(choice, experience, seed, repeat, MOMENTS)
-            for repeat in range(experience.num_repeats)
+            choose_by_sample(choice, experience, seed, repeat, MOMENTS) for repeat in range(experience.num_repeats)
         ]
         estimate = estimate_correct(np.array(chosen), before, correct)
     else:
@@ -157,9 +156,7 @@ def decide_before_experience(choice: Choice, experience: Experience, seed: int, 
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
-def _choose_by_expectation(
-    choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int
-) -> float:
+def _choose_by_expectation(choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int) -> float:
     """1 if an observer's choice at a moment is correct, 0 if not; where no option is usable the observer guesses."""
     _, repeat, moment = seed
     ranking = rank_options(

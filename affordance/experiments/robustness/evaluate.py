@@ -40,6 +40,7 @@ from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
 
+
 class Outcome(NamedTuple):
     """What a setting gives.
 

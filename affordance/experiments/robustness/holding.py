@@ -1,7 +1,7 @@
 """Simulations I and II under a setting, in the Diagram of all simulations, their numbers as their protocols say.
 
-Where a hold goes depends on the object and on the densities that control believes, and on nothing that is drawn: of many
-observers some are simulated, and the motions of the others are interpolated (``interpolation.py``).
+Where a hold goes depends on the object and on the densities that control believes, and on nothing that is drawn: of
+many observers some are simulated, and the motions of the others are interpolated (``interpolation.py``).
 """
 
 from collections.abc import Callable, Mapping, Sequence

@@ -1,11 +1,11 @@
 """Motions of many observers from those of a few: interpolated over what they believe, to a measured error.
 
 How an object moves that is held depends on the believed densities alone, and smoothly so, through the true densities
-too: what has a kink there are the lowest and the highest point of a motion, which are read from it afterwards. Motions
-are therefore interpolated as a whole, by polynomials through observers of whom they are simulated (discrete Leja
+too: what has a kink there is the lowest and the highest point of a motion, which are read from it afterwards. So
+motions are interpolated as a whole, by polynomials through observers of whom they are simulated (discrete Leja
 points: Bos, De Marchi, Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a node
-it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance; where a limit
-of the arm makes motions less than smooth, that does not come to pass, and all of them are simulated.
+it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance; where a
+limit of the arm makes motions less than smooth, that does not come to pass, and all of them are simulated.
 """
 
 import itertools
@@ -20,10 +20,10 @@ from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# What a motion that becomes a node may be missed by before, [m]: a hundredth of the smallest drop that counts. What is
-# missed after it has become one is less by what a degree brings, mostly a factor of ten.
+# What a motion that becomes a node may be missed by before, [m]: a hundredth of the smallest drop that counts. What
+# is missed after it has become one is less by what a degree brings, mostly a factor of ten.
 TOLERANCE = 5e-5
-# So many new motions in succession must be met: a single one may be by accident, as of an odd function on the other side.
+# So many new motions in succession must be met: a single one may be by accident, as of an odd function.
 _NUM_MET = 2
 # A share of the spread along the widest direction, below which a direction has none.
 _NO_SPREAD = 1e-9
@@ -89,7 +89,7 @@ def interpolate_motions(
 
 
 def _build_basis(points: Array) -> tuple[Array, list[int]]:
-    """Chebyshev polynomials of all points, (P, B), by rising total degree, and how many there are up to each degree."""
+    """Chebyshev polynomials of all points, (P, B), by rising total degree, and their number up to each degree."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
     kept = spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))

@@ -102,9 +102,7 @@ def test_options_within_two_standard_errors_are_a_tie_before_experience(experien
     assert decide_before_experience(TwoOptions(gain), experience, 0, CORRECT) == share
 
 
-@pytest.mark.parametrize(
-    ("feasible", "share"), [((True, False), 0.0), ((False, True), 1.0), ((False, False), 0.5)]
-)
+@pytest.mark.parametrize(("feasible", "share"), [((True, False), 0.0), ((False, True), 1.0), ((False, False), 0.5)])
 def test_option_that_cannot_be_used_is_not_chosen_before_experience(experience, feasible, share):
     assert decide_before_experience(TwoOptions(0.0, feasible), experience, 0, CORRECT) == share
 

@@ -34,7 +34,7 @@ def test_index_is_what_the_assumption_alone_explains():
 def test_what_levels_explain_by_chance_is_taken_off(rng):
     """By hand of four settings; and of outcomes that nothing moves more than half of the indices are zero."""
     levels = np.array([[0], [0], [1], [1]])
-    # Of the sum of squares 3/4 the two groups explain 1/4, a third; so much is what one of three degrees of freedom does.
+    # Of the sum of squares 3/4 the two groups explain 1/4, a third: as one of three degrees of freedom does.
     assert compute_indices(np.array([[1.0, 1.0, 1.0, 0.0]]), levels)[0, 0] == pytest.approx(0.0, abs=1e-12)
     np.testing.assert_allclose(compute_indices(np.array([[1.0, 1.0, 0.0, 0.0]]), levels), 1.0)
     chance = compute_indices((rng.random((200, 512)) < 0.4).astype(float), LEVELS)

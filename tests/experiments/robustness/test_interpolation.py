@@ -64,9 +64,7 @@ def test_true_densities_are_a_node_and_drops_have_their_kink_there():
     motions = interpolate_motions(simulate, rods, np.array([8500.0]))
     assert simulate.asked[0] == (8500.0,)
     drop = np.maximum(0.0, -motions.heights.min(axis=1))
-    np.testing.assert_allclose(
-        drop, np.maximum(0.0, -simulate.list_all(rods).min(axis=1)), atol=TOLERANCE
-    )
+    np.testing.assert_allclose(drop, np.maximum(0.0, -simulate.list_all(rods).min(axis=1)), atol=TOLERANCE)
     assert (drop == 0.0)[rods[:, 0] > 8510.0].all()
     assert (drop > 0.0)[rods[:, 0] < 8490.0].all()
 
