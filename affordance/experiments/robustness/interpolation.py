@@ -3,9 +3,9 @@
 How an object moves that is held depends on the believed densities alone, and smoothly so, through the true densities
 too: what has a kink there is the lowest and the highest point of a motion, which are read from it afterwards. So
 motions are interpolated as a whole, by polynomials through observers of whom they are simulated (discrete Leja
-points: Bos, De Marchi, Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a node
-it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance; where a
-limit of the arm makes motions less than smooth, that does not come to pass, and all of them are simulated.
+points: Bos, De Marchi, Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a
+node it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance; where
+a limit of the arm makes motions less than smooth, that does not come to pass, and all of them are simulated.
 """
 
 import itertools
