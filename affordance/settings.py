@@ -1,8 +1,9 @@
 """The one prior, noise model, controller and arm that serve all simulations, each with its source or reason.
 
 Each has its source or reason; docs/decisions/ tells why it is what it is. Most were fixed before any experiment was
-run. Some were not: the mode of the prior was chosen with the paper's figure 4 in view, and others were changed after an
-outcome of ours had been seen; docs/trust.md lists every one of them. A setting is a field with its bounds, its unit and its source; ``named_settings`` knows them by name.
+run. Some were not: the mode of the prior was chosen with the paper's figure 4 in view, and others were changed after
+an outcome of ours had been seen; docs/trust.md lists them. A setting is a field with its bounds, its unit and its
+source; ``named_settings`` knows them by name.
 """
 
 import math

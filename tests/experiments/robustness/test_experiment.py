@@ -46,7 +46,7 @@ def test_default_meets_all_that_the_simulations_meet(defaults):
     assert [name for name, held in outcome.outcomes.items() if held != 1.0] == []
     assert set(JUDGED) <= set(outcome.outcomes)
     weight, com, reach, hammer = (outcome.numbers[name] for name in ("weight", "com", "reach", "hammer"))
-    # Each drop is smaller than the last, as `affordance run weight` finds of the same 200, who there sink as they learn.
+    # Each drop is smaller than the last, as `affordance run weight` finds of the same 200, who sink as they learn.
     np.testing.assert_allclose(weight["drop_m"], [0.2128, 0.0076, 0.0038, 0.0023], rtol=0.25)
     assert (np.diff(weight["drop_m"]) < -1e-3).all()
     assert 0.06 < weight["decoy_lift_m"] < 0.1
