@@ -24,6 +24,7 @@ class Stream(enum.IntEnum):
     ACCELERATION = 10**6 + 14  # errors of measured accelerations, with the seed of a trial
     SETTINGS = 10**6 + 15  # settings of the study of robustness
     ROBUSTNESS = 10**6 + 16  # measurements and choices of that study's observers
+    PROOF = 10**6 + 17  # settings in which it simulates every hold, on demand
     FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (benchmarks/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
     LIFT = 10**6 + 22  # measurement errors in these lifts

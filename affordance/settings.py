@@ -1,7 +1,9 @@
 """Prior, noise model, controller and arm, shared by all simulations, each with its source or reason.
 
-They were fixed before any experiment was run and are not tuned to its outcome; docs/decisions/ gives the reasons. A
-setting is a field with its bounds, its unit and its source; ``named_settings`` finds settings by name.
+Each has its source or reason in docs/decisions/. Most were fixed before any experiment was run. Some were not: the
+mode of the prior was chosen with the paper's figure 4 in view, and others were changed after an outcome of ours had
+been seen; docs/trust.md lists them. A setting is a field with its bounds, its unit and its source;
+``named_settings`` finds settings by name.
 """
 
 import math

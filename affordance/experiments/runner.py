@@ -31,6 +31,7 @@ from affordance.reporting.formatting import ENOUGH_OBSERVERS
 from affordance.reporting.plain_report import render_report
 from affordance.reporting.report import write_section
 from affordance.reporting.section import Section, render_section
+from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, run_repeats
 from affordance.vision.features import FeatureSource
 
@@ -53,7 +54,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         repeats: Number of observers, at least 1.
         jobs: Number of processes, at least 1.
     """
-    start = time.perf_counter()
+    start, commit = time.perf_counter(), find_commit()  # of what runs, not of what may lie there when it ends
     settings = experiment.settings
     experience, arrays = run_observers(experiment, plan, folder, repeats=repeats, jobs=jobs)
     numbers = experiment.compute_metrics(plan, experience, arrays)
@@ -91,6 +92,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "config": experiment,
         "setup": describe_setup(experiment),
         "versions": list_versions(),
+        "commit": commit,
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }

@@ -119,10 +119,10 @@ def select_presentations[T: np.generic](
     values: NDArray[T], presented: NDArray[np.intp], group: Sequence[int]
 ) -> NDArray[T]:
     """Selects the columns of the presentations of a group of objects, in their order, (R, n)."""
-    columns = [np.flatnonzero(np.isin(row, group)) for row in presented]
-    if all(np.array_equal(columns[0], other) for other in columns):
-        return np.ascontiguousarray(values[:, columns[0]])
-    return np.stack([row[chosen] for row, chosen in zip(values, columns, strict=True)])
+    chosen = np.isin(presented, group)
+    if (chosen == chosen[0]).all():
+        return np.ascontiguousarray(values[:, chosen[0]])
+    return np.stack([row[own] for row, own in zip(values, chosen, strict=True)])
 
 
 def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) -> Array:

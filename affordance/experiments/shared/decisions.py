@@ -31,10 +31,20 @@ def choose_before_experience(
     return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, num_choices)), rng)
 
 
-def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: int) -> Chosen:
-    """Chooses by the paper's rule, one density per choice, before the first and after each trial, (K + 1,)."""
+def choose_by_sample(
+    choice: Choice, experience: Experience, seed: int, repeat: int, moments: Sequence[int] | None = None
+) -> Chosen:
+    """Chooses by the paper's rule, one density per choice, after some numbers of trials.
+
+    Args:
+        choice: Options of the choice.
+        experience: Memories of observers.
+        seed: Root of every random draw.
+        repeat: Number of the observer.
+        moments: Numbers of trials after which a choice is made, in order; 0 to K if None.
+    """
     parameters = []
-    for trial in range(experience.num_trials + 1):
+    for trial in range(experience.num_trials + 1) if moments is None else moments:
         rng = np.random.default_rng([seed, repeat, trial, Stream.PAPER])
         parameters.append(choice.draw_parameters(experience.recall(repeat, trial), rng, 1))
     rng = np.random.default_rng([seed, repeat, Stream.PAPER])
