@@ -1,4 +1,4 @@
-"""What is known of a tool's geometry before it is touched: its drawing, or pictures of it."""
+"""Geometry of a tool before it is touched, from its drawing or from pictures."""
 
 import enum
 from collections.abc import Sequence
@@ -13,7 +13,7 @@ from affordance.vision.pixels.turning_stand import TurningStand
 
 
 class Source(enum.Enum):
-    """Where the geometry comes from."""
+    """Source of the geometry."""
 
     CAD = "cad"
     TWO_VIEWS = "two_views"
@@ -31,16 +31,16 @@ _METHODS = {
 def measure_all(
     tool: Tool, stand: TurningStand, rng: np.random.Generator, sources: Sequence[Source]
 ) -> dict[Source, tuple[ComponentFeatures, ...]]:
-    """Measures a tool as it is held, by each source; all that see look at the same pictures.
+    """Measures a held tool by each source; all sources of sight share the same pictures.
 
     Args:
-        tool: The tool in one grip, and no choice of grip any more.
-        stand: Where it is looked at.
-        rng: Draws the noise of the pictures.
-        sources: What is asked for.
+        tool: Tool in one grip, without further choice of grips.
+        stand: Stand that takes the pictures.
+        rng: Generator of the noise of the pictures.
+        sources: Sources to measure by.
 
     Raises:
-        SeeingError: The pictures do not show what is needed.
+        SeeingError: The features cannot be extracted from the pictures.
     """
     found = {Source.CAD: measure_drawing(tool)} if Source.CAD in sources else {}
     if any(source in sources for source in _METHODS):

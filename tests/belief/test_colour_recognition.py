@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
+from scipy.stats import multivariate_normal
 
-from affordance.belief.colour_recognition import GAMUT_VOLUME, compute_colour_probabilities
+from affordance.belief.colour_recognition import GAMUT_VOLUME, JUST_NOTICEABLE, compute_colour_probabilities
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import CERTAIN, MaterialMemory
 from affordance.objects.colour import convert_to_lab
@@ -104,3 +105,20 @@ def test_looks_kept_carry_their_beliefs():
     kept = memory.restrict_to([BEECH, BRASS])
     assert kept.colours == (BEECH, BRASS)
     np.testing.assert_allclose(kept.belief.untruncated_mean, [720.0, 8500.0])
+
+
+def test_brightness_has_an_error_of_its_own():
+    """By normal densities in CIELAB whose covariance is longer along the way that a colour goes as light grows."""
+    measured, sd, lightness_sd = (0.80, 0.61, 0.10), 0.7, 4.0
+    known = [BRASS, tuple(0.9 * np.array(measured)), tuple(1.05 * np.array(measured)), BEECH]
+    scales = 0.98 * np.array([0.99, 1.0])
+    along = np.diff(convert_to_lab(scales[:, None] * np.array(measured)), axis=0)[0]
+    u = lightness_sd * along / along[0]
+    covariance = (sd**2 + JUST_NOTICEABLE**2) * np.eye(3) + np.outer(u, u)
+    at = convert_to_lab(np.array(measured))
+    weights = [multivariate_normal.pdf(convert_to_lab(np.array(each)), at, covariance) for each in known]
+    weights = np.array([*weights, 1.0 / GAMUT_VOLUME])
+    found = compute_colour_probabilities(measured, sd, known, lightness_sd)
+    np.testing.assert_allclose(found, weights / weights.sum(), rtol=1e-9)
+    # Far more probably it is the darker one than if brightness were as sure as hue.
+    assert found[1] > 10.0 * compute_colour_probabilities(measured, sd, known)[1]

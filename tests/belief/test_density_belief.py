@@ -1,5 +1,6 @@
 import numpy as np
 import pytest
+from scipy.stats import chi2
 
 from affordance.belief.density_belief import DENSITY_FLOOR, EMPTY_BELIEF, DensityBelief, PointEstimate, Prior
 from affordance.belief.likelihood import Likelihood
@@ -103,3 +104,25 @@ def test_beliefs_that_are_no_distribution_are_refused():
 def test_belief_cannot_be_changed_in_place(pair):
     with pytest.raises(ValueError, match="read-only"):
         pair.information_vector[0] = 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        pair.precision[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("distance", [0.5, 3.0, 6.0])
+def test_p_value_is_that_of_the_chi_squared_distance_of_what_was_measured(pair, rng, distance):
+    """Of y = R rho + e: Mahalanobis' distance of y from R m, of covariance R C R^T + V."""
+    R, V = 1e-3 * rng.normal(size=(4, 2)), np.diag([0.1, 0.2, 0.3, 0.4])
+    covariance = R @ pair.covariance @ R.T + V
+    off = np.linalg.cholesky(covariance) @ np.array([0.6, 0.0, 0.8, 0.0]) * distance
+    y, weights = R @ pair.untruncated_mean + off, np.linalg.inv(V)
+    log_peak = -0.5 * np.linalg.slogdet(2.0 * np.pi * V)[1]
+    log_constant = log_peak - 0.5 * y @ weights @ y
+    likelihood = Likelihood(R.T @ weights @ R, R.T @ weights @ y, log_constant, log_peak, 4)
+    assert pair.compute_p_value(likelihood) == pytest.approx(chi2.sf(distance**2, 4), rel=1e-6)
+
+
+@pytest.mark.parametrize(("size", "shown"), [(1, 1), (8, 8), (9, 7), (20, 7)])
+def test_a_line_shows_at_most_eight_densities_or_seven_and_how_many_there_are(size, shown):
+    text = DensityBelief.from_moments(np.full(size, 5000.0), np.eye(size)).describe()
+    assert text.count("5000 ± 1") == shown
+    assert (f"{size} in all" in text) == (size > shown)

@@ -345,3 +345,55 @@ def test_learners_start_with_their_memories():
         memory = start_memory(learner, (4, 2))
         assert memory.settings == KindSettings(GateSettings(KAPPA[pick]), pick, (4, 2))
         assert start_memory(learner, (0,), kappa=0.4).settings.gate.kappa == 0.4
+
+
+def test_a_thing_of_its_own_is_recalled_as_it_was_left(monkeypatch):
+    """Its own density, and as surely: that of its kind would have the scatter about the kind's mean on top."""
+    add_odd(monkeypatch)
+    memory = teach_family(start())
+    for _ in range(3):
+        recalled = memory.recall(show("hollow rod"), PRIOR)
+        lesson = recalled.memory.learn(recalled.densities, weigh_alone(700.0), PRIOR.deviation_sd)
+        memory = lesson.memory
+    again = memory.recall(show("hollow rod"), PRIOR).densities
+    np.testing.assert_allclose(again.untruncated_mean, lesson.densities.untruncated_mean, rtol=1e-12)
+    np.testing.assert_allclose(again.covariance, lesson.densities.covariance, rtol=1e-9)
+
+
+def test_probabilities_of_the_kinds_an_object_may_be_of_sum_to_one(rng):
+    """Of an object of two colours each is that of all hypotheses that agree on the colour, whatever the other is."""
+    memory = start()
+    for name in ("rod", "bolt", "long rod", "rod", "bolt"):
+        R, y, V = draw_lift(rng, name)
+        memory = lift(memory, name, measure(R, y, V))
+    memory = memory.recall(show("mace"), PRIOR).memory
+    find_likelihood = measure(*draw_lift(rng, "mace"))
+    verdicts = memory.weigh(find_likelihood)
+    for column in range(2):
+        by_kind = {verdict.hypothesis.kinds[column]: verdict for verdict in verdicts}
+        probabilities = []
+        for verdict in by_kind.values():
+            taken = memory.take(verdicts, verdict, find_likelihood, PRIOR.deviation_sd).memory
+            probabilities.append(taken.kinds.objects[-1].memberships[column].probability)
+        assert len(probabilities) > 1
+        assert sum(probabilities) == pytest.approx(1.0, rel=1e-9)
+
+
+def test_belief_about_things_never_lifted_has_one_density_a_colour(monkeypatch):
+    """Of the most populous kind of each, whichever place that has among the kinds."""
+    add_odd(monkeypatch)
+    memory = lift(teach_family(start()), "hollow rod", weigh_alone(700.0))
+    memory = lift(memory, "bolt", weigh_alone(3000.0))
+    assert len(memory.kinds.colours) == 3
+    assert memory.belief.size == len(memory.colours) == 2
+    np.testing.assert_allclose(memory.belief.untruncated_mean, [5000.0, 3000.0], rtol=0.02)
+
+
+def test_brightness_is_as_sure_as_hue_unless_more_is_said():
+    memory = lift(start(), "rod", weigh_alone(5000.0))
+    darker = tuple(0.87 * channel for channel in RGB["brass"])
+    assert (
+        memory.recognise(darker, 0.7, PRIOR)[1] == 1
+    )  # never met; with an error of 1 in brightness it would be known
+    assert memory.recognise(darker, 0.7, PRIOR, 0.0)[1] == 1
+    assert memory.recognise(darker, 0.7, PRIOR, 6.0)[1] == 0

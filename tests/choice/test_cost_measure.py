@@ -130,3 +130,14 @@ def test_search_that_does_not_converge_is_named(model, planned, monkeypatch):
     monkeypatch.setattr(SwingSearch, "find_least_work", fail)
     with pytest.raises(AffordanceError, match="least work does not converge"):
         least_work.plan_least_work(blows, hammer, model, HELD.parameters, DEFAULT_SETTINGS)
+
+
+def test_swings_of_least_work_strike_with_the_speeds_of_their_table(model, planned):
+    """By Drake's Jacobian where they end; the faster, the shorter."""
+    hammer, blows = planned
+    found = least_work.plan_least_work(blows, hammer, model, HELD.parameters, DEFAULT_SETTINGS)
+    for swing, speed in zip(found.swings, found.speeds, strict=True):
+        model.set_state(np.concatenate([swing.q_end, swing.v_end]))
+        struck = model.compute_point_jacobian(found.target.p_TS) @ swing.v_end
+        assert found.target.direction_W @ struck == pytest.approx(speed, rel=1e-9)
+        assert swing.duration * speed == pytest.approx(found.swings[0].duration * found.speeds[0], rel=1e-9)

@@ -221,3 +221,8 @@ def test_interpolated_work_is_that_of_the_swing_itself_on_a_slow_arm(tmp_path, g
         swing = find_swing(model, planned.target, task, speed, None)
         exact = MotionCost(model, sample_swing(swing, TICK)).compute(PI[grip][None])
         assert interpolated.work[0] == pytest.approx(exact.work[0], rel=5e-3)
+
+
+def test_blows_aim_no_higher_than_falling_short_asks_for():
+    """With an aim of 1.00 the lowest simulated peak is 0.988 times the demand: docs/decisions/0013-nail.md."""
+    assert 1.0 <= 0.988 * AIM < 1.01

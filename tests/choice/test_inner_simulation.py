@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD, believe
 
+from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.observed_options import list_options
@@ -175,3 +176,12 @@ def test_two_things_of_ambiguous_colours_share_one_order_of_materials():
     ]
     ranking = rank(options, REACH, memory, num_samples=100)
     assert len(ranking.ranked) == 4
+
+
+def test_densities_left_out_are_expected_from_those_given():
+    """By the regression line of two densities that covary."""
+    covariance = np.array([[300.0**2, 0.8 * 300.0 * 900.0], [0.8 * 300.0 * 900.0, 900.0**2]])
+    memory = MaterialMemory((WOOD, STEEL), DensityBelief.from_moments(np.array([700.0, 7850.0]), covariance))
+    mass = plan_choice(list_options(STICK), REACH).compute_parameters(memory, np.array([[1000.0]]))[0, 0, 0]
+    steel = 7850.0 + 0.8 * 900.0 / 300.0 * (1000.0 - 700.0)
+    assert mass == pytest.approx(STICK.components[0].shape.volume * (1000.0 + steel), rel=1e-9)

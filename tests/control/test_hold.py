@@ -5,6 +5,7 @@ from scipy.optimize import lsq_linear
 from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import MpcSettings
+from affordance.control.task import Task
 
 
 def test_goal_is_the_posture_at_rest_whatever_the_state(model, arm, rng):
@@ -79,3 +80,8 @@ def test_goal_cannot_be_changed_and_is_recognised(model, arm):
     assert hold.compute_goal(model, np.ones(14), 9.0, 0.24).C_q is goal.C_q
     with pytest.raises(ValueError, match="read-only"):
         goal.C_q[0, 0] = 2.0
+
+
+def test_what_states_its_goals_is_a_task(arm):
+    assert isinstance(Hold(arm.home), Task)
+    assert not isinstance(arm, Task)

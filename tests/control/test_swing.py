@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -8,6 +10,8 @@ from affordance.control.swing import find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 
 STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
@@ -140,3 +144,24 @@ def test_effective_mass_is_that_of_an_impulse(model, held, target):
     torque = model.compute_inverse_dynamics(change) - model.compute_inverse_dynamics(np.zeros(7))
     np.testing.assert_allclose(torque, J.T @ DOWN, atol=1e-9)
     assert DOWN @ J @ change == pytest.approx(1.0 / heavy, rel=1e-9)
+
+
+def test_a_search_from_a_swing_nearby_finds_the_same(model, target):
+    guess = plan_swing(model, target, speed=2.9, duration=0.8)
+    found = plan_swing(model, target, speed=3.0, duration=0.8, guess=guess)
+    expected = plan_swing(model, target, speed=3.0, duration=0.8)
+    np.testing.assert_allclose(found.q_end, expected.q_end, atol=1e-4)
+    np.testing.assert_allclose(found.v_end, expected.v_end, atol=1e-3)
+
+
+def test_limits_that_a_swing_keeps_anyway_change_nothing(target):
+    """Limits of rates a little above those of the swing that is found without them."""
+    arm = load_arm()
+    free = plan_swing(ArmModel(arm), target, speed=1.0, duration=0.8)
+    _, v, _ = free.evaluate(np.linspace(0.0, 0.8, 801))
+    v_max = 1.1 * np.abs(v).max(axis=0) + 0.05
+    assert (v_max < arm.limits.v_max).any()
+    narrow = replace(arm, limits=arm.limits._replace(v_max=np.minimum(v_max, arm.limits.v_max)))
+    found = plan_swing(ArmModel(narrow), target, speed=1.0, duration=0.8)
+    np.testing.assert_allclose(found.q_end, free.q_end, atol=1e-4)
+    np.testing.assert_allclose(found.v_end, free.v_end, atol=1e-3)

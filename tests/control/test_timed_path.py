@@ -97,3 +97,9 @@ def test_path_turns_no_corner(num_points):
         came, goes = (curve.EvalDerivative(time + step)[:, 0] for step in (-1e-6, 1e-6))
         assert np.linalg.norm(came) > 0.1
         np.testing.assert_allclose(goes, came, atol=1e-4)
+
+
+def test_an_error_as_large_as_the_tolerance_is_on_the_path():
+    path = TimedPath(POINTS, duration=2.0, tolerance=0.01)
+    assert path.describe_error(0.01) == ""
+    assert path.describe_error(0.0101) == "leaves the path by 0.0101 m, must stay within 0.01 m"

@@ -7,7 +7,8 @@ from helpers.generated_runs import Truth, generate_run
 from affordance.exceptions import BadValueError
 from affordance.identification.alignment import align
 from affordance.identification.preparation import find_cutoff, prepare
-from affordance.identification.settings import DEFAULT_SETTINGS
+from affordance.identification.run import Run, RunDescription
+from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
 _TRUTH = Truth(noise_sd=0.0)
 
@@ -85,3 +86,16 @@ def test_a_run_shorter_than_its_ends_is_refused(robot, rng):
     run = generate_run(robot, None, truth=_TRUTH, rng=rng, duration=2.5)
     with pytest.raises(BadValueError, match=r"generated: time: spans 2.4\d s, must span at least 3.00 s"):
         prepare(run, DEFAULT_SETTINGS)
+
+
+def test_lag_of_a_fast_motion_is_the_nearest_to_where_velocities_agree():
+    """A swing of 4 Hz that hardly changes from one to the next: a period off, it is nearly as much alike."""
+    times = np.arange(0.0, 12.0, 0.01)
+
+    def swing(lag):
+        t = times - lag
+        q = np.sin(8.0 * np.pi * t) * (1.0 + 0.1 * np.sin(0.6 * np.pi * t))
+        q = np.outer(q, [1.0, 0.5])
+        return Run("run.csv", RunDescription(("a", "b"), SignalKind.JOINT_TORQUE), times, q, np.zeros_like(q))
+
+    assert align(swing(0.0), swing(0.1234), 0.05).lag == pytest.approx(0.1234, abs=1e-3)

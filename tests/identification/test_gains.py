@@ -1,13 +1,18 @@
+from dataclasses import FrozenInstanceError
+
 import numpy as np
 import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import BadValueError
+from affordance.identification import calibration
 from affordance.identification.calibration import calibrate_gains
 from affordance.identification.gains import arrange_gains, build_nominal_gains, read_gains, write_gains
 from affordance.identification.half_check import check_halves
+from affordance.identification.log_cholesky import parameters_from_theta
 from affordance.identification.paired_runs import pair_runs
+from affordance.identification.payload_fit import fit_payload
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
 _TRUTH = Truth(gain=0.1, load_friction=0.08, friction=(2.0, 1.0, 0.5), noise_sd=0.2)
@@ -84,3 +89,33 @@ def test_bad_gains_are_named(tmp_path, old, new, message):
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(BadValueError, match=message):
         read_gains(path)
+
+
+def test_gains_are_as_uncertain_as_the_body_they_come_from_makes_them(evidence, rng, monkeypatch):
+    """Law of total variance over bodies drawn from what is believed of the load, each with gains of its own."""
+    fits = []
+    monkeypatch.setattr(calibration, "fit_payload", lambda *args: fits.append(fit_payload(*args)) or fits[-1])
+    found = calibrate_gains(evidence, PAYLOAD[0], DEFAULT_SETTINGS).covariance
+    fit = fits[-1]
+    root = np.linalg.cholesky(fit.mode.covariance)
+    thetas = fit.mode.theta + 0.1 * rng.standard_normal((2000, 10)) @ root.T
+    drawn = [fit.likelihood.estimate_gains(parameters_from_theta(theta)) for theta in thetas]
+    given = np.mean([covariance for _, covariance in drawn], axis=0)
+    between = 100.0 * np.array(
+        [np.cov(gains.T) for gains in np.array([mean for mean, _ in drawn]).transpose(1, 0, 2)]
+    )
+    for joint in range(6):
+        assert_allclose(np.sqrt(np.diag(found[joint])), np.sqrt(np.diag(given[joint] + between[joint])), rtol=0.06)
+    # At some joints that is a good part of it.
+    assert (between[:, 0, 0] > 0.3 * given[:, 0, 0]).any()
+
+
+def test_friction_that_no_gear_makes_does_not_drift():
+    nominal = build_nominal_gains(("a", "b"), SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+    assert not nominal.with_drift(DEFAULT_SETTINGS).covariance[:, 1].any()
+
+
+def test_gains_cannot_be_changed_in_place():
+    gains = build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS)
+    with pytest.raises(FrozenInstanceError):
+        gains.common_sd = 0.5

@@ -68,6 +68,7 @@ def test_currents_with_gains_from_another_load(robot, rng):
     calibrated = identify(robot, Runs(weighed, (empty,)), reference_mass=2.5 * PAYLOAD[0], settings=_SETTINGS)
     assert calibrated.calibration is not None
     assert calibrated.mass == pytest.approx(2.5 * PAYLOAD[0], rel=1e-3)
+    assert calibrated.mass_sd == pytest.approx(1e-3 * 2.5 * PAYLOAD[0], rel=0.3)  # the scale's
     loaded = generate_run(robot, PAYLOAD, truth=_CURRENT, rng=rng, kind=kind, source="loaded")
     belief = identify(robot, Runs(loaded, (empty,)), gains=calibrated.calibration, settings=_SETTINGS)
     _assert_believes(belief)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from scipy.special import logsumexp
 from scipy.stats import multivariate_normal
 
 from affordance.arrays import Array
@@ -131,3 +132,17 @@ def test_the_residual_is_what_the_best_friction_leaves(samples, rng):
     precision = F.T @ F / variance[c] + np.diag(prior.friction_sd[c] ** -2.0)
     information = F.T @ rest / variance[c] + prior.friction[c] / prior.friction_sd[c] ** 2
     assert_allclose(-w[c, 22:25], np.linalg.solve(precision, information), rtol=1e-9)
+
+
+def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(samples, rng):
+    """Against phantoms drawn from what is known of them, in the mean of likelihoods."""
+    prior, variance = _build_prior(rng, gain_sd=0.3, phantom_sd=0.05), np.array([20.0, 40.0, 60.0])
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
+    bodies = 0.3 * rng.standard_normal((2, 10))
+    of_body = BodyLikelihood(likelihood, bodies[0])
+    phantoms = rng.multivariate_normal(np.zeros(10), prior.phantom_covariance, 40_000)
+    ours, brute = [], []
+    for pi in bodies:
+        ours.append(logsumexp(of_body.compute(np.tile(pi, (2000, 1)), rng)) - np.log(2000))
+        brute.append(logsumexp(likelihood.compute_log_likelihood(pi + phantoms)) - np.log(40_000))
+    assert ours[1] - ours[0] == pytest.approx(brute[1] - brute[0], abs=0.03)

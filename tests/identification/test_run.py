@@ -105,3 +105,21 @@ def test_a_joint_that_is_not_there_is_named_with_the_nearest():
     message = "joints: are panda_joint1, panda_joint2, must name panda_joint3 of the arm; the nearest is panda_joint"
     with pytest.raises(BadValueError, match=message):
         _build().arrange(("panda_joint1", "panda_joint3"))
+
+
+def test_currents_up_to_a_hundred_amperes_are_read():
+    assert _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -99.9)).signal.min() == -99.9
+    with pytest.raises(BadValueError, match="must be from -100 to 100 A"):
+        _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -100.1))
+
+
+@pytest.mark.parametrize(("factor", "hint"), [(180.0 / np.pi, True), (np.pi / 180.0, False)])
+def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
+    with pytest.raises(BadValueError, match=r"times the rate of q_2") as caught:
+        _build(q=_SWING, v=factor * _SWING_RATE)
+    assert ("are these degrees?" in str(caught.value)) == hint
+
+
+def test_rates_of_joints_that_hardly_move_are_not_judged():
+    run = _build(q=1e-4 * _SWING, v=1e-2 * _SWING_RATE)
+    assert run.v is not None

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import xarray
 from numpy.testing import assert_allclose
+from pydrake.math import RigidTransform, RollPitchYaw
 
 from affordance.exceptions import BadValueError
 from affordance.identification.run_file import read_run
@@ -209,3 +210,12 @@ def test_what_is_no_bag_is_named(tmp_path):
     (tmp_path / "bag.yaml").write_text("signal: current\n")
     with pytest.raises(BadValueError, match="cannot be read as a ROS bag"):
         read_run(tmp_path / "bag")
+
+
+def test_where_the_object_is_held_is_turned_about_fixed_axes_x_then_y_then_z(tmp_path):
+    header, columns = "time,q_1,q_2,tau_1,tau_2", [_TIMES, _Q, _TAU]
+    placed = "object_pose: {position: [0.1, 0, -0.2], rpy_deg: [30, -40, 50]}\n"
+    pose = read_run(_write(tmp_path, header, columns, placed)).description.object_pose
+    expected = RigidTransform(RollPitchYaw(np.radians([30.0, -40.0, 50.0])), [0.1, 0.0, -0.2])
+    assert_allclose(pose, expected.GetAsMatrix4(), atol=1e-12)
+    assert_allclose(read_run(_write(tmp_path, header, columns, "")).description.object_pose, np.eye(4))

@@ -97,3 +97,18 @@ def test_damaged_netcdf_is_read_or_refused(tmp_path, write, place):
         good[place] = value
         with contextlib.suppress(BadValueError):
             read_netcdf(write(bytes(good), "bad.nc"))
+
+
+def test_torn_rows_are_left_out_and_counted_up_to_a_number(write):
+    path = write("time,q\n0,1\n0.1\n0.2,3\n0.3,4,5\n0.4,5\n")
+    table = read_text(path, max_torn=2)
+    assert table.num_torn == 2
+    assert table.rows.tolist() == [2, 4, 6]
+    with pytest.raises(BadValueError, match=r"row 5.*drop_torn_rows: 1 is used up"):
+        read_text(path, max_torn=1)
+
+
+def test_a_cell_is_shown_up_to_thirty_letters(write):
+    with pytest.raises(BadValueError) as caught:
+        read_text(write("time,q\n0," + "".join(chr(ord("a") + k % 26) for k in range(40)) + "\n"))
+    assert "is 'abcdefghijklmnopqrstuvwxyzabcd', must be" in str(caught.value)

@@ -172,3 +172,10 @@ def test_nail_is_at_rest_when_it_has_come_its_way(nail):
     record = NailRecord(times, travel, np.gradient(travel, times), contact, contact)
     assert record.time_of_touch == pytest.approx(0.05, abs=2e-4)
     assert record.time_of_rest == pytest.approx(0.07, abs=2e-4)
+
+
+def test_nail_weighs_what_shank_and_head_weigh(nail):
+    """A cylinder and a ball, by Drake's own."""
+    shank = SpatialInertia.SolidCylinderWithDensity(nail.density, nail.diameter / 2.0, nail.length, [0.0, 0.0, 1.0])
+    head = SpatialInertia.SolidSphereWithDensity(nail.density, nail.head_radius)
+    assert nail.mass == pytest.approx(shank.get_mass() + head.get_mass(), rel=1e-12)

@@ -3,6 +3,7 @@ import pytest
 from scipy.optimize import brentq
 
 from affordance.belief.density_belief import DensityBelief
+from affordance.belief.likelihood import Likelihood
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.proprioception.fixed_point import descend, find_fixed_point
@@ -113,3 +114,23 @@ def test_uncertain_geometry_and_a_large_surprise_are_answered(hold):
         mean = belief.condition(descend(belief, compute)).untruncated_mean
         again = belief.condition(compute(mean)).untruncated_mean
         np.testing.assert_allclose(again, mean, atol=1e-6 * np.abs(mean).max())
+
+
+def test_an_ordinary_percept_costs_about_ten_likelihoods(hold):
+    """The plain iteration gains a digit or more a step; a step of the descent alone takes more than ten."""
+    belief = DensityBelief.from_moments([5000.0, 1500.0], np.diag([500.0, 300.0]) ** 2)
+    percept = lift(hold, [60e-6, 80e-6], [5200.0, 1400.0])
+    asked = []
+    find_fixed_point(belief, lambda rho: asked.append(rho) or percept.compute_likelihood(rho))
+    assert 3 < len(asked) < 20
+
+
+def test_descent_ends_where_no_step_descends():
+    """A percept that says the opposite at any other density: no step is short enough, and none is taken."""
+    belief = DensityBelief.from_moments([1000.0], [[100.0**2]])
+
+    def compute_likelihood(rho):
+        says = 2000.0 if rho[0] == 1000.0 else -1e6
+        return Likelihood(np.array([[1e-4]]), np.array([1e-4 * says]), 0.0)
+
+    assert descend(belief, compute_likelihood).information_vector[0] == pytest.approx(0.2)

@@ -132,3 +132,16 @@ def test_uncertain_geometry_makes_a_percept_say_less(arm, rng):
     features = hold.measure(exact, rho, noise, (1,)).features
     sharp, vague = (noise.compute_likelihood(features, 1, 7, seen.geometry, rho) for seen in (exact, blurred))
     assert (np.linalg.eigvalsh(sharp.precision - vague.precision) > 0).all()
+
+
+@pytest.mark.parametrize("num_samples", [1, 4, 30])
+def test_every_independent_sample_counts(arm, num_samples):
+    """The mean of n samples has an nth of the variance of one, so that it is n times as precise."""
+    belief = detect_parts(TWO_MATERIALS, PRIOR)
+    statistics = StaticHold(arm).measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
+    rho = np.array([800.0, 7000.0])
+    one = WeberNoise(0.07, 0.1).compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
+    noise = WeberNoise(0.07, 0.1, independent_samples=True)
+    many = noise.compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
+    np.testing.assert_allclose(many.precision, num_samples * one.precision, rtol=1e-12)
+    np.testing.assert_allclose(many.information_vector, num_samples * one.information_vector, rtol=1e-12)

@@ -8,7 +8,7 @@ import numpy as np
 import psutil
 import pytest
 from helpers.seen_objects import BLUE, RED, place
-from scipy.stats import multivariate_normal
+from scipy.stats import multivariate_normal, norm
 
 from affordance.belief.density_belief import DensityBelief, PointEstimate
 from affordance.belief.material_memory import MaterialMemory
@@ -17,7 +17,7 @@ from affordance.objects.tool import Component, Material, Tool
 from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
-from affordance.simulation.diagram import build_trial_diagram
+from affordance.simulation.diagram import OUTLIER_P_VALUE, build_trial_diagram
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.features import VisionError
 
@@ -376,3 +376,7 @@ def test_steps_taken_stay_within_budget(runner, weight):
     finally:
         affordance.simulation.trial.Simulator = original
     assert 200 <= taken[0] <= 400
+
+
+def test_outliers_are_those_beyond_five_sigma():
+    assert pytest.approx(norm.sf(5.0), rel=2e-3) == OUTLIER_P_VALUE

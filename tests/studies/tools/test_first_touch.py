@@ -94,3 +94,10 @@ def test_tool_that_is_left_out_teaches_nothing_about_itself(felt):
     (found,) = predict_left_out(["pin of brass"], felt, drawings, colours, SETTINGS, seed=0).values()
     # Only the prior is left: its interval spans more than a factor of three.
     assert found.mass[2] > 3.0 * found.mass[0]
+
+
+def test_mean_ratio_is_the_mean_of_ratios_either_way_round():
+    """Half, and four fifths: not the exponential of the mean logarithm, which is the root of their product."""
+    predictions = [Prediction(np.full(3, mass), np.zeros((3, 3))) for mass in (1.0, 1.0)]
+    truths = [Truth(2.0, np.zeros(3)), Truth(0.8, np.zeros(3))]
+    assert score(predictions, truths).mnre == pytest.approx((0.5 + 0.8) / 2.0)

@@ -1,0 +1,210 @@
+"""Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
+
+The sample lies in mutants.json; draw_mutants.py draws another. Each mutant is tried in a copy of the tree, against
+those test files of its folder that execute its line, that of its module first. Every run is a fork of this process,
+which has the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
+"""
+
+import argparse
+import json
+import os
+
+# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+
+import shutil
+import signal
+import sys
+import tempfile
+import time
+from collections.abc import Collection, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+
+import affordance.experiments.suite  # noqa: F401  loads the libraries
+from benchmarks.tables import format_table
+
+SAMPLE, PAGE = Path("benchmarks/mutants.json"), Path("docs/mutants.md")
+FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "experiments/robustness")
+NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
+START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
+# Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
+LIMIT, LIMIT_FACTOR = 60.0, 10.0
+Mutant = dict[str, Any]
+
+
+class SuiteFile(NamedTuple):
+    """A file of tests: which lines of the program it executes, by module, and how long it takes, [s]."""
+
+    path: str
+    lines: dict[str, list[int]]
+    duration: float
+
+
+def get_folder(mutant: Mutant) -> str:
+    """Names the folder of a mutant's module, and of its tests."""
+    return Path(mutant["module"]).parent.relative_to("affordance").as_posix()
+
+
+def mutate(text: str, mutant: Mutant) -> str | None:
+    """Replaces the mutant's lines by the mutated ones, where they stand nearest to the line on which they stood."""
+    starts = [
+        i for i in range(len(text)) if text.startswith(mutant["before"], i) and text[:i].endswith(("", "\n")[i > 0])
+    ]
+    if not starts:
+        return None
+    start = min(starts, key=lambda i: abs(text[:i].count("\n") + 1 - mutant["line"]))
+    return f"{text[:start]}{mutant['after']}{text[start + len(mutant['before']) :]}"
+
+
+def _run(tree: Path, tests: Sequence[str], limit: float, lines: Path | None = None) -> str | None:
+    """Runs tests in a fork until one fails, and names it; None where all pass. Lines executed can be written down."""
+    log = tree / "log.txt"
+    child = os.fork()
+    if not child:
+        _become_tests(tree, tests, log, lines)
+    end = time.monotonic() + limit
+    while (done := os.waitpid(child, os.WNOHANG)) == (0, 0):
+        if time.monotonic() > end:
+            os.killpg(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            return f"no end within {limit:.0f} s"
+        time.sleep(0.02)
+    if done[1] == 0:
+        return None
+    said = [line.split(" - ")[0] for line in log.read_text().splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return said[0].split(" ", 1)[1].strip() if said else "no test could be run"
+
+
+def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | None) -> None:
+    """Runs tests in this process, and ends it."""
+    os.setsid()
+    os.chdir(tree)
+    os.environ["PYTHONPATH"] = sys.path[0] = str(tree)
+    with log.open("w") as written:
+        os.dup2(written.fileno(), 1)
+        os.dup2(written.fileno(), 2)
+    for name in [name for name in sys.modules if name.split(".")[0] in ("affordance", "benchmarks")]:
+        del sys.modules[name]
+    executed: dict[str, list[int]] = {}
+    if lines is not None:
+        _note_lines(tree, executed)
+    status = pytest.main([*tests, "-x", "-q", "-n", "0", "-p", "no:cacheprovider"])
+    if lines is not None:
+        lines.write_text(json.dumps(executed))
+    sys.stdout.flush()
+    os._exit(int(status))
+
+
+def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
+    """Notes each line of the program that this process executes, once."""
+    start = f"{tree}/"
+
+    def note(code: Any, line: int) -> Any:
+        if code.co_filename.startswith(start + "affordance/"):
+            executed.setdefault(code.co_filename.removeprefix(start), []).append(line)
+        return sys.monitoring.DISABLE
+
+    tool = sys.monitoring.COVERAGE_ID
+    sys.monitoring.use_tool_id(tool, "mutants")
+    sys.monitoring.register_callback(tool, sys.monitoring.events.LINE, note)
+    sys.monitoring.set_events(tool, sys.monitoring.events.LINE)
+
+
+def measure_tests(tree: Path, folder: str) -> list[SuiteFile]:
+    """Runs each file of a folder's tests as it is, the quickest first in what is returned."""
+    found, lines = [], tree / "lines.json"
+    for path in sorted((tree / "tests" / folder).glob("test_*.py")):
+        name, started = path.relative_to(tree).as_posix(), time.monotonic()
+        failed = _run(tree, [name], 3600.0, lines)
+        if failed:
+            raise SystemExit(f"mutants: {failed} fails as it is")
+        found.append(SuiteFile(name, json.loads(lines.read_text()), time.monotonic() - started))
+    return sorted(found, key=lambda file: file.duration)
+
+
+def choose_tests(files: Collection[SuiteFile], mutant: Mutant, text: str) -> list[SuiteFile]:
+    """The files that execute a mutant's lines, that of its module first; all of them where none does."""
+    first = (
+        text[: text.index(mutant["before"])].count("\n") + 1 if text.count(mutant["before"]) == 1 else mutant["line"]
+    )
+    lines = set(range(first, first + mutant["before"].count("\n")))
+    chosen = [file for file in files if lines & set(file.lines.get(mutant["module"], []))] or list(files)
+    return sorted(chosen, key=lambda file: not file.path.endswith(f"/test_{Path(mutant['module']).name}"))
+
+
+def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
+    """Tries one mutant, writes its outcome into it, and says which test noticed."""
+    path = tree / mutant["module"]
+    text, times = path.read_text(), path.stat()
+    mutated = mutate(text, mutant)
+    if mutated is None:
+        mutant["now"] = "gone"
+        return ""
+    chosen = choose_tests(files, mutant, text)
+    path.write_text(mutated)
+    noticed = _run(tree, [file.path for file in chosen], LIMIT + LIMIT_FACTOR * sum(file.duration for file in chosen))
+    path.write_text(text)
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # as before, so that Python finds what it compiled
+    mutant["now"] = "killed" if noticed else "survived"
+    return noticed or ""
+
+
+def write_sample(seed: int, mutants: Sequence[Mutant]) -> None:
+    """Writes a sample and its outcomes, a mutant a line."""
+    lines = ",\n".join(json.dumps(mutant) for mutant in mutants)
+    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n')
+
+
+def describe(mutants: Sequence[Mutant]) -> str:
+    """Lays out the score by folder, and the survivors with the reason why."""
+    rows = []
+    for folder in (*FOLDERS, "all"):
+        here = [mutant for mutant in mutants if folder in ("all", get_folder(mutant)) and mutant.get("now") != "gone"]
+        counts = [sum(mutant.get(when) == "killed" for mutant in here) for when in ("first", "now")]
+        rows.append([folder, str(len(here)), *(f"{count} ({count / max(len(here), 1):.0%})" for count in counts)])
+    survivors = [mutant for mutant in mutants if mutant.get("now") == "survived"]
+    lines = [
+        [
+            f"`{m['module'].removeprefix('affordance/')}`",
+            *(_show(m[key]) for key in ("before", "after")),
+            m.get("why", ""),
+        ]
+        for m in survivors
+    ]
+    score = format_table(["folder", "mutants", "noticed before", "noticed now"], rows)
+    rest = format_table(["module", "as it is", "mutant", "why it stays"], lines)
+    return f"{score}\n\nThe {len(survivors)} that nothing notices:\n\n{rest}"
+
+
+def _show(lines: str) -> str:
+    return f"`{' '.join(lines.split())}`".replace("|", "\\|")
+
+
+def main() -> None:
+    """Tries the sample, or a part of it."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folders", nargs="*", default=FOLDERS, help="only these, such as belief")
+    parser.add_argument("--survivors", action="store_true", help="only mutants that survived when last tried")
+    arguments = parser.parse_args()
+    os.nice(5)
+    sample = json.loads(SAMPLE.read_text())
+    with tempfile.TemporaryDirectory() as scratch:
+        tree = Path(shutil.copytree(".", Path(scratch, "tree"), ignore=NOT_COPIED)).resolve()
+        for folder in arguments.folders:
+            files = measure_tests(tree, folder)
+            for mutant in sample["mutants"]:
+                if get_folder(mutant) == folder and (not arguments.survivors or mutant.get("now") == "survived"):
+                    noticed = attempt(mutant, tree, files)
+                    mutant.setdefault("first", mutant["now"])
+                    where = f"{mutant['module']}:{mutant['line']}"
+                    print(f"{mutant['now']:8} {where} {mutant['operator']} {noticed}", flush=True)
+            write_sample(sample["seed"], sample["mutants"])
+            head, rest = PAGE.read_text().split(START)
+            PAGE.write_text(f"{head}{START}\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}")
+
+
+if __name__ == "__main__":
+    main()
