@@ -2,6 +2,7 @@
 
 What is changed are settings by name, objects, a wider or narrower category of kinds, a blow that is planned wrongly,
 a detector that is slow or out of scale: no number is made up. Each claim is judged as shipped too, by few observers.
+Claims of `make trust` are about the program itself, and are not here.
 """
 
 import functools
