@@ -70,7 +70,7 @@ def test_as_many_choose_as_in_the_simulations(defaults):
 
 
 def test_interpolated_motions_are_those_of_full_holds(defaults):
-    """Of every object that claims are about, for who believes least, most and between, by the simulations' own integrator."""
+    """Of every object that claims are about, by the simulations' own integrator; of four of all."""
     _, outcome = defaults
     runner = TrialRunner(DEFAULT_SETTINGS)
     largest = {}
