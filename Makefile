@@ -4,13 +4,13 @@ PYTHON := $(VENV)/bin/python
 # Exact versions, for what is installed and for what builds it.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
-SOURCES := affordance benchmarks diagrams tests run_experiments.py
+SOURCES := affordance benchmarks diagrams docs tests run_experiments.py
 
-.PHONY: run test wheel lint format diagrams bench trust mutants clean
+.PHONY: run test wheel lint format diagrams bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 12
+	@grep -hE '^[a-z-]+:.*##' Makefile | sed -E 's/:.*## /\t/' | expand -t 20
 
 $(PYTHON):
 	@python=$$(./.ci/find_python.sh) && "$$python" -m venv $(VENV)
@@ -54,8 +54,14 @@ bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m benchmarks.trust.run
 
+numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
+	$(PYTHON) docs/fill_numbers.py
+
 mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
 	$(PYTHON) -m benchmarks.mutants
+
+robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
+	$(PYTHON) -m affordance robustness --prove 5
 
 clean: ## remove the environment (results/ stay)
 	rm -rf $(VENV)

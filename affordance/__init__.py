@@ -1,6 +1,6 @@
-"""Visual inertial affordances: see an object, guess its inertia, hold it, feel it, guess better.
+"""Visual inertial affordances: see an object, predict its inertia, hold it, feel it, update the prediction.
 
-Names are imported at first use, so that the command line can say what is missing where Drake cannot be imported.
+Names are imported at first use, so that the command line can report missing libraries where Drake cannot be imported.
 """
 
 import lazy_loader

@@ -1,4 +1,4 @@
-"""``python -m affordance`` is the command line."""
+"""Entry point of ``python -m affordance``: the command line."""
 
 import sys
 

@@ -1,6 +1,6 @@
-"""Checks of what public functions and constructors are given, in the words of the command line.
+"""Checks of the arguments of public functions and constructors, with the messages of the command line.
 
-Every check returns the value as the program wants it (a text becomes a path, the text of a choice the choice) or
+Every check returns the value in the form that the program uses (a path from its text, a member from its text) or
 raises a BadArgumentError that names argument, value and bound.
 """
 
@@ -25,13 +25,13 @@ type Seed = int | tuple[int, ...]
 
 # Largest whole number that a seed may hold.
 SEED_MAX = 2**32 - 1
-# Bounds of numbers that commands and functions share: a longer run than anyone has patience for is a slip.
+# Bounds of numbers that commands and functions share: larger values are assumed to be mistakes.
 REPEATS = Whole(1, 1_000_000)
 JOBS = Whole(1, 4096)
 _SEED = Whole(0, SEED_MAX)
-# Largest error of the entries of a rotation matrix that is only rounded, 1.
+# Largest rounding error of the entries of a rotation matrix, 1.
 _ROTATION_TOLERANCE = 1e-6
-# Largest difference of entries that are equal but for rounding, over the largest entry, 1.
+# Largest rounding difference of equal entries, relative to the largest entry, 1.
 _SYMMETRY = 1e-6
 
 
@@ -41,12 +41,12 @@ def check_number(name: str, value: Any, low: float = -math.inf, high: float = ma
     Args:
         name: Name of the argument.
         value: Value that was given.
-        low: Least number that is allowed.
-        high: Largest number that is allowed.
+        low: Least admissible number.
+        high: Largest admissible number.
         unit: Unit of the number, for the message.
 
     Raises:
-        BadArgumentError: The value is no such number.
+        BadArgumentError: The value is not such a number.
     """
     return float(run_check(name, Within(low, high).check, value, unit))
 
@@ -55,16 +55,16 @@ def check_whole(name: str, value: Any, bound: Whole) -> int:
     """Checks that a value is a whole number within bounds.
 
     Raises:
-        BadArgumentError: The value is no such number.
+        BadArgumentError: The value is not such a number.
     """
     return int(run_check(name, bound.check, value))
 
 
 def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
-    """Checks a seed: a whole number, or several of them where draws of different kinds must differ.
+    """Checks a seed: a whole number, or several of them to separate draws of different kinds.
 
     Raises:
-        BadArgumentError: The value is no seed.
+        BadArgumentError: The value is not a seed.
     """
     if isinstance(value, tuple | list) and value:
         return tuple(check_whole(f"{name}[{i}]", each, _SEED) for i, each in enumerate(value))
@@ -74,10 +74,10 @@ def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
 
 
 def check_path(name: str, value: Any) -> Path:
-    """Checks that a value is a path, as text or as an object that stands for one.
+    """Checks that a value is a path, as text or as a path object.
 
     Raises:
-        BadArgumentError: The value is no path.
+        BadArgumentError: The value is not a path.
     """
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
@@ -85,16 +85,16 @@ def check_path(name: str, value: Any) -> Path:
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
-    """Checks that a value is of a class.
+    """Checks that a value is an instance of a class.
 
     Args:
         name: Name of the argument.
         value: Value that was given.
-        kind: Class that it must be of; a Protocol must be checkable at run time.
-        hint: Way to get such an object.
+        kind: Required class; a Protocol must be checkable at run time.
+        hint: Way to obtain such an object, for the message.
 
     Raises:
-        BadArgumentError: The value is of another class.
+        BadArgumentError: The value is an instance of another class.
     """
     if not isinstance(value, kind):
         given = f"is of type {type(value).__name__}, must be of type {kind.__name__}"
@@ -116,7 +116,7 @@ def check_fractions(name: str, values: Any) -> Array:
     """Checks numbers from 0 to 1, shape (n,).
 
     Raises:
-        BadArgumentError: A number is not from 0 to 1; percents are named as such.
+        BadArgumentError: A number is not from 0 to 1; the message points out percentages.
     """
     fractions = check_array(name, values, (None,))
     for i, value in enumerate(fractions):
@@ -127,15 +127,15 @@ def check_fractions(name: str, values: Any) -> Array:
 
 
 def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
-    """Checks an array of finite numbers, and returns it as floating-point numbers.
+    """Checks an array of finite numbers and returns it as floating-point numbers.
 
     Args:
         name: Name of the argument.
         values: Array, or lists of numbers.
-        shape: Shape that it must have; None for any length.
+        shape: Required shape; None for any length.
 
     Raises:
-        BadArgumentError: The array is of another shape, or a number is not finite.
+        BadArgumentError: The array has another shape, or a number is not finite.
     """
     try:
         array = np.asarray(values, dtype=float)
@@ -152,24 +152,24 @@ def check_array(name: str, values: Any, shape: Sequence[int | None]) -> Array:
 
 
 def check_symmetry(name: str, matrix: Array) -> None:
-    """Checks that a square matrix is symmetric but for rounding.
+    """Checks that a square matrix is symmetric up to rounding.
 
     Raises:
-        BadArgumentError: It is not.
+        BadArgumentError: The matrix is not symmetric.
     """
     if (matrix != matrix.T).any() and np.abs(matrix - matrix.T).max() > _SYMMETRY * np.abs(matrix).max():
         raise BadArgumentError(name, "", "is not symmetric, must be")
 
 
 def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
-    """Checks lengths of a solid.
+    """Checks the lengths of a solid.
 
     Args:
         owner: Name of the class.
-        **lengths: Lengths by the names of its fields, [m].
+        **lengths: Lengths by the names of the class's fields, [m].
 
     Raises:
-        BadArgumentError: One is not finite and greater than 0.
+        BadArgumentError: A length is not finite and greater than 0.
     """
     for name, values in lengths.items():
         if not all(isinstance(value, int | float | np.number) and 0 < value < math.inf for value in values):
@@ -181,7 +181,7 @@ def check_colour(name: str, values: Any) -> tuple[float, float, float]:
     """Checks a colour: red, green and blue from 0 to 1.
 
     Raises:
-        BadArgumentError: The value is no such colour.
+        BadArgumentError: The value is not such a colour.
     """
     if isinstance(values, str):
         raise BadArgumentError(name, "", f"is {values!r}, must be red, green and blue from 0 to 1")
@@ -219,7 +219,7 @@ def _show_shape(shape: Sequence[int | None]) -> str:
 
 
 def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
-    """Runs a check of ``files.data_model`` and says what it refuses of an argument."""
+    """Runs a check of ``files.data_model`` and raises its refusal as a BadArgumentError."""
     try:
         return check(value.item() if isinstance(value, np.generic) else value)
     except PydanticCustomError as error:

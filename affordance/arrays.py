@@ -1,4 +1,4 @@
-"""The array types that annotations use."""
+"""Array types for annotations."""
 
 import numpy as np
 from numpy.typing import NDArray

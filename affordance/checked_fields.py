@@ -1,6 +1,6 @@
-"""Fields of dataclasses that say as annotations what they may be: ``Annotated[float, Within(0.0, 1.0)]``.
+"""Fields of dataclasses with bounds as annotations, such as ``Annotated[float, Within(0.0, 1.0)]``.
 
-``check_fields`` checks all of them when an object is made; a ``Setting`` beside the bound gives unit and source.
+``check_fields`` checks all of them when an object is created; a ``Setting`` next to the bound gives unit and source.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ class Setting:
     """Unit of a setting and source of its value, as an annotation of a field.
 
     Attributes:
-        unit: Unit, "1" for none; empty for what is no number.
+        unit: Unit, "1" if dimensionless; empty for a setting that is not a number.
         source: Source of the default value, or reason for it.
     """
 
@@ -33,19 +33,19 @@ class Setting:
 
 @dataclasses.dataclass(frozen=True)
 class Among:
-    """Says of a text, as an annotation of a field, that it is one of some names.
+    """Annotation of a field whose text is one of the given names.
 
     Attributes:
-        names: Names that are known.
+        names: Admissible names.
     """
 
     names: tuple[str, ...]
 
     def check(self, value: Any) -> str:
-        """Returns the name.
+        """Returns the name after checking it.
 
         Raises:
-            PydanticCustomError: It is not known.
+            PydanticCustomError: The name is unknown.
         """
         if not isinstance(value, str) or value not in self.names:
             raise complain(describe_choice(value, self.names))
@@ -54,23 +54,23 @@ class Among:
 
 @dataclasses.dataclass(frozen=True)
 class Checked:
-    """Says of a value, as an annotation of a field, that a function of this module checks it.
+    """Annotation of a field whose value is checked by a function.
 
     Attributes:
-        function: Function of the argument's name and its value.
+        function: Function of the argument's name and its value, which returns the checked value.
     """
 
     function: Callable[[str, Any], Any]
 
 
 def check_fields(instance: Any) -> None:
-    """Checks all fields of a dataclass by their annotations, and puts in what their checks return.
+    """Checks all fields of a dataclass by their annotations, and replaces them by the checked values.
 
-    Known are ``Within``, ``Whole``, ``Among`` and ``Checked`` as annotations, members of an Enum (their texts too),
-    paths, truth values, and instances of a class; None where a field may be None.
+    Supported are annotations with a check (``Within``, ``Whole``, ``Among``, ``Checked``), members of an Enum or
+    their texts, paths, truth values, and instances of a class; None where a field may be None.
 
     Raises:
-        BadArgumentError: A field is not as it must be.
+        BadArgumentError: A field is of the wrong kind or out of bounds.
     """
     kind: Any = type(instance)
     for name, hint in list_field_types(kind).items():
@@ -82,13 +82,13 @@ def check_fields(instance: Any) -> None:
 
 @lru_cache(maxsize=64)
 def list_field_types(kind: Any) -> Mapping[str, Any]:
-    """Types of the fields of a dataclass, a class, with their annotations, by name."""
+    """Lists the types of the fields of a dataclass, with their annotations, by name."""
     hints = typing.get_type_hints(kind, include_extras=True)
     return {field.name: hints[field.name] for field in dataclasses.fields(kind)}
 
 
 def _check_field(hint: Any, owner: str, name: str, value: Any) -> Any:
-    hint = getattr(hint, "__value__", hint)  # what a ``type`` statement names
+    hint = getattr(hint, "__value__", hint)  # the value of a ``type`` statement
     if typing.get_origin(hint) in (types.UnionType, typing.Union):
         if value is None:
             return None

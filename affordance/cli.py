@@ -1,7 +1,7 @@
-"""The command line: ``affordance COMMAND``.
+"""Command line: ``affordance COMMAND``.
 
-A command is a module of ``affordance.commands``, imported when it is asked for, so that ``affordance doctor`` runs
-where Drake cannot be imported. The name of an experiment stands for ``run`` with that experiment.
+A command is a module of ``affordance.commands``, imported on demand, so that ``affordance doctor`` runs where Drake
+cannot be imported. The name of an experiment stands for ``run`` with that experiment.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from affordance.exceptions import AffordanceError, BadValueError, describe_choic
 from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
-# Commands in the order of the help; a dash of a name is an underscore of its module.
+# Commands in the order of the help; a dash in a name is an underscore in its module.
 COMMANDS = (
     "run",
     "robustness",
@@ -33,34 +33,34 @@ COMMANDS = (
 )
 # Experiments that are commands of their own.
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
-# Needs no library of the system.
+# Commands that need no library of the system.
 _FREE = ("doctor",)
 
 
 class Command(Protocol):
-    """What the module of a command offers."""
+    """Interface of the module of a command."""
 
     HELP: str
 
     def add_arguments(self, parser: argparse.ArgumentParser) -> None:
-        """Adds its arguments to its parser."""
+        """Adds the command's arguments to a parser."""
 
     def run(self, arguments: argparse.Namespace) -> int:
-        """Does what is asked; returns the exit status.
+        """Runs the command and returns the exit status.
 
         Raises:
-            AffordanceError: The input is wrong; the message is one line.
+            AffordanceError: The input is invalid; the message is one line.
         """
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "affordance") -> int:
-    """Runs a command; returns the exit status.
+    """Runs a command and returns the exit status.
 
-    It is 0, 2 for wrong input, 3 where some of what was asked for could not be done, or 130 for an interruption.
+    The status is 0, 2 for invalid input, 3 if some of the work could not be done, or 130 after an interruption.
 
     Args:
-        arguments: Those of the command line; of this process if None.
-        program: What messages begin with.
+        arguments: Arguments of the command line; None for those of this process.
+        program: Name of the program, with which messages begin.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words and words[0] in EXPERIMENTS:
@@ -91,19 +91,19 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     except KeyboardInterrupt:
         print(f"{program}: interrupted; the same command goes on where it was", file=sys.stderr)
         return 130
-    except OSError as error:  # a full disk, a folder that was taken away
+    except OSError as error:  # a full disk, a removed folder
         print(f"{program}: {describe_system_error(error)}", file=sys.stderr)
         return 2
 
 
 def describe_system_error(error: OSError) -> str:
-    """Names the file, if the system says which, and what is wrong with it, in a line."""
+    """Describes an error of the system in one line: the file, if known, and the fault."""
     parts = (error.filename, error.strerror or str(error) or type(error).__name__)
     return " ".join(": ".join(str(part) for part in parts if part).split())
 
 
 def _choose_study(words: list[str]) -> tuple[str, list[str]]:
-    """The command of a study, and its own words; that which lists the studies if none is named.
+    """Returns the command of a study and its arguments, or without a study's name the command that lists all.
 
     Raises:
         BadValueError: There is no such study.
@@ -129,7 +129,7 @@ def _describe(program: str) -> str:
 
 
 def load_help(name: str) -> str:
-    """The line of help of a command; without what is missing where it cannot be imported."""
+    """Returns the line of help of a command, or the reason why the command cannot be imported."""
     try:
         return load_command(name).HELP
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Drake's renderer, which needs no screen but a library of the system."""
+"""Drake's off-screen renderer, which needs a library of the system."""
 
 from pydrake.geometry import MakeRenderEngineVtk, RenderEngine, RenderEngineVtkParams
 
@@ -6,10 +6,10 @@ from affordance.exceptions import UnavailableError
 
 
 def make_renderer(params: RenderEngineVtkParams) -> RenderEngine:
-    """Makes the renderer.
+    """Creates the renderer.
 
     Raises:
-        UnavailableError: Its library is missing.
+        UnavailableError: A library of the renderer is missing.
     """
     try:
         return MakeRenderEngineVtk(params)

@@ -1,4 +1,4 @@
-"""Base of all our systems: sampled or algebraic, without continuous state, with ports that carry Python objects."""
+"""Base of the package's systems: sampled or algebraic, without continuous state, with Python objects on ports."""
 
 import weakref
 from collections.abc import Callable
@@ -18,35 +18,35 @@ from affordance.arrays import Array
 
 
 class Source[T](Protocol):
-    """An input port whose values are of a known type; Drake's own stubs say ``object``."""
+    """Input port with values of a known type; Drake's own stubs declare ``object``."""
 
     def Eval(self, context: Context, /) -> T:
-        """Evaluates it in a Context of its system."""
+        """Evaluates the port in a Context of its system."""
 
 
 class Cached[T]:
-    """A cache entry of a system.
+    """Cache entry of a system.
 
-    It refers to its system weakly: a system that holds an entry of Drake's own is never freed (Drake 1.58).
+    The reference to the system is weak: a system that holds an entry of Drake's own is never freed (Drake 1.58).
     """
 
     def __init__(self, system: LeafSystem, index: CacheIndex) -> None:
-        """Refers to a declared cache entry."""
+        """Stores a reference to a declared cache entry."""
         self._system = weakref.ref(system)
         self._index = index
         self.ticket = system.cache_entry_ticket(index)
 
     def get(self, context: Context) -> T:
-        """Returns the value in a Context of the system, computed anew only if a prerequisite has changed."""
+        """Returns the value in a Context of the system, recomputed only if a prerequisite has changed."""
         system: Any = self._system()
         return cast(T, system.get_cache_entry(self._index).Eval(context))
 
 
 class ObjectParameter[T]:
-    """A parameter of a system's Context that is a Python object."""
+    """Parameter of a system's Context that is a Python object."""
 
     def __init__(self, index: int, ticket: DependencyTicket) -> None:
-        """Refers to a declared parameter; ticket is for what depends on it."""
+        """Stores the index of a declared parameter, and its ticket for dependants."""
         self._index = index
         self.ticket = ticket
 
@@ -61,14 +61,14 @@ class ObjectParameter[T]:
 
 
 class SampledSystem(LeafSystem):
-    """A LeafSystem without continuous state, at no cost to the integrator.
+    """LeafSystem without continuous state that costs the integrator no time.
 
-    Drake asks every system of a Diagram for its time derivatives at every evaluation of an integrator, those without
-    continuous state too, and for systems written in Python it first looks for an override. Its binding layer
-    (nanobind, Drake 1.58) remembers that a method is not overridden only if there is an attribute of that name
-    bound from C++; an attribute that does not exist is searched for anew each time, at 2.7 us a system and
-    evaluation: with seven systems, more than the plant itself takes. So the attribute is made to exist. It is
-    bound to the public method of the same arguments: whoever calls it gets the derivatives, of which there are none.
+    Drake asks every system of a Diagram for its time derivatives at every evaluation of an integrator, even those
+    without continuous state, and for systems written in Python it first looks for an override. Its binding layer
+    (nanobind, Drake 1.58) remembers that a method is not overridden only if there is an attribute of that name bound
+    from C++; a missing attribute is searched for again each time, at 2.7 us per system and evaluation: with seven
+    systems, more than the plant itself takes. Therefore the attribute is defined here. It is bound to the public
+    method with the same arguments: callers get the derivatives, which are empty.
     """
 
     DoCalcTimeDerivatives = LeafSystem.CalcTimeDerivatives
@@ -78,7 +78,7 @@ class SampledSystem(LeafSystem):
         return cast(Source[Array], self.DeclareVectorInputPort(name, size))
 
     def declare_object_input(self, name: str) -> Source[Any]:
-        """Declares an input port for objects; annotate what it is assigned to with their type."""
+        """Declares an input port for objects; annotate the variable that holds it with their type."""
         return cast(Source[Any], self.DeclareAbstractInputPort(name, Value[object]()))
 
     def declare_object_output(
@@ -95,17 +95,17 @@ class SampledSystem(LeafSystem):
         return Cached(self, self.DeclareCacheEntry(name, producer, prerequisites).cache_index())
 
     def declare_object_parameter(self, initial: object = None) -> ObjectParameter[Any]:
-        """Declares a parameter of the Context that is an object; without initial it must be set before it is read."""
+        """Declares an object parameter of the Context; without an initial value it must be set before it is read."""
         index = self.DeclareAbstractParameter(Value[object]() if initial is None else AbstractValue.Make(initial))
         return ObjectParameter(index, self.abstract_parameter_ticket(AbstractParameterIndex(index)))
 
     def input_ticket(self, name: str) -> DependencyTicket:
-        """The ticket for what depends on an input port."""
+        """Returns the ticket of an input port, for dependants."""
         return self.input_port_ticket(self.GetInputPort(name).get_index())
 
 
 def _make_setter(calc: Callable[[Context], object]) -> Callable[[object, object], None]:
-    """Makes of a method what Drake calls for objects; weakly, as Drake would keep the method's owner for ever."""
+    """Wraps a method as Drake calls it for objects; weakly, since Drake would keep the method's owner alive."""
     method: Any = weakref.WeakMethod(calc)
 
     def set_value(context: Any, output: Any) -> None:

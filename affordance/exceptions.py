@@ -1,4 +1,4 @@
-"""Errors a caller can act on; all derive from AffordanceError, whose text is always one line."""
+"""Errors that a caller can act on; all derive from AffordanceError, whose text is always one line."""
 
 import difflib
 from collections.abc import Iterable
@@ -7,21 +7,21 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-# Letters of a value, and of a whole message, that are shown.
+# Largest number of characters shown of a value, and of a whole message.
 _SHOWN, _LONGEST = 100, 2000
-# Words that stand where an article would.
+# Words that replace an article.
 _DETERMINERS = {"the", "a", "an", "my", "your", "our", "his", "her", "its", "their", "this", "that"}
 
 
 class AffordanceError(Exception):
-    """Base of every error this package raises for what a user gave it or a file holds."""
+    """Base of all errors that this package raises for the input of a user or the contents of a file."""
 
     def __str__(self) -> str:
         return _on_one_line(super().__str__())
 
 
 def describe_choice(value: object, known: Iterable[str]) -> str:
-    """Says that a value is none of the known names, and which of them is nearest."""
+    """Describes a value that is not among the known names, and suggests the nearest of them."""
     names = list(known)
     near = difflib.get_close_matches(str(value)[:_SHOWN], names, n=1)
     hint = f"; did you mean {near[0]!r}?" if near else ""
@@ -35,16 +35,16 @@ def name_object(name: str) -> str:
 
 
 class BadValueError(AffordanceError):
-    """A value in a file or on the command line is missing, of the wrong kind or out of bounds.
+    """Error of a value in a file or on the command line: missing, of the wrong kind or out of bounds.
 
     Attributes:
-        source: The file's path, or the command-line option.
-        key: Where in the file, for example ``tools[2].components[0].semi_axes``; empty for the whole.
-        problem: What the value is, and the bound it breaks.
+        source: Path of the file, or the command-line option.
+        key: Key in the file, for example ``tools[2].components[0].semi_axes``; empty for the whole file.
+        problem: Description of the value and the bound that it violates.
     """
 
     def __init__(self, source: Path | str, key: str, problem: str) -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(source, key, problem)
         self.source = source
         self.key = key
@@ -55,29 +55,29 @@ class BadValueError(AffordanceError):
 
 
 class BadArgumentError(BadValueError, ValueError):
-    """An argument of a public function is of the wrong kind or out of bounds; ``arguments`` raises it.
+    """Error of an argument of a public function: of the wrong kind or out of bounds; raised by ``arguments``.
 
     Attributes:
         source: Name of the argument, or of the class whose field it is.
-        key: Where in the argument; empty for the whole.
-        problem: Description of the value and the bound that it breaks.
+        key: Key in the argument; empty for the whole argument.
+        problem: Description of the value and the bound that it violates.
     """
 
 
 class InfeasibleError(BadValueError):
-    """A task that an arm cannot do, though nothing is wrong with the files that ask for it."""
+    """Error of a task that an arm cannot do, though its files are valid."""
 
 
 class ModelFileError(AffordanceError):
-    """A robot description (SDF, URDF, directives) could not be loaded or lacks what an arm needs.
+    """Error of a robot description (SDF, URDF, directives): it cannot be loaded, or lacks parts that an arm needs.
 
     Attributes:
-        path: The file.
-        problem: What is wrong with it.
+        path: Path of the file.
+        problem: Description of the fault.
     """
 
     def __init__(self, path: Path | str, problem: str) -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(path, problem)
         self.path = path
         self.problem = problem
@@ -87,15 +87,15 @@ class ModelFileError(AffordanceError):
 
 
 class UnavailableError(AffordanceError):
-    """A part of the program that does not work on this machine, as something optional is missing.
+    """Error of a part of the program that does not work on this machine, for want of an optional dependency.
 
     Attributes:
-        part: What does not work.
-        problem: What is missing, in the words of who missed it.
+        part: Part that does not work, with its verb, as in "rendered pictures are".
+        problem: Description of the missing dependency, as reported by the part.
     """
 
     def __init__(self, part: str, problem: str) -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(part, problem)
         self.part = part
         self.problem = problem
@@ -105,15 +105,15 @@ class UnavailableError(AffordanceError):
 
 
 class NoPlanError(AffordanceError):
-    """A controller that finds no motion within position and velocity limits.
+    """Error of a controller that finds no motion within position and velocity limits.
 
     Attributes:
-        time: When, since the motion began, [s].
-        place: Where that is, in words; empty if it is not known.
+        time: Time since the motion began, [s].
+        place: Place in words; empty if it is unknown.
     """
 
     def __init__(self, time: float, place: str = "") -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(time, place)
         self.time = time
         self.place = place
@@ -124,17 +124,17 @@ class NoPlanError(AffordanceError):
 
 
 class StallError(AffordanceError):
-    """A simulation whose integrator takes so many steps that it would not end.
+    """Error of a simulation whose integrator exceeds its number of steps.
 
     Attributes:
         tool: Name of the tool.
-        time: How far it came, [s].
-        num_steps: The most steps there may be.
-        touches: Names of the bodies that touch then, in pairs.
+        time: Simulated time at the stall, [s].
+        num_steps: Largest admissible number of steps.
+        touches: Names of the bodies in contact, in pairs.
     """
 
     def __init__(self, tool: str, time: float, num_steps: int, touches: tuple[tuple[str, str], ...]) -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(tool, time, num_steps, touches)
         self.tool = tool
         self.time = time
@@ -148,17 +148,17 @@ class StallError(AffordanceError):
 
 
 class SeeingError(AffordanceError):
-    """A picture in which the features of an object cannot be detected.
+    """Error of a picture in which the features of an object cannot be detected.
 
     Attributes:
-        reason: What is the matter, with the number and its bound.
-        colour: The picture, red, green and blue, shape (height, width, 3), uint8, for inspection.
-        depth: Its depth, shape (height, width), [m].
-        frame: Where the picture was saved; empty if it was not.
+        reason: Description of the fault, with the number and its bound.
+        colour: Colour picture, red, green and blue, shape (height, width, 3), uint8, for inspection.
+        depth: Depth picture, shape (height, width), [m].
+        frame: Path of the saved picture; empty if it was not saved.
     """
 
     def __init__(self, reason: str, colour: NDArray[Any], depth: NDArray[Any], frame: str = "") -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Stores its parts as arguments, so that the error can be passed between processes."""
         super().__init__(reason, colour, depth, frame)
         self.reason = reason
         self.colour = colour
@@ -171,38 +171,38 @@ class SeeingError(AffordanceError):
 
 
 class UnusablePictureError(SeeingError):
-    """The picture is none: of the wrong shape or kind, or smaller than what the smallest object covers."""
+    """Error of an unusable picture: of the wrong shape or type, or smaller than the smallest object."""
 
 
 class NoDepthError(SeeingError):
-    """There is no depth reading, or too few, or none that is a number."""
+    """Error of a picture with too few depth readings, or with readings that are not finite."""
 
 
 class OneColourError(SeeingError):
-    """The whole picture is of one colour, as that of a camera that is covered or broken."""
+    """Error of a picture of a single colour, as from a covered or broken camera."""
 
 
 class NothingSeenError(SeeingError):
-    """There is nothing on the stand: no object, or it is out of view."""
+    """Error of a picture of the empty stand: no object, or one out of view."""
 
 
 class OutOfViewError(SeeingError):
-    """The object reaches beyond the picture's edge."""
+    """Error of an object that reaches beyond the picture's edge."""
 
 
 class TooSmallError(SeeingError):
-    """A part covers fewer pixels than its fit needs."""
+    """Error of a part that covers fewer pixels than its fit needs."""
 
 
 class HiddenPartError(SeeingError):
-    """One part stands before another, so that too little of that one is visible."""
+    """Error of a part that is largely hidden by another."""
 
 
 class NoFitError(SeeingError):
-    """No ellipsoid of a plausible size fits what is visible of a part."""
+    """Error of a part whose visible surface no plausible ellipsoid fits."""
 
 
 def _on_one_line(text: str) -> str:
-    """Such that a terminal shows one line of it, of bearable length, and does nothing else."""
+    """Returns the text as one line of limited length, without control characters."""
     line = "".join(letter if letter.isprintable() else "\ufffd" for letter in " ".join(text.split()))
     return line if len(line) <= _LONGEST else f"{line[: _LONGEST // 2]} ... {line[-_LONGEST // 2 :]}"

@@ -1,7 +1,7 @@
-"""Settings by name: what ``--set prior.sd=8000`` and the key ``settings`` of a protocol change, and what is listed.
+"""Settings by name, as changed by ``--set prior.sd=8000`` or the key ``settings`` of a protocol, and as listed.
 
-A name is a path of fields, ``noise.weber_fraction``. The model of the noise is chosen by ``noise.model``; its numbers
-are then those of that model. The arm is not set by name: a folder of models has it.
+A name is a path of fields, such as ``noise.weber_fraction``. The noise model is chosen by ``noise.model``; the names
+of its numbers are then those of that model. The arm is not set by name: it belongs to a folder of models.
 """
 
 import dataclasses
@@ -21,10 +21,10 @@ from affordance.exceptions import BadArgumentError, BadValueError, describe_choi
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Values by name; a mapping stands for all names below its own.
+# Values by name; a mapping gives values of the names below its own.
 type Changes = Mapping[str, Any]
 
-# Models of the noise, by their names.
+# Noise models by name.
 NOISE_MODELS: Mapping[str, type[WeberNoise | WhiteNoise]] = {"weber": WeberNoise, "white": WhiteNoise}
 NO_CHANGES: Changes = {}
 _NOISE, _MODEL = "noise", "model"
@@ -33,12 +33,12 @@ _MODEL_SOURCE = "force felt by hand and arm is told apart by a fraction of it (d
 
 
 class NamedSetting(NamedTuple):
-    """A setting with its value.
+    """Setting with its name and value.
 
     Attributes:
-        name: Path of fields.
+        name: Name of the setting, a path of fields.
         value: Value: a number, a text, true or false, or None.
-        unit: Unit, "1" for none; empty for what is no number.
+        unit: Unit, "1" if dimensionless; empty for a setting that is not a number.
         source: Source of the default value, or reason for it.
         meaning: Meaning in words.
     """
@@ -60,8 +60,8 @@ def change_settings(settings: Settings, changes: Changes, source: Path | str = "
 
     Args:
         settings: Settings to start from.
-        changes: Values by name; a mapping stands for all names below its own.
-        source: Source of the changes, for errors; a file has them below its key ``settings``.
+        changes: Values by name; a mapping gives values of the names below its own.
+        source: Source of the changes, for errors; in a file they lie under the key ``settings``.
 
     Raises:
         BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
@@ -103,7 +103,7 @@ def parse_changes(words: Sequence[str], option: str = "--set") -> dict[str, Any]
 
 
 def parse_value(text: str) -> Any:
-    """Reads a value as YAML does, but for numbers such as 1e-3, which are numbers here."""
+    """Reads a value as YAML does, except that 1e-3 is a number."""
     try:
         return float(text) if re.fullmatch(r"\s*[-+.\d]+[eE][-+]?\d+\s*", text) else yaml.safe_load(text)
     except (ValueError, yaml.YAMLError):
@@ -111,13 +111,13 @@ def parse_value(text: str) -> Any:
 
 
 def describe_changes(settings: Settings) -> dict[str, Any]:
-    """Names and values of the settings that are not as they are by default."""
+    """Lists names and values of the settings that differ from their defaults."""
     default = {each.name: each.value for each in list_settings()}
     return {each.name: each.value for each in list_settings(settings) if default.get(each.name, ...) != each.value}
 
 
 def show_setting(value: float | str | bool | None) -> str:
-    """A value as it is written in YAML; numbers in as many digits as tell them apart from others."""
+    """Formats a value as in YAML; numbers with up to twelve significant digits."""
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
     return value if isinstance(value, str) else f"{value:.12g}"
@@ -140,7 +140,7 @@ def _walk(holder: Any, prefix: str) -> Iterator[NamedSetting]:
 
 
 def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    """Names the settings of the same group, if there is one, and else the nearest."""
+    """Describes an unknown name, with the settings of the same group or else the nearest name."""
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)
@@ -166,7 +166,7 @@ def _replace(holder: Any, path: Sequence[str], value: Any) -> Any:
 
 
 def _read_meanings(kind: type) -> dict[str, str]:
-    """What the docstring of a class says of its attributes."""
+    """Reads the descriptions of a class's attributes from its docstring."""
     _, _, attributes = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     return {
         name: " ".join(text.split())

@@ -1,4 +1,4 @@
-"""Tables for notebooks: what ``_repr_html_`` of the main results returns."""
+"""HTML tables for notebooks, returned by ``_repr_html_`` of the main results."""
 
 from collections.abc import Sequence
 from html import escape

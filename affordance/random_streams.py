@@ -1,7 +1,7 @@
-"""Numbers that keep random draws of different kinds apart: each stands in a seed beside root, observer and trial.
+"""Numbers that separate random draws of different kinds: each is part of a seed, with root, observer and trial.
 
-They are larger than the numbers of observers or trials that stand in the same place of other seeds. None is 0: a
-trailing 0 adds nothing to a NumPy seed of up to four numbers.
+They exceed the numbers of observers or trials that take the same place in other seeds. None is 0: a trailing 0 adds
+nothing to a NumPy seed of up to four numbers.
 """
 
 import enum
@@ -9,22 +9,23 @@ import enum
 
 @enum.unique
 class Stream(enum.IntEnum):
-    """What is drawn."""
+    """Kind of a random draw."""
 
-    TEST = 10**5  # in place of the trial: holds that test what was learned (com)
+    TEST = 10**5  # in place of the trial: holds that test learning (com)
     ORDER = 10**6  # the order in which an observer is given objects
     PAPER = 10**6 + 1  # choices by the paper's rule
     BAYES = 10**6 + 2  # choices by least expected work
     PRIOR = 10**6 + 3  # choices before any experience
     LIGHT_ENDS = 10**6 + 5  # choices that are compared with the order of the densities (hammer)
     SHOWN = 10**6 + 6  # pictures of objects for the report
-    OBSERVATION = 10**6 + 7  # the observation of an object that is chosen about, with its name
+    OBSERVATION = 10**6 + 7  # observation of an object to choose, with its name
     CALIBRATION_TRUTH = 10**6 + 11  # true densities (benchmarks/trust/calibration.py)
     CALIBRATION_RANK = 10**6 + 12  # samples among which the truth is ranked (the same)
-    ACCELERATION = 10**6 + 14  # errors of felt accelerations, beside the seed of a trial
+    ACCELERATION = 10**6 + 14  # errors of measured accelerations, with the seed of a trial
     SETTINGS = 10**6 + 15  # settings of the study of robustness
-    ROBUSTNESS = 10**6 + 16  # what observers of that study feel and choose
-    FAULT_CHOICES = 10**6 + 13  # choices by what was learned with a fault (benchmarks/trust/fault_costs.py)
+    ROBUSTNESS = 10**6 + 16  # measurements and choices of that study's observers
+    PROOF = 10**6 + 17  # settings in which it simulates every hold, on demand
+    FAULT_CHOICES = 10**6 + 13  # choices after learning with a fault (benchmarks/trust/fault_costs.py)
     LIFT_ORDER = 10**6 + 21  # the order in which an observer lifts objects (lifts in closed form)
-    LIFT = 10**6 + 22  # errors of feeling in these lifts
+    LIFT = 10**6 + 22  # measurement errors in these lifts
     KINDS = 10**6 + 23  # hypotheses about kinds that are drawn

@@ -1,7 +1,9 @@
-"""The one prior, noise model, controller and arm that serve all simulations, each with its source or reason.
+"""Prior, noise model, controller and arm, shared by all simulations, each with its source or reason.
 
-They were fixed before any experiment was run and are not tuned to its outcome; docs/decisions/ tells why each is
-what it is. A setting is a field with its bounds, its unit and its source; ``named_settings`` knows them by name.
+Each has its source or reason in docs/decisions/. Most were fixed before any experiment was run. Some were not: the
+mode of the prior was chosen with the paper's figure 4 in view, and others were changed after an outcome of ours had
+been seen; docs/trust.md lists them. A setting is a field with its bounds, its unit and its source;
+``named_settings`` finds settings by name.
 """
 
 import math
@@ -33,25 +35,25 @@ _CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
 
 @dataclass(frozen=True)
 class Settings:
-    """Everything that is the same for all simulations.
+    """Settings shared by all simulations.
 
     Attributes:
         arm: Drake model directives of the arm.
         prior: Prior of the density of a material that was never held.
         learner: Learner of all observers; the paper's has one density for each colour, and ``ARM_LEARNER`` of
-            ``belief.learners`` is the one for an arm that is to work.
+            ``belief.learners`` is recommended for robots.
         noise: Errors of measured joint torques.
-        acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; the paper
-            assumes that there is none.
+        acceleration_sd: Standard deviation of the error of a measured joint acceleration, [rad/s^2]; zero in the
+            paper.
         cost_measure: Measure by which options are compared.
-        vision_error: Errors of measured features; the paper assumes that there are none.
-        feature_source: True features with errors, or features from pictures; vision_error is of the former.
+        vision_error: Errors of measured features; zero in the paper.
+        feature_source: True features with errors, or features from pictures; vision_error applies to the former.
         mpc: Horizon, steps and weights of the controller.
         angle_margin: Margin that the controller keeps to position limits, [rad].
         control_period: Time between two plans of the controller, [s].
-        point_estimate: Density that stands for the belief in control.
-        uses_posterior: Whether the controller uses the posterior as it grows (an extension) rather than the visual
-            prior for the whole trial (the paper).
+        point_estimate: Density that represents the belief in control.
+        uses_posterior: True if the controller uses the growing posterior (an extension), not the visual prior for the
+            whole trial (the paper).
         sample_period: Time between two samples of proprioception, [s].
         log_period: Time between two rows of the logs, [s].
         posterior_log_period: Time between two entries of the log of the posterior, [s]; None for no such log.
@@ -61,10 +63,10 @@ class Settings:
         max_step_size: Largest step of the integrator, [s].
         contact_scheme: Integrator while a tool may touch a nail, and from a second touch on.
         contact_accuracy: Target accuracy of that integrator.
-        contact_max_step_size: Largest step of that integrator while the peak is looked for, [s].
-        faults: Faults of sensors and arm; none, unless a user switches one on.
-        learns_from_outliers: Whether a 5-sigma outlier teaches what Bayes' rule says (the paper), or
-            nothing; it is flagged either way.
+        contact_max_step_size: Largest step of that integrator around the peak of the force, [s].
+        faults: Faults of sensors and arm; none by default.
+        learns_from_outliers: True to learn from a 5-sigma outlier by Bayes' rule (the paper), false to ignore it; it
+            is flagged either way.
     """
 
     arm: Path = ARM
@@ -132,10 +134,11 @@ class Settings:
     )
 
     def __post_init__(self) -> None:
-        """Checks all fields; texts become what they name.
+        """Checks all fields; texts of members and paths are converted.
 
         Raises:
-            BadArgumentError: A field is of the wrong kind or out of bounds, or the percept has no error at all.
+            BadArgumentError: A field is of the wrong kind or out of bounds, or torques of unloaded joints have no
+                error.
         """
         check_fields(self)
         if isinstance(self.noise, WeberNoise) and self.noise.threshold == 0.0:
@@ -144,22 +147,22 @@ class Settings:
 
     @property
     def simulator(self) -> SimulatorConfig:
-        """Drake's configuration of the simulator."""
+        """Drake's simulator configuration."""
         return _configure(self.integration_scheme, self.accuracy, self.max_step_size)
 
     @property
     def stiff_simulator(self) -> SimulatorConfig:
-        """The same for an arm that damping brings to rest within a tick of the controller."""
+        """Drake's simulator configuration for an arm that damping brings to rest within a control period."""
         return _configure(self.integration_scheme, self.stiff_accuracy, self.max_step_size)
 
     @property
     def contact_simulator(self) -> SimulatorConfig:
-        """The same while a tool may touch a nail."""
+        """Drake's simulator configuration while a tool may touch a nail."""
         return _configure(self.contact_scheme, self.contact_accuracy, self.contact_max_step_size)
 
     @property
     def second_touch_simulator(self) -> SimulatorConfig:
-        """The same once a tool touches a nail again on its way back: the peak, which needs short steps, is over."""
+        """Drake's simulator configuration from a second touch of the nail on, when long steps suffice again."""
         return _configure(self.contact_scheme, self.contact_accuracy, self.max_step_size)
 
 

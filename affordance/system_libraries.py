@@ -1,6 +1,6 @@
-"""Shared libraries of the system that wheels leave to it: which are missing, and getting them.
+"""Shared libraries of the system that wheels do not include: detection and installation of missing ones.
 
-Everything else comes with the wheels. Nothing here imports a library that could be missing.
+All other libraries come with the wheels. This module imports no library that could be missing.
 """
 
 import ctypes
@@ -15,17 +15,17 @@ from typing import NamedTuple
 
 from affordance.exceptions import AffordanceError
 
-_STDERR = 2  # its number, by which libraries in C know it
+_STDERR = 2  # file descriptor, which libraries in C use
 
 
 class SystemLibrary(NamedTuple):
-    """A shared library of the system.
+    """Shared library of the system.
 
     Attributes:
-        file: Its name, as the loader knows it.
-        package: Of Debian and its descendants.
-        needed_for: What does not work without it.
-        is_required: Whether nothing works without it.
+        file: File name of the library for the loader.
+        package: Name of its package in Debian and derivatives.
+        needed_for: Parts of the program that need the library.
+        is_required: True if the program does not work without it.
     """
 
     file: str
@@ -42,13 +42,13 @@ LIBRARIES = (
     SystemLibrary("libXrender.so.1", "libxrender1", "pictures of Diagrams", False),
     SystemLibrary("libEGL.so.1", "libegl1", "rendered pictures", False),
 )
-# For the tests: Pinocchio, which they compare with.
+# Libraries of Pinocchio, with which tests compare.
 TEST_LIBRARIES = (SystemLibrary("libgomp.so.1", "libgomp1", "Pinocchio, for tests", False),)
 
 
 @contextmanager
 def hide_font_warnings() -> Iterator[None]:
-    """Keeps fontconfig's warnings about the system's own files off the terminal; what else is written there stays."""
+    """Suppresses fontconfig's warnings about the system's files on the terminal; other output is kept."""
     sys.stderr.flush()
     terminal = os.dup(_STDERR)
     with tempfile.TemporaryFile() as caught:
@@ -71,18 +71,18 @@ def find_missing(for_tests: bool = False) -> list[SystemLibrary]:
 
 
 def write_command(missing: list[SystemLibrary]) -> str:
-    """The one command that installs libraries."""
+    """Returns the command that installs libraries."""
     return f"apt-get install -y {' '.join(dict.fromkeys(library.package for library in missing))}"
 
 
 def provide_libraries(for_tests: bool = False) -> None:
-    """Installs missing libraries where that is allowed, by root with apt-get; else says how to get them.
+    """Installs missing libraries with apt-get if run as root; otherwise prints the command that does.
 
     Args:
-        for_tests: Whether those that only tests need count.
+        for_tests: True to include libraries that only tests need.
 
     Raises:
-        AffordanceError: One without which nothing works is missing still.
+        AffordanceError: A required library is still missing.
     """
     missing = find_missing(for_tests)
     if not missing:

@@ -1,4 +1,4 @@
-"""The version of the installed program; pyproject.toml says it."""
+"""Version of the installed program, as given in pyproject.toml."""
 
 import importlib.metadata
 

@@ -1,11 +1,11 @@
-"""What Python costs: the closed loop of experiment ``weight`` beside the same plant under a hold written in C++.
+"""Cost of Python: the closed loop of experiment ``weight`` against the same plant under a hold written in C++.
 
-The C++ hold is Drake's InverseDynamicsController, whose torque is sampled and held at the same tick, with the gains
-of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so that arm
-and integrator do the same work. Both Diagrams log the same ports. They run by turns, in one process.
+The C++ hold is Drake's InverseDynamicsController, whose torque is sampled and held with the same control period, with
+the gains of minimum angular acceleration in continuous time (6 / T^2 and 4 / T) and the same believed inertia, so
+that arm and integrator do the same work. Both Diagrams log the same ports. They are run alternately, in one process.
 
-The shares: what the controller and the estimator take is timed in the loop; what the integrator takes is the time of
-the same plant fed, by C++ alone, the very torques of the loop, so that it moves in the same way.
+Shares of the time: controller and estimator are timed in the loop; the integrator's time is that of the same plant
+fed, by C++ alone, with the recorded torques of the loop, so that it moves in the same way.
 """
 
 import dataclasses
@@ -37,7 +37,7 @@ from affordance.simulation.trial_record import TrialRecord
 from benchmarks.timing import time_by_turns
 
 NUM_TURNS = 15
-# How long torques are replayed before the recorded state is set again, [s].
+# Interval after which the recorded state is restored during replay of torques, [s].
 _REPLAYED_AT_ONCE = 0.5
 HEADER = [
     "object",
@@ -76,15 +76,15 @@ def build_cpp_hold(tool: Tool, density: float, settings: Settings, duration: flo
 
 
 def build_torque_replay(tool: Tool, record: TrialRecord, settings: Settings, duration: float) -> Callable[[], None]:
-    """Builds the plant fed with the torques of a record of every tick; returns a function that runs one trial.
+    """Builds the plant fed with recorded torques; returns a function that runs one trial.
 
-    An arm without feedback departs from its record by a factor of ten every twelfth of a second, beginning with the
-    rounding error; so the state of the record is set anew from time to time.
+    Starting from rounding errors, an arm without feedback departs from its record by a factor of ten every twelfth of
+    a second; so the recorded state is restored at intervals. The record must hold every control period.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm)
-    # The torque logged at a time is that of the tick which ends there. Breaks lie half a tick before the ticks, so
-    # that no rounding makes a tick read the row before its own.
+    # The torque logged at a time is that of the control period which ends there. Breaks lie half a period before the
+    # period's start, so that no rounding selects the row before.
     tau = np.vstack([record.tau[1:], record.tau[-1:]])
     steps = PiecewisePolynomial.ZeroOrderHold(
         (record.times - 0.5 * settings.control_period).tolist(), list(tau[:, :, None])
@@ -104,7 +104,7 @@ def _finish_diagram(
     duration: float,
     starts: tuple[Array, Array],
 ) -> Callable[[], None]:
-    """Holds the torque for a tick, adds the logs, and builds; starts are times, and the states to set there."""
+    """Holds the torque for a control period, adds logs, and builds; starts are times and the states set then."""
     held = builder.AddSystem(ZeroOrderHold(settings.control_period, arm.num_joints))
     builder.Connect(tau, held.get_input_port())
     builder.Connect(held.get_output_port(), arm.plant.GetInputPort("actuation"))
@@ -130,7 +130,7 @@ def _finish_diagram(
 
 @contextmanager
 def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
-    """Adds up the wall time spent in methods, by name of their class, while the context lasts, [s]."""
+    """Sums the wall time spent in methods, by name of their class, while the context lasts, [s]."""
     spent: dict[str, float] = defaultdict(float)
     originals = [(owner, name, getattr(owner, name)) for owner, name in methods]
 
@@ -153,7 +153,7 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
 
 
 def measure_case(experiment: HoldExperiment, tool: Tool, density: float) -> dict[str, float]:
-    """Times the loops by turns for one object and one believed density; medians, [s], and shares of the loop."""
+    """Times the loops alternately for one object and one believed density; returns medians, [s], and shares."""
     memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)
     record = TrialRunner(every_tick).run_hold(tool, memory, duration=experiment.duration, seed=(0,))
@@ -182,7 +182,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Measures the trials of the experiment; returns rows of a table, and the ratios of their sums."""
     experiment = load_hold_experiment("weight")
     true = experiment.tools[0].components[0].material.density
-    learned = 0.97 * true  # about what is believed after a trial or two
+    learned = 0.97 * true  # about the belief after a trial or two
     cases = [
         (experiment.tools[0], experiment.settings.prior.mode),
         *((tool, learned) for tool in experiment.tools[1:]),

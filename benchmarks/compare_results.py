@@ -1,9 +1,9 @@
-"""Compares the numbers of two folders of results to the last bit, for a change that must not change them.
+"""Bitwise comparison of the numbers in two folders of results, for a change that must not change them.
 
 python -m benchmarks.compare_results OLD NEW [OLD_KEY=NEW_KEY ...]
 
-Keys that were renamed are given as pairs, and hold at any depth. What is expected to differ is left out: times,
-versions and the configuration. Exit status 1 if a number differs or is missing on either side.
+Renamed keys are given as pairs, and apply at any depth. Expected differences are ignored: times, versions and the
+configuration. The exit status is 1 if a number differs or is missing on either side.
 """
 
 import json
@@ -12,12 +12,12 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-# They say when, with what and how long, not what was found.
+# Keys of date, duration and configuration, which are not results.
 PROVENANCE = ("config", "finished", "versions", "wall_s", "shared", "ms_per_object")
 
 
 def list_numbers(value: Any, renames: Mapping[str, str], place: str = "") -> Iterator[tuple[str, Any]]:
-    """Lists every leaf of a parsed JSON file by its place, with the new names of keys."""
+    """Lists every leaf of a parsed JSON file by its path, with the new names of keys."""
     if isinstance(value, dict):
         for key, entry in value.items():
             if key not in PROVENANCE:
@@ -30,7 +30,7 @@ def list_numbers(value: Any, renames: Mapping[str, str], place: str = "") -> Ite
 
 
 def compare_files(old: Path, new: Path, renames: Mapping[str, str]) -> tuple[int, list[str]]:
-    """Compares two JSON files; returns how many leaves agree, and a line for each that does not."""
+    """Compares two JSON files; returns the number of equal leaves, and a line for each other leaf."""
     before = dict(list_numbers(json.loads(old.read_text(encoding="utf-8")), renames))
     after = dict(list_numbers(json.loads(new.read_text(encoding="utf-8")), {}))
     places = before.keys() | after.keys()
@@ -40,7 +40,7 @@ def compare_files(old: Path, new: Path, renames: Mapping[str, str]) -> tuple[int
 
 
 def main() -> int:
-    """Compares all metrics of two folders; prints what differs, and returns the exit status."""
+    """Compares all metrics of two folders; prints the differences, and returns the exit status."""
     old, new, *pairs = sys.argv[1:]
     renames = dict(pair.split("=", 1) for pair in pairs)
     failed = False

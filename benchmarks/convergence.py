@@ -1,6 +1,6 @@
 """Accuracy of the integrator against the height trajectory, with a far tighter reference.
 
-The first trial of experiment ``weight`` (the arm drops) and its last (the decoy rises, its density believed as
+The first trial of experiment ``weight`` (the arm drops) and its last (the decoy rises, with the density believed as
 learned) are simulated with controller and loggers in place. The error is the largest difference in the height of the
 object's centre, over the three seconds, from the same trial with an explicit integrator of fifth order at 1e-11.
 """
@@ -21,10 +21,10 @@ from benchmarks.tables import format_table
 
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)
-# One integrator of first order needs hours where another needs a second; what takes longer than this is not repeated
+# One integrator of first order needs hours where another needs a second; one that takes longer than this is not run
 # at tighter accuracy, [s].
 PATIENCE = 10.0
-# Largest steps of the chosen scheme below the controller's tick, which bounds them all, [s].
+# Largest steps of the chosen scheme below the control period, which bounds them all, [s].
 MAX_STEPS = (2.5e-3, 1.25e-3, 0.5e-3)
 
 

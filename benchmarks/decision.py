@@ -1,10 +1,10 @@
-"""Inner simulation beside brute force: the same decisions by a matrix product and by moving the arm in Drake.
+"""Inner simulation against brute force: the same decisions by a matrix product and by moving the arm in Drake.
 
-A decision is which grip of the novel object does a task with less work, under one sampled density: moving its free
-end along the path of Simulation III, or driving the nail of Simulation IV. Inner simulation plans the motions of each
-grip once and then decides for ten thousand densities at a time; brute force simulates both grips under each density,
-with contact. Half of the densities are drawn from the prior, half from what an observer believes after one trial, so
-that near ties are among them.
+A decision is the choice of the grip of the novel object with which a task takes less work, under one sampled density:
+moving its free end along the path of Simulation III, or driving the nail of Simulation IV. Inner simulation plans the
+motions of each grip once and then decides for ten thousand densities at a time; brute force simulates both grips
+under each density, with contact. Half of the densities are drawn from the prior, half from an observer's belief after
+one trial, so that near ties are among them.
 """
 
 import time
@@ -32,18 +32,18 @@ from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
 from benchmarks.timing import time_by_turns
 
-# Simulates one grip, by its index, under densities by colour: its work, [J], and whether it did what was asked.
+# Function that simulates one grip, by its index, under densities by colour: its work, [J], and whether it succeeded.
 Simulate = Callable[[int, Mapping[Colour, float]], tuple[float, bool]]
 
 HEADER = ["what", "reach", "hammer"]
 NUM_ROLLOUTS = 100
 NUM_FAST = 10_000
-# Nearer than this the works of both grips count as tied, the crossover's neighbourhood.
+# Relative difference of both grips' works below which a decision counts as a near tie.
 NEAR_TIE = 0.03
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions a second."""
+    """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions per second."""
     reaching, hammering = (load_choice_experiment(name) for name in ("reach", "hammer"))
     assert isinstance(reaching, ReachExperiment)
     assert isinstance(hammering, HammerExperiment)
@@ -91,13 +91,13 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
 def compare(
     choice: Choice, experience: ExperienceConfig, simulate: Simulate, planning: float
 ) -> tuple[list[str], float]:
-    """Decides both ways; returns a column of the table and the ratio of decisions a second.
+    """Decides both ways; returns a column of the table and the ratio of decisions per second.
 
     Args:
-        choice: Decides by inner simulation.
-        experience: How the observer learned from whom half of the densities are.
-        simulate: What brute force decides by.
-        planning: How long the choice took to plan, [s].
+        choice: Choice by inner simulation.
+        experience: Experience of the observer whose belief yields half of the densities.
+        simulate: Function by which brute force decides.
+        planning: Time taken to plan the choice, [s].
     """
     arrays, rng = gain_experience(experience, 0), np.random.default_rng(0)
     memories = [
@@ -143,7 +143,7 @@ def compare(
 
 
 def measure_quadrature(choice: Choice, experiment: ReachExperiment) -> float:
-    """Largest error of the work by the nodes of the quadrature, as a part of it, under densities of the prior."""
+    """Computes the largest relative error of the work by the quadrature's nodes, under densities of the prior."""
     memory = MaterialMemory().add_colours(experiment.experience.colours, choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))

@@ -1,8 +1,8 @@
-"""What the plug-in of density-dependent noise costs: distance from brute-force Bayes, and coverage of intervals.
+"""Cost of the plug-in for density-dependent noise: distance from brute-force Bayes, and coverage of intervals.
 
-Percepts are drawn as joints feel them (Weber fraction and threshold at the true torque), of the experiment's third
-object held still. The estimator evaluates the size of the errors at its posterior mean, the grid at every density.
-Offsets are in units of the posterior's standard deviation; coverage is of the object's true density.
+Measurements are drawn from the noise of the joints (Weber fraction and threshold at the true torque), for the
+experiment's third object held still. The estimator evaluates the standard deviation of the errors at its posterior
+mean, the grid at every density. Offsets are in posterior standard deviations; coverage is of the true density.
 """
 
 import numpy as np
@@ -29,7 +29,7 @@ FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
 def compute_grid_percentiles(
     hold: StaticHold, unit_parameters: Array, tau: Array, noise: WeberNoise, prior: Prior
 ) -> Array:
-    """Percentiles of the posterior by brute force, errors evaluated at every density's own torque, (5,)."""
+    """Computes percentiles of the posterior by brute force, with errors at every density's own torque, (5,)."""
     predicted = hold.tau_arm + np.outer(GRID, hold.Y @ unit_parameters)
     sd = np.sqrt(noise.threshold**2 + (noise.weber_fraction * predicted) ** 2)
     logs = np.sum(norm.logpdf(tau, predicted, sd), axis=1)
@@ -42,7 +42,7 @@ def compute_grid_percentiles(
 def study(true_densities: Array, noise: WeberNoise, prior: Prior) -> tuple[Array, Array, Array]:
     """Compares estimator and grid over mean torques of objects of true densities, shape (N,).
 
-    Returns: Offsets of the five percentiles, (N, 5); whether the estimator's and the grid's 50 and 90 % intervals
+    Returns: Offsets of the five percentiles, (N, 5); True where the estimator's and the grid's 50 and 90 % intervals
         cover the truth, (N, 2) each.
     """
     hold = StaticHold(load_arm())

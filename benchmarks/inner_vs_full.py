@@ -2,11 +2,11 @@
 
     .venv/bin/python -m benchmarks.inner_vs_full [BELIEFS] [CROOKED TOOLS] [JOBS]
 
-A belief is one density for each material: every other one is drawn from the prior, the others from what an observer
-believes after one trial. Under each of them both grips of a tool are judged twice: by inner simulation, as robots of
-this project choose, and by moving the arm in Drake, with contact. Work must agree within BOUND wherever both say that
-the task is done, and the choices in at least LEAST_SAME. One hundred beliefs for 22 tools take some 70 minutes on two
-cores.
+A belief is one density for each material: every other one is drawn from the prior, the others from an observer's
+belief after one trial. Under each of them both grips of a tool are evaluated twice: by inner simulation, as this
+project's robots choose, and by moving the arm in Drake, with contact. Works must agree within BOUND wherever both
+find the task feasible, and choices in at least LEAST_SAME. One hundred beliefs for 22 tools take some 70 minutes on
+two cores.
 """
 
 import sys
@@ -49,16 +49,16 @@ HEADER = [
     "largest difference of works",
     "infeasible: inner, full",
 ]
-# Of the two parts of a crooked tool: semi-axes along it and across it, [m], and how far it is bent, [rad].
+# Parts of a crooked tool: semi-axes along and across, [m], and largest bend, [rad].
 _LONG, _ACROSS, _MAX_BEND = (0.05, 0.10), (0.01, 0.025), np.radians(60.0)
 
 
 class Comparison(NamedTuple):
-    """What inner and full simulation say of one tool, for S beliefs and G grips.
+    """Costs by inner and by full simulation of one tool, for S beliefs and G grips.
 
     Attributes:
-        inner: Costs, (G, S) each.
-        full: The same, simulated; effort is not simulated.
+        inner: Costs by inner simulation, (G, S) each.
+        full: Costs by full simulation, (G, S) each; effort is not simulated.
     """
 
     inner: Costs
@@ -66,19 +66,19 @@ class Comparison(NamedTuple):
 
     @property
     def differences(self) -> Array:
-        """Relative differences of the works of what both say is done, (N,)."""
+        """Relative differences of the works where both find the task feasible, (N,)."""
         both = self.inner.feasible & self.full.feasible
         return np.abs(self.full.work[both] / self.inner.work[both] - 1.0)
 
     @property
     def num_same(self) -> int:
-        """How many choices are the same."""
+        """Number of equal choices."""
         one, other = self._choose()
         return int((one == other).sum())
 
     @property
     def losses(self) -> Array:
-        """By which part the choices of inner simulation cost more, simulated, than those of full simulation, (N,)."""
+        """Relative excess of simulated work of inner simulation's choices over full simulation's, (N,)."""
         one, other = self._choose()
         samples = np.flatnonzero((one != NO_OPTION) & (other != NO_OPTION))
         losses: Array = self.full.work[one[samples], samples] / self.full.work[other[samples], samples] - 1.0
@@ -90,12 +90,12 @@ class Comparison(NamedTuple):
 
 
 def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Component]) -> Tool:
-    """Draws a tool of two parts, bent where they meet, in two grips: by either end, along the part that is held.
+    """Draws a tool of two parts, bent at their joint, with two grips: by either end, along the part that is held.
 
     Args:
-        rng: Source of the shape.
-        name: Of the tool.
-        materials: Parts whose materials and looks the new parts have.
+        rng: Generator of the shape.
+        name: Name of the tool.
+        materials: Parts whose materials and appearances the new parts have.
     """
     lengths = rng.uniform(*_LONG, 2)
     shapes = [
@@ -116,7 +116,7 @@ def draw_crooked(rng: np.random.Generator, name: str, materials: Sequence[Compon
 
 
 def draw_densities(experience: ExperienceConfig, settings: Settings, count: int) -> Array:
-    """Draws densities by turns from the prior and from what is believed after one trial, (count, 2)."""
+    """Draws densities alternately from the prior and from the belief after one trial, (count, 2)."""
     learned = gain_experience(experience, 0)
     beliefs = [DensityBelief(learned["precision"][k], learned["information_vector"][k]) for k in (0, 1)]
     rng = np.random.default_rng(0)
@@ -125,13 +125,13 @@ def draw_densities(experience: ExperienceConfig, settings: Settings, count: int)
 
 
 def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho: Array) -> Comparison:
-    """Judges both grips of a tool in both ways.
+    """Evaluates both grips of a tool by inner and by full simulation.
 
     Args:
-        tool: The tool.
-        task: What is to be done with it.
-        experience: Whose materials it is made of.
-        rho: Densities of these under which it is judged, (S, 2), [kg/m^3].
+        tool: Tool with two grips.
+        task: Task to be done with it.
+        experience: Experience with the materials that it is made of.
+        rho: Densities of these materials, (S, 2), [kg/m^3].
     """
     settings = experience.settings
     choice = plan_choice(list_options(tool), task, settings)
@@ -171,9 +171,9 @@ def measure(
     """Compares stick, hammer and crooked tools in both tasks; returns rows of a table, and all comparisons.
 
     Args:
-        count: Of beliefs, for each tool and task.
-        crooked: How many tools are drawn.
-        jobs: Processes.
+        count: Number of beliefs, for each tool and task.
+        crooked: Number of tools that are drawn.
+        jobs: Number of processes.
     """
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
     rho = draw_densities(reaching.experience, reaching.settings, count)
@@ -201,7 +201,9 @@ def measure(
         share = (differences <= BOUND).mean()
         within = f"{100 * differences.max():.2f} %; {100 * share:.1f} % within {100 * BOUND:g} %"
         loss = f"{100 * max(comparison.losses.max(initial=0.0) for comparison in of_task):.2f} %"
-        rows.append([name, "all", str(same), str(count * len(of_task)), loss, within, ""])
+        total = count * len(of_task)
+        enough = f"{same} ({100 * same / total:.1f} %, must be {100 * LEAST_SAME:g} %)"
+        rows.append([name, "all", enough, str(total), loss, within, ""])
     return rows, found
 
 
@@ -211,6 +213,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    from benchmarks import inner_vs_full  # processes find what is pickled by the module's name
+    from benchmarks import inner_vs_full  # processes find pickled functions by the module's name
 
     inner_vs_full.main()

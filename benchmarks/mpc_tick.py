@@ -1,13 +1,13 @@
-"""A tick of the controller, beside the bare algebra it needs and beside Drake's own solvers.
+"""Control period of the controller, compared with the bare algebra it needs and with Drake's own solvers.
 
-Where no limit is active the yardstick is the closed form alone: solve for the multipliers of the terminal goal, and
-multiply out the accelerations. Once as a goal that changes asks for it, with a factorisation at every tick, and once
-as this goal, which does not change, allows, with the inverse kept. The tick is what the system does at every event:
-take the state, find the goal, plan, check the limits of the whole plan, and compute the torques; at states never seen
-before.
+Where no limit is active the baseline is the closed form alone: solve for the multipliers of the terminal goal, and
+multiply out the accelerations. It is timed once for a goal that changes, with a factorisation in every control
+period, and once for this constant goal, with the inverse kept. The control period is all that the system does at
+every event: read the state, find the goal, plan, check the limits over the whole plan, and compute the torques; at
+states never seen before.
 
-Where limits are active the yardstick is OSQP at 1e-6 on a kept program that states the problem in the way that suits
-OSQP best: accelerations only, goal and limits hard. That one cannot always be met; states are compared where it can.
+Where limits are active the baseline is OSQP at 1e-6 on a kept program, formulated as suits OSQP best: accelerations
+only, goal and limits hard. That program is not always feasible; only states where it is are compared.
 """
 
 from collections.abc import Callable
@@ -32,7 +32,7 @@ HEADER = ["limits active", "tick of the controller", "us"]
 def build_bare_algebra(
     settings: MpcSettings, num_joints: int, *, keeps_inverse: bool
 ) -> Callable[[Array, TerminalGoal], Array]:
-    """The closed form without checks: multipliers of the goal, then accelerations."""
+    """Builds the closed form without checks: multipliers of the goal, then accelerations."""
     angle, rate = compute_responses(settings)
     one = np.eye(num_joints)
     G = np.vstack([np.kron(angle[-1], one), np.kron(rate[-1], one)])
@@ -49,7 +49,7 @@ def build_bare_algebra(
 
 
 def build_equality_solver(settings: MpcSettings, num_joints: int) -> Callable[[Array, TerminalGoal], Array]:
-    """The same plan by what Drake chooses for it, its equality-constrained solver, on a kept program."""
+    """Builds the same plan with Drake's choice, the equality-constrained solver, on a kept program."""
     N, T = settings.num_steps, settings.horizon
     one = np.eye(num_joints)
     terminal = np.vstack([np.kron(response[-1], one) for response in compute_responses(settings)])
@@ -69,7 +69,7 @@ def build_equality_solver(settings: MpcSettings, num_joints: int) -> Callable[[A
 
 
 class HardOsqp:
-    """A kept program of accelerations only, with hard goal and limits, solved by OSQP at 1e-6."""
+    """Kept program of accelerations only, with hard goal and limits, solved by OSQP at 1e-6."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
         """Builds the program."""
@@ -128,7 +128,7 @@ def draw_limited(
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Times the ticks; returns rows of a table, and the two ratios."""
+    """Times the control periods; returns rows of a table, and the ratios."""
     arm, settings = load_arm(), DEFAULT_SETTINGS.mpc
     model = ArmModel(arm)
     mpc, hold = MinimumAccelerationMpc(arm.limits, settings), Hold(arm.home)
@@ -159,7 +159,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         model.set_state(x)
         solution = mpc.solve(x, goal, model)
         assert solution.status is MpcStatus.FREE
-        for other in (factorising, keeping, by_drake):  # they plan the same
+        for other in (factorising, keeping, by_drake):  # all must give the same plan
             np.testing.assert_allclose(other(x, goal), solution.vdot.ravel(), atol=1e-4)
     free = time_by_turns(
         {

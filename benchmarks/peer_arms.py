@@ -1,4 +1,4 @@
-"""The same arm in two other dynamics libraries, built from models/arm.sdf without Drake; for tests too."""
+"""Arm of this project in two other dynamics libraries, built from models/arm.sdf without Drake; also for tests."""
 
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -12,9 +12,9 @@ from affordance.files.model_folder import MODELS
 
 
 class LinkData(NamedTuple):
-    """A moving body and the revolute joint it hangs on; its frame is that of the joint."""
+    """Moving body and its revolute joint, in the frame of the joint."""
 
-    p_parent: Array  # joint's place in the parent body, (3,), [m]
+    p_parent: Array  # position of the joint in the parent body, (3,), [m]
     axis: Array  # (3,)
     mass: float
     p_com: Array  # (3,), [m]
@@ -49,7 +49,7 @@ def read_links() -> list[LinkData]:
 
 
 def read_grip() -> Array:
-    """Place of the hand's frame H in the last link, (3,), [m]."""
+    """Reads the position of the hand's frame H in the last link, (3,), [m]."""
     (frame,) = (frame for frame in _read_model().findall("frame") if frame.get("name") == "hand_grip")
     return _numbers(frame, "pose")[:3]
 
@@ -90,7 +90,7 @@ def build_pinocchio() -> pinocchio.Model:
 def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
     """Builds the arm in the Robotics Toolbox for Python, which turns about positive axes only.
 
-    Returns: The arm, and the signs (num_joints,) that its angles and torques are to be multiplied by.
+    Returns: Arm, and the signs (num_joints,) by which its angles and torques are to be multiplied.
     """
     rotations = (roboticstoolbox.ET.Rx, roboticstoolbox.ET.Ry, roboticstoolbox.ET.Rz)
     links: list[roboticstoolbox.Link] = []
@@ -102,5 +102,5 @@ def build_toolbox_arm() -> tuple[roboticstoolbox.Robot, Array]:
         parent = links[-1] if links else None
         links.append(roboticstoolbox.Link(ets, m=link.mass, r=link.p_com, I=link.I_com, parent=parent))
         signs.append(link.axis[axis])
-    # The toolbox states gravity as the acceleration that is felt.
+    # The toolbox takes gravity as the acceleration of free fall.
     return roboticstoolbox.Robot(links, gravity=[0.0, 0.0, -9.81]), np.array(signs)

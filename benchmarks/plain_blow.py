@@ -1,6 +1,6 @@
-"""A blow without its controller: arm, tool and nail alone, fed the torques of a closed loop tick by tick.
+"""Blow without its controller: arm, tool and nail alone, fed with the recorded torques of a closed loop.
 
-For what the Diagram of a trial cannot be: a discrete plant, or one with hydroelastic contact.
+It serves where the Diagram of a trial cannot: for a discrete plant, or one with hydroelastic contact.
 """
 
 import time
@@ -19,25 +19,25 @@ from affordance.plant.arm import ARM, attach_tool, parse_arm
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 from affordance.plant.nail_system import NailResistance
 
-# Of both bodies: under the peak of a blow they then approach as far as with point contact. Two spheres of radii R_1
-# and R_2 resist by about pi E R_1 R_2 / (R_1 + R_2)^2 times the approach squared, [Pa].
+# Modulus of both bodies, such that they approach under a blow's peak as far as with point contact. Two spheres of
+# radii R_1 and R_2 resist by about pi E R_1 R_2 / (R_1 + R_2)^2 times the approach squared, [Pa].
 HYDROELASTIC_MODULUS = 5e9
-# Edges of the meshes: under the peak the patch is 3 mm wide; with edges of 1 mm a blow takes three times as long for
-# a peak of the resistance that differs by 0.1 %, and for one of the contact that differs by a quarter, [m].
+# Edges of the meshes, [m]: under the peak the patch is 3 mm wide; with edges of 1 mm a blow takes three times as
+# long, for a peak of the resistance that differs by 0.1 %, and a peak of the contact force that differs by a quarter.
 _RESOLUTION = 2e-3
-# Until the nail has gone so much of its way its impulse is counted: what comes after is the tool's weight on it.
+# Fraction of the nail's travel up to which its impulse is counted: afterwards only the tool's weight rests on it.
 _WHOLE_WAY = 0.999
 
 
 class Blow(NamedTuple):
-    """What a blow did.
+    """Measures of a blow.
 
     Attributes:
-        peak: Of the resistance, [N].
+        peak: Peak of the resistance, [N].
         contact: Peak of the tool's force on the nail along its axis, [N].
-        impulse: Of the resistance, until the nail is in, [N s].
-        travel: Of the nail, [m].
-        steps: Of the integrator.
+        impulse: Impulse of the resistance, until the nail is in, [N s].
+        travel: Travel of the nail, [m].
+        steps: Number of the integrator's steps.
         seconds: Wall time, [s].
     """
 
@@ -50,12 +50,12 @@ class Blow(NamedTuple):
 
 
 class Strip(NamedTuple):
-    """The part of a closed loop in which tool and nail may touch.
+    """Part of a closed loop in which tool and nail may touch.
 
     Attributes:
         x: State of the arm at its beginning, (2 num_joints,).
-        tau: Torques of each of its K ticks, (K, num_joints), [N m].
-        control_period: Their duration, [s].
+        tau: Torques of each of its K control periods, (K, num_joints), [N m].
+        control_period: Control period, [s].
     """
 
     x: Array
@@ -64,7 +64,7 @@ class Strip(NamedTuple):
 
 
 def measure_blow(times: Array, travel: Array, resistance: Array, contact: Array, seconds: float) -> Blow:
-    """Takes its measures from what was logged at every step, (N,) each."""
+    """Computes the measures of a blow from the logs of every step, (N,) each."""
     driven = 1 + int(np.argmax(travel >= _WHOLE_WAY * travel.max()))
     impulse = np.trapezoid(resistance[:driven], times[:driven])
     return Blow(
@@ -73,7 +73,7 @@ def measure_blow(times: Array, travel: Array, resistance: Array, contact: Array,
 
 
 def advance(simulator: Simulator, diagram: Diagram, end: float, patience: float) -> bool:
-    """Simulates until a time; returns whether it got there within some wall time, [s]."""
+    """Simulates until a time; returns False if that takes longer than the patience in wall time, [s]."""
     begun = time.perf_counter()
 
     def lose_patience(_: Context) -> EventStatus:
@@ -87,9 +87,9 @@ def advance(simulator: Simulator, diagram: Diagram, end: float, patience: float)
 
 
 def free_joints(plant: MultibodyPlant) -> None:
-    """Takes the joints' limits away.
+    """Removes the joints' limits.
 
-    A continuous plant knows none. Discrete plants and CENIC stop a joint within a step, and throw one back that is
+    A continuous plant ignores them. Discrete plants and CENIC stop a joint within a step, and throw back one that is
     beyond: the milliradians by which the controller violates limits become hundreds of rad/s.
     """
     for index in plant.GetJointActuatorIndices():
@@ -97,7 +97,7 @@ def free_joints(plant: MultibodyPlant) -> None:
 
 
 class PlainBlow:
-    """A plant of arm, tool and nail."""
+    """Plant of arm, tool and nail."""
 
     def __init__(
         self,
@@ -107,7 +107,7 @@ class PlainBlow:
         model: ContactModel = ContactModel.kPoint,
         time_step: float = 0.0,
     ) -> None:
-        """Builds it: a continuous plant if its time step is zero."""
+        """Builds the plant, continuous if its time step is zero."""
         builder = DiagramBuilder()
         self._plant, scene_graph = AddMultibodyPlantSceneGraph(builder, time_step)
         if model == ContactModel.kHydroelastic:
@@ -139,7 +139,7 @@ class PlainBlow:
         self._diagram = builder.Build()
 
     def run(self, strip: Strip, config: SimulatorConfig, patience: float) -> Blow | None:
-        """Simulates a blow; gives None if it takes longer, [s]."""
+        """Simulates a blow; returns None if it takes longer than the patience, [s]."""
         context = self._diagram.CreateDefaultContext()
         plant_context = self._plant.GetMyMutableContextFromRoot(context)
         self._plant.SetPositionsAndVelocities(plant_context, self._arm, strip.x)

@@ -1,8 +1,8 @@
-"""Planning every control period by the quadratic program: the same trials, and what it costs.
+"""Cost of planning every control period by the quadratic program, on the same trials.
 
 By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where
-that plan breaks a limit. Here whole trials of all four simulations are run both ways: how far their joint angles
-differ, in how many periods a limit was active, and how much processor time each took.
+that plan violates a limit. Here whole trials of all four simulations are run both ways: the largest difference of
+joint angles, the number of periods with an active limit, and the processor time are compared.
 ``python -m benchmarks.program_every_tick`` runs every trial at full length.
 """
 
@@ -40,15 +40,15 @@ HEADER = [
     "ratio",
 ]
 
-# Runs trials under settings; their names and what happened.
+# Function that runs trials under given settings and returns their records.
 Run = Callable[[Settings], Sequence[TrialRecord]]
 
 
 class Comparison(NamedTuple):
-    """Trials of a simulation that were run both ways.
+    """Comparison of the trials of a simulation that were run both ways.
 
     Attributes:
-        num_trials: How many.
+        num_trials: Number of trials.
         difference: Largest difference of a joint angle at any logged time, [rad].
         limited: Control periods with a limit active, with the default and with the program.
         seconds: Processor time, with the default and with the program; each builds its own Diagrams.
@@ -61,11 +61,11 @@ class Comparison(NamedTuple):
 
 
 def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tuple[str, Run]]:
-    """The trials of each simulation, by its name.
+    """Yields the trials of each simulation, with its name.
 
     Args:
-        duration: Of holds, [s]; reaching and hammering take as long as they take.
-        num_tools: How many novel tools are used, by their first grips; all by all grips if None.
+        duration: Duration of holds, [s]; reaching and hammering have their own.
+        num_tools: Number of novel tools used, by their first grips; all by all grips if None.
     """
     yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
     yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)
@@ -80,7 +80,7 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
         ],
     )
     task, model = hammering.task, ArmModel(load_arm())
-    # Swings are planned once: what is compared is the arm that carries them out.
+    # Swings are planned once: the comparison is of the arm that carries them out.
     planned = [
         (gripped, task.build_cost(model, gripped.components, DEFAULT_SETTINGS), list_densities([tool]))
         for tool, gripped in _list_gripped(reaching.novel, num_tools)
@@ -94,7 +94,7 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
 
 
 def compare(run: Run) -> Comparison:
-    """Runs trials both ways."""
+    """Runs trials both ways and compares them."""
     seconds, records = [], []
     for settings in (DEFAULT_SETTINGS, BY_PROGRAM):
         start = time.process_time()
@@ -106,12 +106,12 @@ def compare(run: Run) -> Comparison:
 
 
 def find_difference(one: Sequence[TrialRecord], other: Sequence[TrialRecord]) -> float:
-    """The largest difference of a joint angle at any logged time of the same trials, [rad]."""
+    """Computes the largest difference of a joint angle at any logged time of the same trials, [rad]."""
     return max(float(np.abs(a.q - b.q).max()) for a, b in zip(one, other, strict=True))
 
 
 def _hold(tools: Sequence[Tool], duration: float, settings: Settings) -> list[TrialRecord]:
-    """One observer who holds one object after the other, and learns from each."""
+    """Simulates one observer who holds one object after the other, and learns from each."""
     observer = Observer(get_runner(settings), MaterialMemory(), duration=duration)
     return [observer.hold(tool, (0, number)) for number, tool in enumerate(tools)]
 

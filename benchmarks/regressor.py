@@ -1,7 +1,7 @@
-"""The payload regressor along a trajectory of 300 samples, beside Pinocchio's C++ regressor called in a loop.
+"""Payload regressor along a trajectory of 300 samples, compared with Pinocchio's C++ regressor called in a loop.
 
-Pinocchio's computes the columns of all bodies, of which the last ten serve; it has no other for a single body in the
-space of joint torques.
+Pinocchio computes the columns of all bodies, of which the last ten are used; it has no function for a single body in
+the space of joint torques.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ HEADER = ["payload regressor", "ms for 300 samples", "time over Pinocchio's"]
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Times the ways to the regressor; returns rows of a table, and our time over Pinocchio's."""
+    """Times each computation of the regressor; returns rows of a table, and our time over Pinocchio's."""
     arm = load_arm()
     chain, model = build_chain(arm), ArmModel(arm)
     other = build_pinocchio()

@@ -1,8 +1,8 @@
-"""Runs every side-by-side measurement, one after the other, and writes results/benchmarks/: ``make bench``."""
+"""Runs all comparative measurements, one after the other, and writes results/benchmarks/: ``make bench``."""
 
 import os
 
-# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+# One thread each, as in the experiments' processes; it must be set before NumPy is loaded.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import importlib.metadata
@@ -29,7 +29,7 @@ HOW = {
 
 
 def main() -> None:
-    """Measures, prints the tables, and writes them with the ratios."""
+    """Runs all measurements, prints the tables, and writes them with the ratios."""
     tables, ratios = [], {}
     for module in (closed_loop, mpc_tick, regressor, decision, strike):
         rows, found = module.measure()

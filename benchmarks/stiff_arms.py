@@ -1,7 +1,7 @@
-"""What damping on light wrists costs an integrator, and what helps: python -m benchmarks.stiff_arms MODELS ...
+"""Cost of damping on light wrists for an integrator, and remedies: python -m benchmarks.stiff_arms MODELS ...
 
 MODELS are folders that ``affordance import-arm`` wrote. Each arm holds the heaviest object of Simulation I, which it
-takes for lighter than it is, for 0.6 s. Errors are of joint angles, against an accuracy of 1e-8.
+believes to be lighter, for 0.6 s. Errors are those of joint angles, against an accuracy of 1e-8.
 """
 
 import dataclasses
@@ -28,12 +28,12 @@ _REFERENCE_ACCURACY = 1e-8
 
 
 def hold(models: Path, accuracy: float, *, holds_torque: bool) -> tuple[Array, int, float]:
-    """Holds the object; returns angles, (N, num_joints), ticks with a limit active, and seconds of CPU.
+    """Simulates the hold; returns angles, (N, num_joints), control periods at a limit, and processor time, [s].
 
     Args:
-        models: The folder.
-        accuracy: Of the integrator.
-        holds_torque: Whether the controller knows that its torques are held.
+        models: Folder of models.
+        accuracy: Accuracy of the integrator.
+        holds_torque: True if the controller models its torques as held.
     """
     settings = dataclasses.replace(
         Settings(arm=models / ARM.name),
@@ -52,7 +52,7 @@ def hold(models: Path, accuracy: float, *, holds_torque: bool) -> tuple[Array, i
 
 
 def _forget_holding(controller: MpcController) -> None:
-    """Gives a controller the instantaneous equation in place of that of held torques."""
+    """Replaces a controller's model of held torques by the instantaneous equation of motion."""
     held = controller._model
     assert isinstance(held, HeldTorqueModel)
     plain = ArmModel(held.arm)

@@ -1,13 +1,14 @@
-"""A blow on a nail: does the integrator find its peaks, whatever the moment a step begins at?
+"""Accuracy of the integrator for a blow on a nail: its peaks, for any timing of the steps.
 
-The stick of Simulation IV is swung at the nail by either end, its densities known. The whole closed loop is
-simulated, controller, estimator and loggers in place, from starts that differ in where the nail stands: up to a
-millimetre to either side along the blow, so that it is struck up to 0.3 ms before or after a tick, at other moments
-of steps. The swing is simulated once for each; every setting then takes over a copy of its Context 20 ms before the
-planned strike, and goes on to 35 ms after it. The reference is implicit Euler at 1e-6 with steps of at most 10 us,
-from one start for each grip; an explicit integrator would need steps of 20 ns, as the resistance is so stiff at rest.
+The stick of Simulation IV is swung at the nail by either end, with known densities. The whole closed loop is
+simulated, with controller, estimator and loggers in place, from starts that differ in the position of the nail: up to
+a millimetre to either side along the blow, so that it is struck up to 0.3 ms before or after the start of a control
+period, at different moments of steps. The swing is simulated once for each; every setting then continues from a copy
+of its Context 20 ms before the planned strike, until 35 ms after it. The reference is implicit Euler at 1e-6 with
+steps of at most 10 us, from one start for each grip; an explicit integrator would need steps of 20 ns, as the
+resistance is so stiff at rest.
 
-What is slow is simulated from fewer starts. Times are wall times: run it when nobody else needs the cores.
+Slow settings are simulated from fewer starts. Times are wall times: run it on an otherwise idle machine.
 
 A discrete plant and hydroelastic contact are simulated without the controller, with its torques (plain_blow.py).
 """
@@ -53,14 +54,14 @@ _MEASURES = [
     "time, median (s)",
 ]
 HEADER = ["integrator", "accuracy", "largest step (us)", *_MEASURES]
-# Rows of the logs at every tick, for the torques that are fed to plain blows; steps end at ticks anyway.
+# Logs at every control period, for the torques that are fed to plain blows; steps end at control periods anyway.
 SETTINGS = dataclasses.replace(DEFAULT_SETTINGS, log_period=DEFAULT_SETTINGS.control_period)
 NUM_STARTS = 12
-# How far the nail stands from where it is believed to stand, along the blow, [m].
+# Displacement of the nail from its believed position, along the blow, [m].
 SHIFTS = np.linspace(-1e-3, 1e-3, NUM_STARTS)
-# Of the starts, what is enough for what is slow.
+# Starts for slow settings.
 FEW = slice(0, NUM_STARTS, 6)
-# Hardly depends on the start: radau3 finds the same from all.
+# The reference hardly depends on the start: radau3 finds the same from all.
 REFERENCE = ("implicit_euler", 1e-6, 1e-5)
 CHOSEN = (SETTINGS.contact_scheme, SETTINGS.contact_accuracy, SETTINGS.contact_max_step_size)
 CASES = (
@@ -78,20 +79,20 @@ DISCRETE_STEPS = (1e-4, 1e-5, 1e-6)
 STICTION_TOLERANCES = (1e-3, STICTION_TOLERANCE, 3e-2)
 # Integrators of the closed loop that are slow.
 _SLOW = (("cenic", 1e-6, 1e-5),)
-# A blow that takes longer to simulate is given up, and with it the setting, [s].
+# Wall time after which a blow, and with it the setting, is given up, [s].
 PATIENCE = 10.0
-# That of the reference, and of what is simulated without the controller, [s].
+# Patience for the reference, and for simulations without the controller, [s].
 _LONG_PATIENCE = 120.0
 
 
 class Start(NamedTuple):
-    """A closed loop shortly before its strike.
+    """Closed loop shortly before its strike.
 
     Attributes:
-        tool: As it is held.
-        strike: The task, with the nail where it truly stands.
-        trial: The Diagram.
-        context: Its Context.
+        tool: Tool as it is held.
+        strike: Task, with the true position of the nail.
+        trial: Diagram of the trial.
+        context: Context of the Diagram at that time.
     """
 
     tool: Tool
@@ -103,11 +104,11 @@ class Start(NamedTuple):
 def prepare_starts(
     shifts: Iterable[float], change_nail: Callable[[Nail], Nail] = lambda nail: nail
 ) -> dict[str, list[Start]]:
-    """Simulates the swings: starts by the grip of the stick.
+    """Simulates the swings; returns the starts by the grip of the stick.
 
     Args:
-        shifts: Of the nail, along the blow, [m].
-        change_nail: What becomes of the nail; blows are planned as for the one of the file.
+        shifts: Displacements of the nail along the blow, [m].
+        change_nail: Function that changes the simulated nail; blows are planned for the nail of the file.
     """
     materials = load_materials(MODELS / "materials.yaml")
     stick = load_tools(MODELS / "tools" / "novel.yaml", materials)[0]
@@ -133,14 +134,14 @@ def prepare_starts(
 
 
 def configure(scheme: str, accuracy: float, max_step: float) -> SimulatorConfig:
-    """The settings' configuration while tool and nail may touch, with another integrator."""
+    """Returns the default configuration during possible contact, with another integrator."""
     return dataclasses.replace(
         SETTINGS, contact_scheme=scheme, contact_accuracy=accuracy, contact_max_step_size=max_step
     ).contact_simulator
 
 
 def strike_nail(start: Start, config: SimulatorConfig, patience: float = PATIENCE) -> tuple[Blow, Context] | None:
-    """Goes on from a start; returns the blow and the Context after it, or None if it takes too long."""
+    """Continues from a start; returns the blow and the Context after it, or None if it takes too long."""
     context = start.context.Clone()
     touch, leave = start.strike.contact
     simulator = Simulator(start.trial.diagram, context)
@@ -157,14 +158,14 @@ def strike_nail(start: Start, config: SimulatorConfig, patience: float = PATIENC
 
 
 def find_strip(start: Start) -> Strip:
-    """State at a start, and the torques of the closed loop since."""
+    """Returns the state at a start, and the subsequent torques of the closed loop."""
     done = strike_nail(start, configure(*CHOSEN))
     assert done is not None  # the chosen setting
     plant, n = start.trial.arm.plant, start.trial.arm.num_joints
     plant_context = start.trial.arm.plant.GetMyContextFromRoot(start.context)
     x = np.concatenate([plant.GetPositions(plant_context)[:n], plant.GetVelocities(plant_context)[:n]])
     log = start.trial.tau_log.FindLog(done[1])
-    # A row's torques are those of the tick that ends then.
+    # A row's torques are those of the control period that ends then.
     since = np.array(log.sample_times()) > start.context.get_time() + 0.5 * SETTINGS.control_period
     return Strip(x, log.data().T[since], SETTINGS.control_period)
 
@@ -176,7 +177,7 @@ def strike_plainly(start: Start, *, model: ContactModel = ContactModel.kPoint, t
 
 
 def run_blows(blow: Callable[[Start], Blow | None], starts: Iterable[Start]) -> Iterator[Blow | None]:
-    """Blows from some starts, up to the first that takes too long, which is None."""
+    """Simulates blows from some starts, up to the first that takes too long, for which it yields None."""
     for start in starts:
         done = blow(start)
         yield done
@@ -187,7 +188,7 @@ def run_blows(blow: Callable[[Start], Blow | None], starts: Iterable[Start]) -> 
 def strike_with(
     scheme: str, accuracy: float, max_step: float, patience: float = PATIENCE
 ) -> Callable[[Start], Blow | None]:
-    """Returns what simulates a blow with an integrator."""
+    """Returns a function that simulates a blow with an integrator."""
     config = configure(scheme, accuracy, max_step)
 
     def blow(start: Start) -> Blow | None:
@@ -198,7 +199,7 @@ def strike_with(
 
 
 def format_blows(label: Sequence[str], grip: str, found: Iterable[Blow | None], reference: float) -> list[str]:
-    """A row of a table; found is the result of ``run_blows``."""
+    """Formats a row of a table; found is the result of ``run_blows``."""
     found = list(found)
     blows = [blow for blow in found if blow is not None]
     count = str(len(blows)) if len(blows) == len(found) else f"{len(blows)}, then given up"
@@ -220,7 +221,7 @@ def format_blows(label: Sequence[str], grip: str, found: Iterable[Blow | None], 
 
 
 def _span(values: Array, form: str) -> str:
-    """Least and largest of some values."""
+    """Formats the least and largest of some values."""
     least, largest = f"{values.min():{form}}", f"{values.max():{form}}"
     return least if least == largest else f"{least} to {largest}"
 
@@ -231,18 +232,18 @@ def _label(scheme: str, accuracy: float, max_step: float) -> list[str]:
 
 
 def find_reference(grips: Mapping[str, Sequence[Start]]) -> tuple[list[list[str]], dict[str, float]]:
-    """Rows of the reference, and by grip the peak of the resistance, [N]."""
+    """Computes rows of the reference, and by grip the peak of the resistance, [N]."""
     rows, peaks = [], {}
     for grip, starts in grips.items():
         blow = strike_with(*REFERENCE, _LONG_PATIENCE)(starts[0])
-        assert blow is not None  # or there is nothing to compare with
+        assert blow is not None  # otherwise there is nothing to compare with
         peaks[grip] = blow.peak
         rows.append(format_blows(_label(*REFERENCE), grip, [blow], blow.peak))
     return rows, peaks
 
 
 def compare_integrators(grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]) -> Iterator[list[str]]:
-    """Rows for each integrator of the closed loop, and for discrete plants."""
+    """Yields rows for each integrator of the closed loop, and for discrete plants."""
     for case in CASES:
         for grip, starts in grips.items():
             blows = run_blows(strike_with(*case), starts[FEW] if case in _SLOW else starts)
@@ -257,7 +258,7 @@ def compare_integrators(grips: Mapping[str, Sequence[Start]], reference: Mapping
 def compare_contact_models(
     grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
 ) -> Iterator[list[str]]:
-    """Rows for point contact and hydroelastic contact, with the chosen integrator."""
+    """Yields rows for point contact and hydroelastic contact, with the chosen integrator."""
     for name, model in (("point", ContactModel.kPoint), ("hydroelastic", ContactModel.kHydroelastic)):
         for grip, starts in grips.items():
             some = starts[FEW] if model == ContactModel.kPoint else starts[:1]
@@ -268,7 +269,7 @@ def compare_contact_models(
 def compare_stiction_tolerances(
     grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
 ) -> Iterator[list[str]]:
-    """Rows for each stiction tolerance, with the chosen integrator."""
+    """Yields rows for each stiction tolerance, with the chosen integrator."""
     for tolerance in STICTION_TOLERANCES:
         for grip, starts in grips.items():
             for start in starts:
@@ -280,7 +281,7 @@ def compare_stiction_tolerances(
 
 
 def drive_yielding_nail() -> Iterator[list[str]]:
-    """Rows for a nail of constant yield force that takes the same work over the demanded travel."""
+    """Yields rows for a nail of constant yield force that takes the same work over the demanded travel."""
 
     def change(nail: Nail) -> Nail:
         mean = 0.5 * nail.stiffness * (nail.depth_set + nail.depth_demanded)
@@ -289,12 +290,12 @@ def drive_yielding_nail() -> Iterator[list[str]]:
     for grip, starts in prepare_starts(SHIFTS, change).items():
         blows = run_blows(strike_with(*CHOSEN), starts)
         force = starts[0].strike.placement.nail.yield_force
-        assert force is not None  # it was given one
+        assert force is not None  # set by change
         yield format_blows([f"{force:.1f}"], grip, blows, force)
 
 
 def measure() -> tuple[list[list[str]], dict[str, float]]:
-    """Measures the chosen setting beside the reference; returns rows of a table, and the time a blow takes."""
+    """Measures the chosen setting against the reference; returns rows of a table, and the time per blow."""
     grips = prepare_starts(SHIFTS)
     rows, reference = find_reference(grips)
     seconds = []
@@ -306,7 +307,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
 
 
 def main() -> None:
-    """Prints the tables of the full study, row by row as they are found."""
+    """Prints the tables of the full study, row by row as they are computed."""
     grips = prepare_starts(SHIFTS)
     rows, reference = find_reference(grips)
     for header, found in (

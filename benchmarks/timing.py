@@ -1,4 +1,4 @@
-"""Timing calls by turns, so that a busy machine is as unkind to one as to the other."""
+"""Alternating timing of functions, so that the load of the machine affects all alike."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -9,14 +9,14 @@ import numpy as np
 def time_by_turns(
     calls: Mapping[str, Callable[[], object]], *, turns: int = 21, calls_per_turn: int = 20
 ) -> dict[str, float]:
-    """Times functions by turns.
+    """Times functions alternately.
 
     Args:
-        calls: Functions by name.
-        turns: How often each has its turn.
-        calls_per_turn: How often it is called in a turn.
+        calls: Functions, by name.
+        turns: Number of turns of each function.
+        calls_per_turn: Number of calls in a turn.
 
-    Returns: Median over turns of the mean time a call, [s].
+    Returns: Median over turns of the mean time per call, [s].
     """
     times: dict[str, list[float]] = {name: [] for name in calls}
     for call in calls.values():

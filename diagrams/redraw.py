@@ -8,7 +8,7 @@ from affordance.simulation.diagram import build_trial_diagram
 
 
 def main() -> None:
-    """Writes one .dot and one .svg file; all experiments run Diagrams of this wiring, with other tools and tasks."""
+    """Writes one .dot and one .svg file; all experiments run Diagrams wired like this, with other tools and tasks."""
     experiment = load_hold_experiment("weight")
     trial = build_trial_diagram(experiment.settings, experiment.duration)
     save_diagram(trial.diagram, Path(__file__).parent, experiment.name)

@@ -1,1 +1,1 @@
-"""What is believed: of densities, of materials, of one object."""
+"""Beliefs about densities, materials and objects."""

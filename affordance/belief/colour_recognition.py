@@ -1,10 +1,9 @@
-"""Which material a colour is of: one seen before, or one never seen.
+"""Recognition of a material by its colour: a known colour, or a new one.
 
-A colour is measured with an error, and objects of one material differ by what is just noticeable. Around each colour
-that was met before colours are normal in CIELAB; those of materials never met are anywhere among the colours a
-picture can hold. Brightness may be measured worse than the rest, for it hangs on how a surface is turned to the
-lamps: its error shifts a colour along the direction in which it changes as the light does. All known colours and
-"never met" are equally probable before the colour is observed.
+A colour is measured with an error, and objects of one material differ by a just noticeable difference. Measurements
+of a known colour are normal in CIELAB; new colours are uniform over the colours that a picture can hold. Brightness
+may have a larger error, as it depends on the orientation of a surface to the lamps: this error shifts a colour in the
+direction of its change with the light. All known colours and "new" are equally probable before the measurement.
 """
 
 from collections.abc import Sequence
@@ -24,17 +23,17 @@ def compute_colour_probabilities(
     colours: Sequence[tuple[float, float, float]],
     lightness_sd: float = 0.0,
 ) -> Array:
-    """Probabilities that a colour is each of K known colours, and, last, that it was never met, (K + 1,).
+    """Computes probabilities that a colour is each of K known colours and, last, a new one, shape (K + 1,).
 
     Args:
-        colour: As measured, in [0, 1].
+        colour: Measured red, green and blue in [0, 1].
         colour_sd: Standard deviation of the measurement in each direction of CIELAB.
-        colours: Colours met before.
-        lightness_sd: Standard deviation of a further error of its brightness, in units of L*.
+        colours: Known colours.
+        lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
     """
     spread = np.hypot(colour_sd, JUST_NOTICEABLE)
     differences = convert_to_lab(np.array(colours).reshape(-1, 3)) - convert_to_lab(np.array(colour))
-    # Of the covariance spread^2 I + u u^T, with u one standard deviation of brightness.
+    # The covariance is spread^2 I + u u^T, with u one standard deviation of brightness.
     u = lightness_sd * _find_brightening(colour)
     ratio = float(u @ u) / spread**2
     distances = (differences**2).sum(axis=1) - (differences @ u) ** 2 / (spread**2 * (1.0 + ratio))
@@ -46,7 +45,7 @@ def compute_colour_probabilities(
 
 
 def _find_brightening(colour: tuple[float, float, float]) -> Array:
-    """How a colour changes in CIELAB as the light on it grows, for one unit of L*, (3,)."""
+    """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,)."""
     dark = np.maximum(np.array(colour), 1.0 / 255.0) * 0.98
     change = convert_to_lab(dark) - convert_to_lab(0.99 * dark)
     direction: Array = change / change[0]

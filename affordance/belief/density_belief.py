@@ -23,17 +23,17 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.data_model import Within
 from affordance.objects.tool import DENSITY_MAX
 
-# Densities that a line shows.
+# Largest number of densities that a line shows.
 _MOST_SHOWN = 8
-# Densities from here on are shown without decimals, [kg/m^3].
+# Least density that is shown without decimals, [kg/m^3].
 _WHOLE = 10.0
-# Far above any density, so that a flat prior can be asked for, [kg/m^3].
+# Far above any density, to permit flat priors, [kg/m^3].
 _SD_MAX = 1e12
 
 
 @dataclass(frozen=True)
 class Prior:
-    """Prior of the density of a material that was never held, the same for all (docs/decisions/0003-prior.md).
+    """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
 
     Attributes:
         mode: Most probable density, [kg/m^3].
@@ -58,16 +58,16 @@ class Prior:
     ] = 100.0
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the numbers against their bounds.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A number is not finite, or is out of bounds.
         """
         check_fields(self)
 
 
 class PointEstimate(enum.Enum):
-    """Which single density stands for a belief when a controller needs one."""
+    """Point estimate that represents a belief when a controller needs a single density."""
 
     MODE = "mode"  # the most probable density (paper, IV-A)
     SAMPLE = "sample"  # one drawn from the distribution (paper, III)
@@ -75,17 +75,17 @@ class PointEstimate(enum.Enum):
     MEDIAN = "median"  # for comparison only
 
 
-# No point used for control lies below the lightest solids one handles, foamed polystyrene, [kg/m^3].
+# Lower bound of point estimates: the lightest solid in common use, foamed polystyrene, [kg/m^3].
 DENSITY_FLOOR = 10.0
 
 
 @dataclass(frozen=True)
 class DensityBelief:
-    """A distribution over M densities, [kg/m^3].
+    """Distribution of M densities, [kg/m^3].
 
     Attributes:
-        precision: Lambda of the unrestricted normal distribution, shape (M, M), read-only.
-        information_vector: eta, shape (M,), read-only.
+        precision: Precision Lambda of the unrestricted normal distribution, shape (M, M), read-only.
+        information_vector: Information vector eta, shape (M,), read-only.
     """
 
     precision: Array
@@ -95,7 +95,7 @@ class DensityBelief:
         """Keeps read-only copies.
 
         Raises:
-            BadArgumentError: Something is not finite, or the precision is not symmetric and positive definite.
+            BadArgumentError: A value is not finite, or the precision is not symmetric and positive definite.
         """
         information_vector = check_array("information_vector", self.information_vector, (None,)).copy()
         size = information_vector.size
@@ -112,7 +112,7 @@ class DensityBelief:
         return f"DensityBelief({self.describe()})"
 
     def describe(self) -> str:
-        """Mean and standard deviation of each density of the unrestricted normal distribution, in a line."""
+        """Describes means and standard deviations of the unrestricted normal distribution in a line."""
         sds = np.sqrt(np.diag(self.covariance))
         texts = [
             f"{show_density(mean)} ± {show_density(sd)}" for mean, sd in zip(self.untruncated_mean, sds, strict=True)
@@ -122,11 +122,10 @@ class DensityBelief:
 
     @classmethod
     def from_moments(cls, mean: Array, covariance: Array) -> "DensityBelief":
-        """Builds the belief whose unrestricted normal distribution has a mean (M,) and covariance (M, M).
+        """Builds the belief whose unrestricted normal distribution has a mean, (M,), and a covariance, (M, M).
 
         Raises:
-            BadArgumentError: Shapes do not fit, something is not finite, or the covariance is not that of a normal
-                distribution.
+            BadArgumentError: Shapes do not fit, a value is not finite, or the covariance is not positive definite.
         """
         mean = check_array("mean", mean, (None,))
         covariance = check_array("covariance", covariance, (mean.size, mean.size))
@@ -156,30 +155,30 @@ class DensityBelief:
         return untruncated_mean
 
     def condition(self, likelihood: Likelihood) -> "DensityBelief":
-        """Applies Bayes' rule."""
+        """Returns the posterior by Bayes' rule."""
         return DensityBelief(
             self.precision + likelihood.precision, self.information_vector + likelihood.information_vector
         )
 
     def extend(self, prior: Prior, count: int) -> "DensityBelief":
-        """Adds ``count`` materials never felt."""
+        """Returns the belief with ``count`` new materials."""
         return self.extend_by([prior.mode] * count, [prior.sd] * count)
 
     def extend_by(self, means: Sequence[float], sds: Sequence[float]) -> "DensityBelief":
-        """Adds materials never felt, independent of the others, with a mean and a standard deviation each."""
+        """Returns the belief with new, independent materials, with a mean and a standard deviation each."""
         precision = np.diag([*np.zeros(self.size), *(sd**-2 for sd in sds)])
         precision[: self.size, : self.size] = self.precision
         added = [mean / sd**2 for mean, sd in zip(means, sds, strict=True)]
         return DensityBelief(precision, np.append(self.information_vector, added))
 
     def extend_by_mixture(self, probabilities: Array, prior: Prior) -> "DensityBelief":
-        """Adds a material that is one of those known, or one never felt.
+        """Returns the belief with another material that is one of the known ones, or a new one.
 
         Its density has the mean, variance and covariances of the mixture, all of the unrestricted distributions.
 
         Args:
-            probabilities: That it is each of the M known ones and, last, that it is none of them, shape (M + 1,).
-            prior: What is believed of it if it is none of them.
+            probabilities: Probabilities of each of the M known materials and, last, of a new one, shape (M + 1,).
+            prior: Prior of a new material.
         """
         known, covariance = self.untruncated_mean, self.covariance
         means = np.append(known, prior.mode)
@@ -192,7 +191,7 @@ class DensityBelief:
         return DensityBelief.from_moments(np.append(known, mean), extended)
 
     def add_object_variation(self, deviation_sd: float, num_objects: int = 1) -> "DensityBelief":
-        """Belief about the densities of objects, mu + delta each, with deltas ~ N(0, deviation_sd^2 I) of their own.
+        """Returns the belief about densities mu + delta of objects, with delta ~ N(0, deviation_sd^2 I) for each.
 
         Returns: The joint belief of size num_objects * M, object by object.
         """
@@ -201,7 +200,7 @@ class DensityBelief:
         return DensityBelief.from_moments(np.tile(self.untruncated_mean, num_objects), covariance)
 
     def compute_point_estimate(self, point_estimate: PointEstimate, rng: np.random.Generator) -> Array:
-        """Chooses the densities that stand for the belief, none below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        """Computes the point estimate of the densities, at least DENSITY_FLOOR each, shape (M,), [kg/m^3]."""
         match point_estimate:
             case PointEstimate.MODE:
                 return self.compute_mode()
@@ -215,31 +214,31 @@ class DensityBelief:
         return floored
 
     def compute_mode(self) -> Array:
-        """Most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
+        """Computes the most probable densities not below DENSITY_FLOOR, shape (M,), [kg/m^3]."""
         return positive_gaussian.compute_mode(self.untruncated_mean, self.precision, DENSITY_FLOOR)
 
     def compute_mean(self) -> Array:
-        """Mean densities, shape (M,), [kg/m^3]."""
+        """Computes the mean densities, shape (M,), [kg/m^3]."""
         return positive_gaussian.compute_mean(self.untruncated_mean, self.covariance)
 
     def compute_percentiles(self, fractions: Sequence[float]) -> Array:
-        """Percentiles of each density, shape (len(fractions), M), [kg/m^3].
+        """Computes percentiles of each density, shape (len(fractions), M), [kg/m^3].
 
         Args:
-            fractions: Probabilities of less, from 0 to 1.
+            fractions: Cumulative probabilities, from 0 to 1.
 
         Raises:
-            BadArgumentError: One is not from 0 to 1.
+            BadArgumentError: A fraction is not from 0 to 1.
         """
         chosen = check_fractions("fractions", fractions)
         return positive_gaussian.compute_percentiles(self.untruncated_mean, self.covariance, chosen)
 
     def draw_samples(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Independent samples, shape (num_samples, M), [kg/m^3]."""
+        """Draws independent samples, shape (num_samples, M), [kg/m^3]."""
         return positive_gaussian.draw_samples(self.untruncated_mean, self.covariance, rng, num_samples)
 
     def compute_log_evidence(self, likelihood: Likelihood) -> float:
-        """Log probability of data under this belief, log of integral p(data | rho) p(rho) drho over rho > 0."""
+        """Computes the log evidence of data, the log of the integral of p(data | rho) p(rho) over rho > 0."""
         posterior = self.condition(likelihood)
         return float(
             self.compute_untruncated_log_evidence(likelihood, posterior)
@@ -248,11 +247,11 @@ class DensityBelief:
         )
 
     def compute_untruncated_log_evidence(self, likelihood: Likelihood, posterior: "DensityBelief") -> float:
-        """Log probability of data under the unrestricted normal distribution, in closed form.
+        """Computes the log evidence of data under the unrestricted normal distribution, in closed form.
 
         Args:
-            likelihood: Of the data.
-            posterior: This belief, conditioned on them.
+            likelihood: Likelihood of the data.
+            posterior: Posterior: this belief conditioned on the data.
         """
         return float(
             likelihood.log_constant
@@ -265,10 +264,10 @@ class DensityBelief:
         )
 
     def compute_p_value(self, likelihood: Likelihood) -> float:
-        """Probability of data at least as improbable as these under this belief, by their evidence.
+        """Computes the probability, under this belief, of data with at most the evidence of these.
 
-        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared number
-        with as many degrees of freedom as there are measured numbers. That densities are positive is left out here.
+        Under the unrestricted normal distribution the log evidence is a constant less half of a chi-squared variable
+        with one degree of freedom per measured number. The restriction to positive densities is ignored here.
         """
         posterior = self.condition(likelihood)
         distance = -2.0 * (likelihood.log_constant - likelihood.log_peak)
@@ -280,7 +279,7 @@ class DensityBelief:
 
 
 def show_density(density: float) -> str:
-    """A density in kg/m^3 without decimals, or in two digits where it is small."""
+    """Formats a density in kg/m^3 without decimals, or with two digits if it is small."""
     return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
 
 

@@ -1,9 +1,9 @@
-"""The memory of a learner with kinds: it can tell an odd member of a material from a thing of its own.
+"""Memory of a learner with kinds, which distinguishes odd members of a material from objects of another kind.
 
-What it believes of an object before it is felt: if the object was lifted before, the density of the kind it is of, or
-its own; if it never was, that of the most populous kind of its colour. What a trial teaches: the gate
-(``kinds_gate``) weighs which kind the object is of, the best hypothesis or one drawn is taken for true, and the
-kinds it names learn by Bayes' rule.
+Before a lift, the belief about an object that was lifted before is the density of its kind, or its own; about a new
+object it is that of the most populous kind of its colour. After a lift the gate (``kinds_gate``) computes the
+probabilities of the kinds of the object, the most probable hypothesis or a random one is adopted, and its kinds are
+updated by Bayes' rule.
 """
 
 from collections.abc import Mapping, Sequence
@@ -35,18 +35,18 @@ from affordance.objects.colour import Colour, is_same_colour
 from affordance.objects.named_colour import MaterialLike
 from affordance.objects.tool import Material
 
-# Bounds of the numbers that the gate goes by, 1.
+# Bounds of the numbers in the gate's settings, dimensionless.
 _LEAST, _MOST = 1e-9, 1e9
 
 
 @dataclass(frozen=True)
 class KindSettings:
-    """What a learner with kinds goes by.
+    """Settings of a learner with kinds.
 
     Attributes:
-        gate: What the gate goes by.
-        pick: Which hypothesis is taken.
-        seed: Determines what is drawn; another one for each observer.
+        gate: Settings of the gate.
+        pick: Rule by which a hypothesis is adopted.
+        seed: Seed of random choices, different for each observer.
     """
 
     gate: GateSettings
@@ -54,10 +54,10 @@ class KindSettings:
     seed: tuple[int, ...] = (0,)
 
     def __post_init__(self) -> None:
-        """Checks the gate's numbers.
+        """Checks the gate's numbers, the pick and the seed.
 
         Raises:
-            BadArgumentError: One is not finite and positive, the pick is none, or the seed is none.
+            BadArgumentError: A number is not finite and positive, or pick or seed is invalid.
         """
         for name, value in self.gate._asdict().items():
             check_number(name, value, _LEAST, _MOST)
@@ -65,7 +65,7 @@ class KindSettings:
         object.__setattr__(self, "seed", check_seed(self.seed))
 
     def pick_verdict(self, verdicts: Sequence[Verdict], lift: int) -> Verdict:
-        """Picks a verdict; lift is the number of the lift, from 1, which with the seed determines what is drawn."""
+        """Picks a verdict; the number of the lift, from 1, and the seed determine random choices."""
         probabilities = np.array([verdict.probability for verdict in verdicts])
         if self.pick is Pick.MAP:
             return verdicts[int(probabilities.argmax())]
@@ -74,12 +74,12 @@ class KindSettings:
 
 
 class ObjectAtHand(NamedTuple):
-    """The object recalled last.
+    """Object that was recalled last.
 
     Attributes:
-        known: What is known of it.
-        place: Its place among the objects; None if it was never lifted.
-        prior: What is believed of a kind never met.
+        known: Appearance, kinds and own densities of the object.
+        place: Index among the objects; None if it was never lifted.
+        prior: Prior of materials that were never met.
     """
 
     known: KnownObject
@@ -89,14 +89,14 @@ class ObjectAtHand(NamedTuple):
 
 @dataclass(frozen=True)
 class KindMemory:
-    """What is remembered of kinds and objects.
+    """Memory of kinds and objects.
 
     Attributes:
-        settings: What the learner goes by.
-        colours: The colours, in the order they were met.
-        kinds: The kinds, and the objects of each.
-        num_lifts: How many lifts it has learned from.
-        at_hand: The object recalled last and not learned from yet.
+        settings: Settings of the learner.
+        colours: Known colours, in the order they were met.
+        kinds: Kinds, with the objects of each.
+        num_lifts: Number of lifts from which it has learned.
+        at_hand: Object that was recalled last, until its lift is learned from.
     """
 
     settings: KindSettings
@@ -114,7 +114,7 @@ class KindMemory:
 
     @cached_property
     def belief(self) -> DensityBelief:
-        """Belief about a thing of each colour that was never lifted: that about the colour's most populous kind."""
+        """Belief about a new object of each colour, which is that about the colour's most populous kind."""
         kinds = [self.kinds.find_most_populous(colour) for colour in range(len(self.colours))]
         if kinds == list(range(len(self.kinds.colours))):
             return self.kinds.belief
@@ -122,22 +122,22 @@ class KindMemory:
         return DensityBelief.from_moments(mean[kinds], covariance[np.ix_(kinds, kinds)])
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """What is believed of a thing of a material that was never lifted; see ``MaterialMemory.density``.
+        """Returns the belief about a new object of a material; see ``MaterialMemory.density``.
 
         Raises:
-            BadArgumentError: There is no such material, or nothing of its colour was met.
+            BadArgumentError: The material does not exist, or no object of its colour was met.
         """
         return describe_density(self.colours, self.belief, material, materials)
 
     def find(self, appearance: Sequence[PartAppearance]) -> int | None:
-        """Index of the object of an appearance; None if it was never lifted."""
+        """Returns the index of the object of an appearance; None if it was never lifted."""
         for index, known in enumerate(self.kinds.objects):
             if is_same_object(known.appearance, appearance):
                 return index
         return None
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "KindMemory":
-        """Returns the memory with a kind that starts with the prior for each colour that was never met."""
+        """Returns the memory with a kind for each new colour, which starts with the prior."""
         memory = self
         for colour in colours:
             if memory._find_colour(colour) is None:
@@ -149,7 +149,7 @@ class KindMemory:
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> "tuple[KindMemory, int]":
-        """Finds a measured colour or meets it; with an error it is the most probable one. See ``Memory``."""
+        """Finds or adds a measured colour; with a measurement error the most probable one. See ``Memory``."""
         if colour_sd > 0.0:
             best = int(compute_colour_probabilities(colour, colour_sd, self.colours, lightness_sd).argmax())
             if best < len(self.colours):
@@ -160,13 +160,13 @@ class KindMemory:
         return memory, index
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[KindMemory]":
-        """Recalls what this object weighed or, if it was never lifted, what things of its colours weigh.
+        """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
-        Costs a comparison with every object, and O(K^3) for K kinds.
+        The cost is a comparison with every object, and O(K^3) for K kinds.
 
         Args:
-            appearance: What is seen of each part.
-            prior: What is believed of materials never met.
+            appearance: Appearance of each part.
+            prior: Prior of materials that were never met.
         """
         memory, parts = self, []
         for part in appearance:
@@ -187,7 +187,7 @@ class KindMemory:
         return Recollection(replace(memory, at_hand=ObjectAtHand(known, place, prior)), densities, columns)
 
     def weigh(self, find_likelihood: FindLikelihood) -> list[Verdict]:
-        """Weighs all hypotheses about the kinds of the object recalled last; the last kinds of its colours are new.
+        """Weighs all hypotheses about the kinds of the object recalled last; the last of each colour is new.
 
         Raises:
             ValueError: No object was recalled.
@@ -201,9 +201,9 @@ class KindMemory:
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
     ) -> "Lesson[KindMemory]":
-        """Judges which kinds the object recalled last is of, and learns from the lift; see ``Memory``.
+        """Infers the kinds of the object recalled last, and learns from the lift; see ``Memory``.
 
-        Costs a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, however many lifts there were.
+        The cost is a weighing of all hypotheses (``kinds_gate``) and O(K^3) for K kinds, for any number of lifts.
 
         Raises:
             ValueError: No object was recalled.
@@ -215,12 +215,12 @@ class KindMemory:
     def take(
         self, verdicts: list[Verdict], chosen: Verdict, find_likelihood: FindLikelihood, deviation_sd: float
     ) -> "Lesson[KindMemory]":
-        """Takes one of the verdicts about the object recalled last for true, and learns from the lift.
+        """Adopts one of the verdicts about the object recalled last, and learns from the lift.
 
         Args:
-            verdicts: About all hypotheses, from ``weigh``.
-            chosen: One of them.
-            find_likelihood: Finds the likelihood of what was felt.
+            verdicts: Verdicts on all hypotheses, from ``weigh``.
+            chosen: Verdict that is adopted.
+            find_likelihood: Function that finds the likelihood of the measured torques.
             deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
 
         Raises:
@@ -246,14 +246,14 @@ class KindMemory:
         return Lesson(memory, chosen.posterior, chosen.likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "KindMemory":
-        """Returns the memory with these colours only, all of which it has met, and the objects that show no other."""
+        """Returns the memory of these known colours only, with the objects that have no other colour."""
         if tuple(colours) == self.colours:
             return self
         numbers = {self.colours.index(colour): new for new, colour in enumerate(colours)}
         return replace(self, colours=tuple(colours), kinds=restrict_colours(self.kinds, numbers), at_hand=None)
 
     def _start_kind(self, chosen: Verdict, column: int) -> KindPrior:
-        """What a kind that is founded starts with: what its hypothesis said of its first object."""
+        """Returns the prior of a new kind: the density that its hypothesis predicts for its first object."""
         known, _, prior = self._get_at_hand()
         hypothesis = chosen.hypothesis
         if column not in hypothesis.founded:

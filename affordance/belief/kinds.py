@@ -1,7 +1,7 @@
-"""Kinds of things within a colour: what a learner remembers that can tell an odd member from a thing of its own.
+"""Kinds of objects within a colour, as a learner with kinds remembers them.
 
-A colour has one or more kinds, each a mean density; all kinds of all colours share one normal distribution in
-information form. An object is known by its appearance, and is of one kind for each colour it shows.
+A colour has one or more kinds, each with a mean density; the means of all kinds share one normal distribution in
+information form. An object is identified by its appearance, and has one kind for each of its colours.
 """
 
 from collections.abc import Sequence
@@ -21,7 +21,7 @@ class KindPrior(NamedTuple):
 
     Attributes:
         mean: Mean density, [kg/m^3].
-        sd: Standard deviation, [kg/m^3].
+        sd: Standard deviation of the mean density, [kg/m^3].
     """
 
     mean: float
@@ -29,12 +29,12 @@ class KindPrior(NamedTuple):
 
 
 class Membership(NamedTuple):
-    """Which kind an object is of, in one of its colours.
+    """Membership of an object in a kind, for one of its colours.
 
     Attributes:
         kind: Index of the kind.
-        num_lifts: For how many of its last lifts it has been of this kind, n.
-        probability: That it is, as judged at the last of them.
+        num_lifts: Number n of consecutive last lifts in which the object was of this kind.
+        probability: Probability of this kind after the last of these lifts.
     """
 
     kind: int
@@ -43,18 +43,18 @@ class Membership(NamedTuple):
 
 
 class OwnDensities(NamedTuple):
-    """Densities of one object's own, for those of its colours in which it is outside the most populous kind.
+    """Own densities of an object, for those of its colours in which it is outside the most populous kind.
 
     Attributes:
-        columns: Which of the object's colours, m of them, increasing.
-        belief: Belief about them, of size m.
+        columns: Indices of m of the object's colours, increasing.
+        belief: Belief about the densities of these colours, of size m.
     """
 
     columns: tuple[int, ...] = ()
     belief: DensityBelief = EMPTY_BELIEF
 
     def restrict_to(self, columns: tuple[int, ...]) -> "OwnDensities":
-        """Returns those of some of the columns."""
+        """Returns the densities of some of the columns."""
         if columns == self.columns:
             return self
         if not columns:
@@ -65,13 +65,13 @@ class OwnDensities(NamedTuple):
 
 
 class KnownObject(NamedTuple):
-    """An object that was lifted before.
+    """Object that was lifted before.
 
     Attributes:
-        appearance: What it looks like; its parts have the colours of the memory.
+        appearance: Appearance of the object; its parts have the colours of the memory.
         colours: Indices of its colours, in the order of its columns.
-        memberships: For each of these colours.
-        own: Densities of its own.
+        memberships: Memberships for each of these colours.
+        own: Own densities of the object.
     """
 
     appearance: Appearance
@@ -82,12 +82,12 @@ class KnownObject(NamedTuple):
 
 @dataclass(frozen=True)
 class Kinds:
-    """The kinds there are, and the objects of each.
+    """Kinds and their objects.
 
     Attributes:
         colours: Index of the colour of each of K kinds.
-        belief: Belief about their mean densities, of size K.
-        objects: The objects lifted so far.
+        belief: Belief about the kinds' mean densities, of size K.
+        objects: Objects that were lifted.
         priors: Priors of the kinds, K of them.
     """
 
@@ -97,11 +97,11 @@ class Kinds:
     priors: tuple[KindPrior, ...] = ()
 
     def list_of(self, colour: int) -> list[int]:
-        """Indices of the kinds of a colour, the oldest first."""
+        """Lists the indices of the kinds of a colour, the oldest first."""
         return [kind for kind, of in enumerate(self.colours) if of == colour]
 
     def count_objects(self, excluded: int | None = None) -> NDArray[np.intp]:
-        """Counts the objects of each kind, shape (K,); one object, by its index, can be left out."""
+        """Counts the objects of each kind, shape (K,); the object of an index can be excluded."""
         counts = np.zeros(len(self.colours), dtype=np.intp)
         for index, known in enumerate(self.objects):
             if index != excluded:
@@ -109,30 +109,30 @@ class Kinds:
         return counts
 
     def find_most_populous(self, colour: int) -> int:
-        """Index of the kind of a colour that most objects are of; of equals the oldest."""
+        """Finds the index of the kind of a colour with the most objects; the oldest among equals."""
         candidates = self.list_of(colour)
         counts = self.count_objects()
         return max(candidates, key=lambda kind: (counts[kind], -kind))
 
     def find_reference(self, colour: int) -> float | None:
-        """Mean density of a colour's most populous kind, [kg/m^3]; None of a colour of which nothing was lifted."""
+        """Finds the mean density of a colour's most populous kind, [kg/m^3]; None if no such object was lifted."""
         if not self.count_objects()[self.list_of(colour)].any():
             return None
         return max(float(self.belief.untruncated_mean[self.find_most_populous(colour)]), DENSITY_FLOOR)
 
     def predict_new(self, colour: int, prior: Prior, spread: float) -> KindPrior:
-        """What is believed of a new kind of a colour.
+        """Predicts the density of a new kind of a colour.
 
         Args:
             colour: Index of the colour.
-            prior: Prior of the first kind of a colour, which has nothing to be compared with.
-            spread: Standard deviation of a further kind's density over the mean of the colour's most populous one.
+            prior: Prior of the first kind of a colour.
+            spread: Ratio of the SD of a further kind's density to the mean density of the most populous kind.
         """
         reference = self.find_reference(colour)
         return KindPrior(prior.mode, prior.sd) if reference is None else KindPrior(reference, spread * reference)
 
     def add(self, colours: tuple[int, ...], priors: Sequence[KindPrior]) -> "Kinds":
-        """Returns the kinds with new ones, each of a colour and with a prior; no object is of them yet."""
+        """Returns the kinds with new ones, each with a colour and a prior, and without objects."""
         return replace(
             self,
             colours=(*self.colours, *colours),
@@ -141,7 +141,7 @@ class Kinds:
         )
 
     def compute_category_sd(self, kappa: float) -> Array:
-        """Breadth of each kind as a category: kappa times its mean density, shape (K,), [kg/m^3]."""
+        """Computes the breadth of each kind as a category, kappa times its mean density, shape (K,), [kg/m^3]."""
         breadth: Array = kappa * np.maximum(self.belief.untruncated_mean, DENSITY_FLOOR)
         return breadth
 

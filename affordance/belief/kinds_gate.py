@@ -1,22 +1,22 @@
-"""The gate: is an object that was just lifted an odd member of its kind, of another kind, or a thing of its own?
+"""Gate that infers after a lift whether an object is an odd member of its kind, of another kind, or of a new one.
 
-Before a lift the kind of an object is distributed as in a Chinese restaurant whose guests are objects, sticky for
-each of them. With N_k other objects of kind k, N their sum, n the lifts for which it has been of its present kind z:
+Before a lift the kind of an object follows a sticky Chinese restaurant process whose guests are objects. With N_k
+other objects of kind k, N their sum, and n the number of lifts in which the object was of its present kind z:
 
     g_k = N_k / (N + alpha),   g_new = alpha / (N + alpha)
     p(z) = (n + c g_z) / (n + c),   p(k) = c g_k / (n + c),   p(new) = c g_new / (n + c)
 
-A hypothesis h gives each colour of the object a kind. Under h the object's densities are S_h rho + delta, with S_h
-what selects these kinds among all and delta ~ N(0, diag(kappa rho_hat)^2), rho_hat the kinds' means before the lift:
-what is felt has an evidence in closed form, and p(h) is proportional to prior times evidence. Only this lift counts:
-evidence that a member is odd is not added up over lifts, or in the end everything would be a thing of its own.
+A hypothesis h assigns a kind to each colour of the object. Under h the object's densities are S_h rho + delta, with
+S_h the selection of these kinds and delta ~ N(0, diag(kappa rho_hat)^2), rho_hat the kinds' means before the lift.
+The evidence of the measured torques has a closed form, and p(h) is proportional to prior times evidence. Only the
+present lift counts: if evidence for odd members were accumulated over lifts, every object would end as its own kind.
 
-A new kind of a colour of which something was lifted has a density N(ref, (s ref)^2), ref the mean of the colour's
-most populous kind: no density is a scale of its own, and the same experiment with all densities multiplied has the
-same odds. Its breadth is kappa times the density that the hypothesis, after the lift, leads to believe, as the size
-of errors is; before the lift nothing is known of it. The first kind of a colour has the prior of all materials.
+A further kind of a colour has a density N(ref, (s ref)^2), ref the mean of the colour's most populous kind. There is
+no absolute scale, so the odds are invariant to a common factor of all densities. The breadth of a new kind is kappa
+times its posterior density under the hypothesis, as with the size of errors, since it is unknown before the lift. The
+first kind of a colour has the prior of all materials.
 
-kappa is the breadth of a category, and decides here alone; how much a lift teaches of a kind's mean is decided by the
+kappa is the breadth of a category and acts only here; the effect of a lift on a kind's mean is determined by the
 scatter of objects within a material (``Prior.deviation_sd``). They are two numbers, not one generative model.
 """
 
@@ -33,36 +33,36 @@ from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import FindLikelihood
 
-# Change of a density, over that of the reference, at which the breadth of a new kind is settled, and most passes.
+# Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50
 
 
 class GateSettings(NamedTuple):
-    """What the gate goes by.
+    """Settings of the gate.
 
     Attributes:
         kappa: Breadth of a category over its mean density.
-        concentration: alpha, how readily a new kind is founded, in objects.
-        switching: c, how readily an object changes its kind, in lifts.
-        spread: s, standard deviation of the density of a further kind of a colour over the mean of the most populous.
+        concentration: Concentration alpha of new kinds, in objects.
+        switching: Readiness c of an object to change its kind, in lifts.
+        spread: Ratio s of the SD of a further kind's density to the mean density of the most populous kind.
     """
 
     kappa: float
-    # One of each is Laplace's rule of succession: as if one more object, or lift, had been seen that is of any kind.
+    # The value 1 is Laplace's rule of succession: as if one more object, or lift, of any kind had been seen.
     concentration: float = 1.0
     switching: float = 1.0
-    # s; from 1 to 3 it hardly decides what is learned (docs/decisions/0026-kinds.md).
+    # Values from 1 to 3 hardly affect learning (docs/decisions/0026-kinds.md).
     spread: float = 2.0
 
 
 class Hypothesis(NamedTuple):
-    """One answer to which kinds an object of m colours is of.
+    """Hypothesis about the kinds of an object with m colours.
 
     Attributes:
-        kinds: Of each colour.
-        probability: Before the lift.
-        densities: What it says of the object's densities, of size m.
-        founded: Columns of which the kind is new and not the first of its colour.
+        kinds: Index of the kind of each colour.
+        probability: Probability before the lift.
+        densities: Belief about the object's densities under the hypothesis, of size m.
+        founded: Columns whose kind is new and not the first of its colour.
     """
 
     kinds: tuple[int, ...]
@@ -72,14 +72,14 @@ class Hypothesis(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What a lift says about a hypothesis.
+    """Verdict on a hypothesis after a lift.
 
     Attributes:
-        hypothesis: The hypothesis; new kinds have the breadth that it leads to believe after the lift.
-        probability: After the lift.
-        log_evidence: Log probability density of what was felt under it.
-        likelihood: Of the object's densities; errors have the size that this hypothesis leads to believe.
-        posterior: Belief about the object's densities after the lift, if it is true.
+        hypothesis: Hypothesis, with the breadth of new kinds evaluated after the lift.
+        probability: Probability after the lift.
+        log_evidence: Log probability density of the measured torques under the hypothesis.
+        likelihood: Likelihood of the object's densities, with the size of errors evaluated under the hypothesis.
+        posterior: Belief about the object's densities after the lift under the hypothesis.
     """
 
     hypothesis: Hypothesis
@@ -92,13 +92,13 @@ class Verdict(NamedTuple):
 def compute_kind_probabilities(
     counts: NDArray[np.intp], settings: GateSettings, *, current: int | None = None, num_lifts: int = 0
 ) -> Array:
-    """Probabilities that an object is of each kind of a colour, and, last, of a new one, before it is lifted.
+    """Computes the probabilities of each kind of a colour and, last, of a new one, before an object is lifted.
 
     Args:
-        counts: How many other objects are of each of K kinds, shape (K,).
-        settings: What the gate goes by.
-        current: Which of the K kinds it is of; None if it was never lifted.
-        num_lifts: For how many of its last lifts it has been of that kind, n.
+        counts: Number of other objects of each of K kinds, shape (K,).
+        settings: Settings of the gate.
+        current: Index of the object's present kind; None if it was never lifted.
+        num_lifts: Number n of consecutive last lifts in which the object was of that kind.
 
     Returns: Probabilities, shape (K + 1,), which sum to one.
     """
@@ -111,15 +111,15 @@ def compute_kind_probabilities(
 
 
 def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, settings: GateSettings) -> list[Hypothesis]:
-    """Lists all hypotheses about an object: as many as the product of K_i + 1 over its colours, with K_i kinds each.
+    """Lists all hypotheses about an object: the product of K_i + 1 over its colours, with K_i kinds each.
 
     Args:
-        kinds: The kinds and their objects, and at the end for each of the object's colours a kind that is new.
-        known: The object; if it was never lifted, its memberships say nothing.
-        place: Its place among the objects; None if it was never lifted.
-        settings: What the gate goes by.
+        kinds: Kinds and their objects; the last kinds are new, one for each of the object's colours.
+        known: Object; its memberships are ignored if it was never lifted.
+        place: Index among the objects; None if it was never lifted.
+        settings: Settings of the gate.
 
-    Returns: Those with a probability above zero.
+    Returns: Hypotheses with a probability above zero.
     """
     counts = kinds.count_objects(excluded=place)
     first_new = len(kinds.colours) - len(known.colours)
@@ -152,19 +152,19 @@ def list_hypotheses(kinds: Kinds, known: KnownObject, place: int | None, setting
 
 
 def find_stable(known: KnownObject, chosen: Sequence[int]) -> OwnDensities:
-    """Densities of an object's own that a hypothesis leaves alone: where the object stays of the kind it is of."""
+    """Finds the own densities of an object that a hypothesis keeps, as the object remains of its kind."""
     stays = [column for column in known.own.columns if known.memberships[column].kind == chosen[column]]
     return known.own.restrict_to(tuple(stays))
 
 
 def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, own: OwnDensities) -> DensityBelief:
-    """Belief about the densities of an object of given kinds, S rho + delta, or its own where it has its own.
+    """Predicts the densities of an object of given kinds, S rho + delta, or its own densities where it has these.
 
     Args:
-        kinds: The K kinds.
-        chosen: The kind of each of the object's m colours.
+        kinds: Kinds, K of them.
+        chosen: Index of the kind of each of the object's m colours.
         scatter_sd: Standard deviation of delta for each kind, shape (K,), [kg/m^3].
-        own: Densities of its own.
+        own: Own densities of the object.
 
     Returns: Belief of size m.
     """
@@ -180,15 +180,14 @@ def predict_densities(kinds: Kinds, chosen: Sequence[int], scatter_sd: Array, ow
 
 
 def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, settings: GateSettings) -> list[Verdict]:
-    """Weighs hypotheses by what was felt.
+    """Weighs hypotheses by the evidence of the measured torques.
 
-    Evidence is that of normal distributions; that densities are positive is left out here, as it is where a trial's
-    surprise is judged. Costs a search for the likelihood and O(m^3) for each hypothesis about m colours, and some
-    more searches for each that founds a kind.
+    The evidence is that of unrestricted normal distributions, as in a trial's p-value. The cost is a search for the
+    likelihood and O(m^3) for each hypothesis about m colours, and some more searches for each with a further kind.
 
     Args:
-        hypotheses: The hypotheses.
-        find_likelihood: Finds the likelihood of what was felt.
+        hypotheses: Hypotheses to weigh.
+        find_likelihood: Function that finds the likelihood of the measured torques.
         settings: Settings of the gate.
     """
     judged = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
@@ -208,15 +207,15 @@ def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, set
 def settle_breadth(
     hypothesis: Hypothesis, find_likelihood: FindLikelihood, kappa: float
 ) -> tuple[DensityBelief, Likelihood, DensityBelief]:
-    """Gives new kinds the breadth that a hypothesis leads to believe after the lift.
+    """Evaluates the breadth of new kinds at the posterior density under a hypothesis, by iteration.
 
-    Each pass takes the density from the one before, the first that before the lift. Where it is heavier than the
-    reference the passes rise towards what is felt, which they do not exceed; where it is lighter they end within a
-    few, as the breadth is a small part of the spread.
+    Each pass uses the density of the pass before, the first that before the lift. If the object is denser than the
+    reference, the passes rise towards the measured density without exceeding it; if it is less dense they converge
+    within a few, as the breadth is a small part of the spread.
 
     Args:
-        hypothesis: The hypothesis; one that founds no further kind takes one pass.
-        find_likelihood: Finds the likelihood of what was felt.
+        hypothesis: Hypothesis; one pass suffices without a further kind.
+        find_likelihood: Function that finds the likelihood of the measured torques.
         kappa: Breadth of a category over its mean density.
 
     Returns: Belief about the object's densities before the lift; likelihood; belief after it.
@@ -235,15 +234,15 @@ def settle_breadth(
 
 
 def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float) -> Verdict:
-    """The verdict with further kinds as broad as things of their own: s times the larger of reference and lift.
+    """Returns the verdict with the SD of further kinds set to s times the larger of reference and posterior.
 
-    What was taken for true needs no gate any more: with a spread of twice the reference alone, a thing many times as
-    heavy would be believed lighter than it was felt, lift after lift.
+    The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
+    would be underestimated lift after lift.
 
     Args:
-        verdict: About the hypothesis that is taken for true.
-        find_likelihood: Finds the likelihood of what was felt.
-        spread: s.
+        verdict: Verdict on the adopted hypothesis.
+        find_likelihood: Function that finds the likelihood of the measured torques.
+        spread: Ratio s of GateSettings.
     """
     columns = list(verdict.hypothesis.founded)
     if not columns:
@@ -257,7 +256,7 @@ def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float
 
 
 def _change_variances(belief: DensityBelief, columns: Sequence[int], changes: Array) -> DensityBelief:
-    """The belief with some variances changed; these densities are independent of the others."""
+    """Returns the belief with some variances changed, of densities that are independent of the others."""
     covariance = np.array(belief.covariance)
     covariance[columns, columns] += changes
     return DensityBelief.from_moments(belief.untruncated_mean, covariance)

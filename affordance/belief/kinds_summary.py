@@ -1,4 +1,4 @@
-"""What a learner with kinds remembers, to be read and drawn: which kinds, which objects, with what probability."""
+"""Summary of the memory of a learner with kinds, for reading and drawing: kinds, objects and probabilities."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -13,15 +13,15 @@ from affordance.objects.colour import Colour, is_same_colour
 
 
 class ObjectSummary(NamedTuple):
-    """What is remembered of an object in one of its colours.
+    """Summary of an object in one of its colours.
 
     Attributes:
-        appearance: What it looks like.
-        probability: That it is of its kind, as judged at its last lift.
-        num_lifts: For how many of its last lifts it has been of this kind.
-        density: Mean of what is believed of its density, [kg/m^3].
-        sd: Standard deviation of that, [kg/m^3].
-        has_own: Whether it keeps a density of its own, or has that of its kind.
+        appearance: Appearance of the object.
+        probability: Probability of its kind after its last lift.
+        num_lifts: Number of consecutive last lifts in which it was of this kind.
+        density: Mean of the belief about its density, [kg/m^3].
+        sd: Standard deviation of the belief about its density, [kg/m^3].
+        has_own: True if it has a density of its own, False if it has that of its kind.
     """
 
     appearance: Appearance
@@ -33,14 +33,14 @@ class ObjectSummary(NamedTuple):
 
 
 class KindSummary(NamedTuple):
-    """What is remembered of a kind.
+    """Summary of a kind.
 
     Attributes:
         colour: Red, green and blue in [0, 1].
-        density: Mean of what is believed of its mean density, [kg/m^3].
-        sd: Standard deviation of that, [kg/m^3].
-        is_most_populous: Whether things of this colour never lifted are believed to be of it.
-        objects: The objects of it.
+        density: Mean of the belief about its mean density, [kg/m^3].
+        sd: Standard deviation of the belief about its mean density, [kg/m^3].
+        is_most_populous: True if new objects of this colour are believed to be of this kind.
+        objects: Objects of the kind.
     """
 
     colour: Colour
@@ -51,12 +51,12 @@ class KindSummary(NamedTuple):
 
 
 def count_kinds(memory: Memory) -> int:
-    """How many kinds objects are of; zero for a learner without kinds."""
+    """Counts the kinds that have objects; zero for a learner without kinds."""
     return int((memory.kinds.count_objects() > 0).sum()) if isinstance(memory, KindMemory) else 0
 
 
 def find_kind(memory: Memory, appearance: Sequence[PartAppearance]) -> int:
-    """Which kind of the colour of its first part an object is of, 1 the oldest there is; 0 if it is of none."""
+    """Finds the number of an object's kind in the colour of its first part, 1 for the oldest; 0 if unknown."""
     if not isinstance(memory, KindMemory):
         return 0
     place = memory.find(appearance)

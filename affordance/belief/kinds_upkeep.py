@@ -1,7 +1,7 @@
-"""What changes among kinds when a lift was judged: whose kind an object is of, and which kinds there are.
+"""Update of kinds after a lift: memberships of the object, and removal and merging of kinds.
 
-A kind that all objects have left is forgotten. Two kinds of a colour are twins, and become one, when it is more
-probable than not that their mean densities differ by less than objects of one material do.
+A kind without objects is removed. Two kinds of a colour are twins, and are merged, if their mean densities more
+probably than not differ by less than ``deviation_sd``, the scatter of objects within a material.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,14 +17,14 @@ from affordance.belief.likelihood import Likelihood
 
 
 def teach(belief: DensityBelief, chosen: Sequence[int], likelihood: Likelihood, deviation_sd: float) -> DensityBelief:
-    """Adds what a lift says of the mean densities of some of K kinds: Lambda += S^T P S, eta += S^T q.
+    """Updates the mean densities of some of K kinds by a lift: Lambda += S^T P S, eta += S^T q.
 
-    (P, q) is the likelihood after the object's own deviation is marginalised. Costs O(m^3 + K^3).
+    (P, q) is the likelihood after the object's own deviation is marginalised. The cost is O(m^3 + K^3).
 
     Args:
-        belief: About all kinds, of size K.
-        chosen: The kind of each of the object's m colours.
-        likelihood: Of the object's densities, of size m.
+        belief: Belief about all kinds, of size K.
+        chosen: Index of the kind of each of the object's m colours.
+        likelihood: Likelihood of the object's densities, of size m.
         deviation_sd: Standard deviation of an object's density about its kind's mean, [kg/m^3].
     """
     marginal = likelihood.marginalise_deviation(deviation_sd)
@@ -36,13 +36,13 @@ def teach(belief: DensityBelief, chosen: Sequence[int], likelihood: Likelihood, 
 
 
 def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence[tuple[int, float]]) -> Kinds:
-    """Makes an object, which was lifted, a member of the kinds that were chosen for it.
+    """Assigns a lifted object to the kinds that were chosen for it.
 
     Args:
-        kinds: The kinds and their objects.
-        known: The object, with what is believed of its own densities after the lift.
-        place: Its place among the objects; None if it was never lifted before.
-        chosen: For each of its colours the kind, and with what probability it is of this kind.
+        kinds: Kinds and their objects.
+        known: Object, with the belief about its own densities after the lift.
+        place: Index among the objects; None if it was never lifted before.
+        chosen: Index and probability of the kind of each of its colours.
     """
     memberships = []
     for before, (kind, probability) in zip(known.memberships, chosen, strict=True):
@@ -55,12 +55,12 @@ def assign(kinds: Kinds, known: KnownObject, place: int | None, chosen: Sequence
 
 
 def tidy(kinds: Kinds, prior: Prior) -> Kinds:
-    """Forgets kinds without objects, makes twins one, and leaves densities of their own to odd objects only.
+    """Removes kinds without objects, merges twins, and keeps own densities for odd objects only.
 
-    Costs O(K^3) for K kinds, and O(K^2) comparisons.
+    The cost is O(K^3) for K kinds, and O(K^2) comparisons.
     """
     counts = kinds.count_objects()
-    # A colour that was met and never lifted has a kind without objects, and keeps it.
+    # A colour that was seen and never lifted keeps its kind without objects.
     lifted = {colour for colour, count in zip(kinds.colours, counts, strict=True) if count}
     remains = [bool(count) or colour not in lifted for colour, count in zip(kinds.colours, counts, strict=True)]
     kinds = _renumber(kinds, np.flatnonzero(remains))
@@ -83,14 +83,14 @@ def find_twins(kinds: Kinds, deviation_sd: float) -> tuple[int, int] | None:
 
 
 def merge(kinds: Kinds, kept: int, merged: int) -> Kinds:
-    """Makes one kind of two: what is believed is what it would be, had all their objects been of it from the start.
+    """Merges two kinds; the belief equals that of one kind with all their objects from the start.
 
     Args:
-        kinds: The kinds.
-        kept: The older of the two; it takes the other's objects, and has started with its own prior.
-        merged: The other.
+        kinds: Kinds and their objects.
+        kept: Index of the older kind, which keeps its prior and receives the other's objects.
+        merged: Index of the kind that is removed.
     """
-    # Both densities are one: rho = T rho'. Both priors come in, so that of the merged kind is taken out again.
+    # Both densities become one, rho = T rho'. That adds both priors, so that of the merged kind is subtracted.
     T = np.delete(np.eye(len(kinds.colours)), merged, axis=1)
     T[merged, kept] = 1.0
     precision = T.T @ kinds.belief.precision @ T
@@ -107,8 +107,8 @@ def restrict_colours(kinds: Kinds, numbers: Mapping[int, int]) -> Kinds:
     """Returns the kinds of some of the colours, and the objects that show no other.
 
     Args:
-        kinds: The kinds.
-        numbers: New index of each colour that remains, by its old one.
+        kinds: Kinds and their objects.
+        numbers: New index of each remaining colour, by its old one.
     """
     objects = tuple(known for known in kinds.objects if set(known.colours) <= numbers.keys())
     remaining = np.array([kind for kind, colour in enumerate(kinds.colours) if colour in numbers], dtype=np.intp)
@@ -123,7 +123,7 @@ def restrict_colours(kinds: Kinds, numbers: Mapping[int, int]) -> Kinds:
 
 
 def _renumber(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
-    """Returns some of the kinds only, none of which an object has left."""
+    """Returns the remaining kinds only; no object may be of another kind."""
     if len(remaining) == len(kinds.colours):
         return kinds
     covariance = kinds.belief.covariance[np.ix_(remaining, remaining)]
@@ -132,7 +132,7 @@ def _renumber(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
 
 
 def _select(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
-    """Leaves some of the kinds, which the belief is of already, and gives them new numbers in all objects."""
+    """Selects the remaining kinds, to which the belief already refers, and renumbers them in all objects."""
     numbers = {int(old): new for new, old in enumerate(remaining)}
     return replace(
         kinds,
@@ -143,7 +143,7 @@ def _select(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
 
 
 def _rename(known: KnownObject, numbers: dict[int, int]) -> KnownObject:
-    """Gives the kinds of an object other numbers; those not named keep theirs."""
+    """Renumbers the kinds of an object; kinds without a new number keep theirs."""
     memberships = tuple(
         membership._replace(kind=numbers.get(membership.kind, membership.kind)) for membership in known.memberships
     )
@@ -151,7 +151,7 @@ def _rename(known: KnownObject, numbers: dict[int, int]) -> KnownObject:
 
 
 def _forget_members(kinds: Kinds, known: KnownObject) -> KnownObject:
-    """Leaves densities of its own to an object only where it is outside its colour's most populous kind."""
+    """Keeps own densities of an object only for colours in which it is outside the most populous kind."""
     odd = tuple(
         column
         for column in known.own.columns

@@ -1,4 +1,4 @@
-"""What a memory believes of one material's density, in a few numbers."""
+"""Summary of a memory's belief about the density of one material."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -22,13 +22,13 @@ class Density(NamedTuple):
     """Belief about the mean density of objects of one colour, [kg/m^3].
 
     Attributes:
-        mean: Mean.
-        sd: Standard deviation.
-        p05: Fifth percentile; the 90 % interval goes from here to p95.
+        mean: Mean density.
+        sd: Standard deviation of the density.
+        p05: Fifth percentile, the lower end of the 90 % interval.
         p25: First quartile.
-        median: Median.
+        median: Median density.
         p75: Third quartile.
-        p95: 95th percentile.
+        p95: 95th percentile, the upper end of the 90 % interval.
     """
 
     mean: float
@@ -50,16 +50,16 @@ def describe_density(
     material: MaterialLike,
     materials: Mapping[str, Material] | None = None,
 ) -> Density:
-    """Describes what is believed of a material that was met.
+    """Summarises the belief about a material that was met.
 
     Args:
         colours: Colours that were met.
-        belief: Belief about their mean densities, in the same order.
+        belief: Belief about the colours' mean densities, in the same order.
         material: Name of a material, a material, or a colour.
-        materials: Materials by name; those that come with the program if None.
+        materials: Materials by name; None for those of the package.
 
     Raises:
-        BadArgumentError: There is no such material, or nothing of its colour was met.
+        BadArgumentError: The material does not exist, or no object of its colour was met.
     """
     wanted = find_colour(material, materials)
     found = [index for index, colour in enumerate(colours) if is_same_colour(colour, wanted)]
@@ -79,7 +79,7 @@ def describe_density(
 
 
 def tabulate_densities(caption: str, colours: Sequence[Colour], belief: DensityBelief) -> str:
-    """The densities of all colours as a table in HTML."""
+    """Builds an HTML table of the densities of all colours."""
     low, median, high = belief.compute_percentiles([0.05, 0.5, 0.95]) if colours else np.zeros((3, 0))
     rows = [
         [show_colour(colour), f"{median[i]:.4g}", f"{low[i]:.4g} to {high[i]:.4g}"]

@@ -1,23 +1,23 @@
-"""The learners, by name."""
+"""Names of the learners."""
 
 import enum
 
 
 class Pick(enum.Enum):
-    """Which hypothesis about an object's kinds is taken for true."""
+    """Rule by which a hypothesis about an object's kinds is adopted."""
 
-    MAP = "map"  # the most probable one, for an arm that is to work
+    MAP = "map"  # the most probable one, for a working arm
     DRAWN = "drawn"  # one drawn by its probability, to simulate people
 
 
 class Learner(enum.Enum):
-    """What learns."""
+    """Learner of densities."""
 
     DENSITY = "density"  # one density for each colour (paper)
-    KINDS_MAP = "kinds_map"  # kinds within a colour; takes the most probable hypothesis
-    KINDS_DRAWN = "kinds_drawn"  # the same; takes one drawn by its probability
+    KINDS_MAP = "kinds_map"  # kinds within a colour, with the most probable hypothesis
+    KINDS_DRAWN = "kinds_drawn"  # kinds within a colour, with a hypothesis drawn by its probability
 
     @property
     def pick(self) -> Pick | None:
-        """Which hypothesis about an object's kinds it takes; None if it has no kinds."""
+        """Rule by which it adopts a hypothesis about an object's kinds; None if it has no kinds."""
         return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)

@@ -1,4 +1,4 @@
-"""The memory that an observer begins with, by what learns."""
+"""Initial memories of the learners."""
 
 from affordance.arguments import Seed, check_member, check_seed
 from affordance.belief.kind_memory import KindMemory, KindSettings
@@ -12,21 +12,21 @@ from affordance.belief.object_belief import Memory
 KAPPA = {Pick.MAP: 0.23, Pick.DRAWN: 0.27}
 
 
-# The default for an arm that is to work: an odd object does not spoil what is known of its material, and where all
-# are honest it does what one density for each colour does (docs/decisions/0026-kinds.md).
+# The default for a working arm: an odd object does not spoil the belief about its material, and without odd objects
+# it behaves as a learner with one density for each colour (docs/decisions/0026-kinds.md).
 ARM_LEARNER = Learner.KINDS_MAP
 
 
 def start_memory(learner: Learner | str = Learner.DENSITY, seed: Seed = 0, kappa: float | None = None) -> Memory:
-    """The memory of an observer before anything was met.
+    """Builds the memory of an observer without experience.
 
     Args:
         learner: Learner, or its name.
-        seed: Seed of what a learner that draws will draw; another one for each observer.
+        seed: Seed of the random choices of a learner that draws, different for each observer.
         kappa: Breadth of a category over its mean density; None for the fitted one.
 
     Raises:
-        BadArgumentError: There is no such learner, the seed is none, or kappa is not positive.
+        BadArgumentError: The learner does not exist, the seed is invalid, or kappa is not positive.
     """
     pick, seed = check_member("learner", learner, Learner).pick, check_seed(seed)
     if pick is None:

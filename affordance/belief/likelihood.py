@@ -8,14 +8,14 @@ from affordance.arrays import Array
 
 
 class Likelihood(NamedTuple):
-    """log p(data | rho) = -rho^T precision rho / 2 + information_vector^T rho + log_constant, for M densities.
+    """Log likelihood log p(data | rho) = -rho^T P rho / 2 + q^T rho + log_constant of M densities rho.
 
     Attributes:
-        precision: Shape (M, M).
-        information_vector: Shape (M,).
-        log_constant: Log density of the data under densities of zero.
-        log_peak: Log density of data without error, the largest there can be; for how surprising data are.
-        num_values: How many numbers were measured.
+        precision: Precision P, shape (M, M).
+        information_vector: Information vector q, shape (M,).
+        log_constant: Log probability density of the data if all densities are zero.
+        log_peak: Log probability density of data without error, the largest possible, for p-values.
+        num_values: Number of measured values.
     """
 
     precision: Array
@@ -25,9 +25,9 @@ class Likelihood(NamedTuple):
     num_values: int = 0
 
     def marginalise_deviation(self, deviation_sd: float) -> "Likelihood":
-        """Likelihood of material means mu where rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
+        """Returns the likelihood of material means mu with rho = mu + delta and delta ~ N(0, deviation_sd^2 I).
 
-        The constant is not carried over: the evidence of a trial is that of the object's own densities.
+        The constant is dropped: the evidence of a trial is that of the object's own densities.
         """
         spread = np.eye(len(self.information_vector)) + deviation_sd**2 * self.precision
         precision = np.linalg.solve(spread, self.precision)

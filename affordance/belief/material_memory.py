@@ -1,7 +1,7 @@
 """Memory of materials: beliefs about the densities of materials, by their colour.
 
-A material is known by its colour, not by its name: whoever sees a brass-coloured object recalls what brass-coloured
-objects weighed. A colour never seen before gets the broad prior.
+A material is identified by its colour, not by its name: a brass-coloured object recalls the density of earlier
+brass-coloured objects. A colour that was never seen before has the broad prior.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,9 +20,9 @@ from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.named_colour import MaterialLike, find_colour
 from affordance.objects.tool import DENSITIES, Material
 
-# What is more probable than this is taken for certain; the rest of the probability is let go.
+# Probability above which a colour is taken as certain, and the others are ignored.
 CERTAIN = 0.95
-# Standard deviation of what is known for certain, [kg/m^3].
+# Standard deviation of a known density, [kg/m^3].
 _CERTAIN_SD = 1e-3
 
 
@@ -31,8 +31,8 @@ class MaterialMemory:
     """Beliefs about the mean density of each colour met so far.
 
     Attributes:
-        colours: The colours, in the order they were met.
-        belief: Belief about their mean densities, of size len(colours).
+        colours: Known colours, in the order they were met.
+        belief: Belief about the colours' mean densities, of size len(colours).
     """
 
     colours: tuple[Colour, ...] = ()
@@ -42,7 +42,7 @@ class MaterialMemory:
         """Checks that there is one density for each colour.
 
         Raises:
-            BadArgumentError: There is not.
+            BadArgumentError: The belief has another size than the colours.
         """
         check_kind("belief", self.belief, DensityBelief)
         if self.belief.size != len(self.colours):
@@ -59,14 +59,14 @@ class MaterialMemory:
     def from_densities[M: MaterialLike](
         cls, densities: Mapping[M, float], materials: Mapping[str, Material] | None = None
     ) -> "MaterialMemory":
-        """The memory of one who knows materials as well as can be.
+        """Builds the memory of an observer that knows materials exactly.
 
         Args:
             densities: Densities by name of the material, material or colour, [kg/m^3].
-            materials: Materials by name; those that come with the program if None.
+            materials: Materials by name; None for those of the package.
 
         Raises:
-            BadArgumentError: There is no such material, it is no colour either, or a density is not positive.
+            BadArgumentError: A key is neither a material nor a colour, or a density is out of bounds.
         """
         if not isinstance(densities, Mapping):
             problem = f"is of type {type(densities).__name__}, must be a mapping from materials or colours to kg/m^3"
@@ -82,14 +82,14 @@ class MaterialMemory:
         return cls(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """What is believed of a material that was met: mean, standard deviation and percentiles, [kg/m^3].
+        """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
 
         Args:
             material: Name of a material, a material, or a colour.
-            materials: Materials by name; those that come with the program if None.
+            materials: Materials by name; None for those of the package.
 
         Raises:
-            BadArgumentError: There is no such material, or nothing of its colour was met.
+            BadArgumentError: The material does not exist, or no object of its colour was met.
         """
         return describe_density(self.colours, self.belief, material, materials)
 
@@ -103,19 +103,19 @@ class MaterialMemory:
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> "tuple[MaterialMemory, int]":
-        """Finds which material a measured colour is of, or makes it a material of its own.
+        """Finds the material of a measured colour, or adds a material.
 
-        A colour that may be of several materials becomes one whose density has mean and covariances of the mixture
-        of theirs: what is felt of it then teaches about each of them by its share. That normal distribution stands
-        for the mixture is an approximation (docs/decisions/0015-vision-from-pixels.md).
+        A colour that may be of several materials becomes another material whose density has mean and covariances of
+        their mixture: measurements of it then update each of them by its share. The normal distribution approximates
+        the mixture (docs/decisions/0015-vision-from-pixels.md).
 
         Args:
-            colour: The colour as measured.
+            colour: Measured colour, red, green and blue in [0, 1].
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
-            prior: What is believed of materials never met.
-            lightness_sd: Standard deviation of a further error of its brightness, in units of L*.
+            prior: Prior of materials that were never met.
+            lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
 
-        Returns: The memory, which has met the colour, and the index of its material.
+        Returns: The memory with the colour, and the index of its material.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
@@ -131,7 +131,7 @@ class MaterialMemory:
         )
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[MaterialMemory]":
-        """Recalls what objects of these colours weighed; see ``Memory``. Costs O(M^3) for M colours."""
+        """Recalls the belief about objects of these colours, at a cost of O(M^3) for M colours; see ``Memory``."""
         memory, columns = self, []
         for part in appearance:
             memory, column = memory.recognise(part.colour, part.colour_sd, prior, part.lightness_sd)
@@ -141,16 +141,16 @@ class MaterialMemory:
     def learn(
         self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float
     ) -> "Lesson[MaterialMemory]":
-        """Applies Bayes' rule to mean densities, the object's own deviation marginalised; see ``Memory``.
+        """Applies Bayes' rule to mean densities, with the object's own deviation marginalised; see ``Memory``.
 
-        Costs O(M^3) for M colours.
+        The cost is O(M^3) for M colours.
         """
         likelihood = find_likelihood(densities)
         materials = self.belief.condition(likelihood.marginalise_deviation(deviation_sd))
         return Lesson(MaterialMemory(self.colours, materials), densities.condition(likelihood), likelihood)
 
     def restrict_to(self, colours: Sequence[Colour]) -> "MaterialMemory":
-        """Returns the memory with these colours only, all of which it has met, in their order."""
+        """Returns the memory of these known colours only, in their order."""
         if tuple(colours) == self.colours:
             return self
         indices = [self.colours.index(look) for look in colours]
@@ -160,7 +160,7 @@ class MaterialMemory:
         )
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
-        """Returns the memory extended by the prior for those colours that were never met."""
+        """Returns the memory with the prior added for each new colour."""
         memory = self
         for colour in colours:
             if memory.find(colour) is None:

@@ -1,4 +1,4 @@
-"""Memories of materials as files, so that what one run taught is known before the next."""
+"""Files of memories of materials, by which one run can use what an earlier one has learned."""
 
 from pathlib import Path
 
@@ -14,21 +14,21 @@ from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.bounded import read_json
 
-# Key that the file of a learner with kinds has, and that of one density for each colour has not.
+# Key by which the file of a learner with kinds is recognised.
 _OF_KINDS = "gate"
 
 
 def write_memory(path: StrPath, memory: Memory) -> Path:
-    """Writes a memory as JSON, whole; numbers keep all their digits.
+    """Writes a memory as JSON, atomically and in full precision.
 
     Args:
-        path: File; its folder is made if need be.
+        path: File, whose folder is created if it does not exist.
         memory: Memory of a learner with one density for each colour, or with kinds.
 
-    Returns: The file.
+    Returns: The path of the file.
 
     Raises:
-        BadArgumentError: It is no memory.
+        BadArgumentError: The memory is of another class.
     """
     path = check_path("path", path)
     if isinstance(memory, KindMemory):
@@ -48,10 +48,10 @@ def write_memory(path: StrPath, memory: Memory) -> Path:
 
 
 def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
-    """Reads what ``write_memory`` wrote.
+    """Reads a memory that ``write_memory`` wrote.
 
     Raises:
-        BadValueError: The file cannot be read, or holds no memory.
+        BadValueError: The file cannot be read, or does not hold a memory.
     """
     path = check_path("path", path)
     content = read_json(path)

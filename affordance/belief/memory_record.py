@@ -1,4 +1,4 @@
-"""What a learner with kinds remembers as text, JSON, by which a memory can be kept and come back to the last bit."""
+"""JSON text of the memory of a learner with kinds, from which it is restored to the last bit."""
 
 import json
 from collections.abc import Mapping
@@ -13,11 +13,11 @@ from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
 from affordance.objects.appearance import PartAppearance
 
-# Python writes the shortest decimal that reads as the same number, so nothing is lost.
+# Python writes the shortest decimal that reads as the same number, so no precision is lost.
 
 
 def write_memory(memory: KindMemory) -> str:
-    """Writes a memory as JSON; an object recalled and not learned from yet is left out."""
+    """Writes a memory as JSON; an object that was recalled but not yet learned from is omitted."""
     kinds = memory.kinds
     return json.dumps(
         {
@@ -44,12 +44,12 @@ def write_memory(memory: KindMemory) -> str:
 
 
 def read_memory(text: str | bytes) -> KindMemory:
-    """Reads what ``write_memory`` wrote."""
+    """Reads a memory that ``write_memory`` wrote."""
     return build_memory(json.loads(text))
 
 
 def build_memory(content: Mapping[str, Any]) -> KindMemory:
-    """Builds a memory from what its JSON says."""
+    """Builds a memory from the content of its JSON."""
     settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
     objects = tuple(_read_object(known) for known in content["objects"])
     priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])

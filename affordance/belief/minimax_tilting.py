@@ -1,15 +1,15 @@
 """Random points of a normal distribution restricted to positive values, x ~ N(mean, L L^T) given x > 0.
 
-Coordinates are drawn one after the other, each from its normal distribution given those before it, truncated at zero
-(Geweke, Hajivassiliou & Keane). With x = mean + L z, z_k must exceed a bound l_k that those before it set, and its
-excess over that bound is e_k = x_k / L_kk. Far in a tail such draws hardly ever fit together, so z_k is drawn about a
-tilt mu_k instead of zero. The weight of a point, its true density over that of its proposal, is then
+Coordinates are drawn one after the other, each from its normal distribution given the previous ones, truncated at
+zero (Geweke, Hajivassiliou & Keane). With x = mean + L z, z_k must exceed a bound l_k set by the previous ones, and
+its excess over that bound is e_k = x_k / L_kk. Far in a tail such draws are hardly ever compatible, so z_k is drawn
+about a tilt mu_k instead of zero. The weight of a point, its true density over that of its proposal, is then
 
     log w = sum_k [log Phi(t_k) + (t_k^2 - l_k^2) / 2 - mu_k e_k],    t_k = mu_k - l_k
 
-The tilt taken makes the largest weight as small as it can be (Z. I. Botev, "The normal law under linear restrictions:
-simulation and estimation via minimax tilting", J. R. Stat. Soc. B 79, 2017). That largest weight bounds P(x > 0) from
-above, and a large part of the proposals can be accepted.
+The tilt minimises the largest weight (Z. I. Botev, "The normal law under linear restrictions: simulation and
+estimation via minimax tilting", J. R. Stat. Soc. B 79, 2017). That largest weight bounds P(x > 0) from above, and a
+large part of the proposals can be accepted.
 """
 
 from collections.abc import Callable
@@ -22,7 +22,7 @@ from scipy.special import erfcx, log_ndtr, ndtri_exp
 
 from affordance.arrays import Array
 
-# Below this, differences of large numbers lose more digits than the forms used there instead, which are off by 1e-10.
+# Argument below which differences of large numbers lose more digits than asymptotic forms, which are off by 1e-10.
 _FAR_TAIL = -100.0
 # Newton's method takes two or three steps; a dozen at correlations of 1 - 1e-8 and means 50 SDs beyond the bounds.
 _MAX_STEPS = 50
@@ -31,14 +31,14 @@ _STEP_LENGTHS = 0.5 ** np.arange(15)
 
 
 class Proposal(NamedTuple):
-    """How points are proposed. Coordinates are in the order they are drawn.
+    """Distribution of proposed points, with coordinates in the order in which they are drawn.
 
     Attributes:
         order: Index of each coordinate in the caller's order, shape (M,).
         mean: Mean of the unrestricted distribution, shape (M,).
-        root: Cholesky factor L of its covariance, shape (M, M).
-        tilt: mu, shape (M,).
-        log_bound: The largest log weight there is.
+        root: Cholesky factor L of the covariance, shape (M, M).
+        tilt: Tilt mu, shape (M,).
+        log_bound: Largest possible log weight.
     """
 
     order: NDArray[np.intp]
@@ -57,10 +57,10 @@ def compute_mean_excess(t: Array) -> Array:
 
 
 def compute_excess(t: Array, log_upper: Array) -> Array:
-    """Computes what e ~ N(t, 1) given e > 0 exceeds with a probability that is given by its log."""
+    """Computes the value that e ~ N(t, 1) given e > 0 exceeds with a probability exp(log_upper)."""
     excess: Array = np.maximum(t - ndtri_exp(log_ndtr(t) + log_upper), 0.0)
     if (t < _FAR_TAIL).any():
-        # Far below zero log P(> e) is nearly t e - e^2 / 2, which is solved for e; a Newton step adds the rest.
+        # Far below zero log P(> e) is nearly t e - e^2 / 2, which is solved for e and refined by a Newton step.
         d = np.maximum(-t, -_FAR_TAIL)
         guess = -2.0 * log_upper / (np.sqrt(d**2 - 2.0 * log_upper) + d)
         rest = np.log(_compute_hazard(-d) / _compute_hazard(-d - guess))
@@ -71,23 +71,23 @@ def compute_excess(t: Array, log_upper: Array) -> Array:
 def build_proposal(mean: Array, covariance: Array) -> Proposal:
     """Builds the proposal with Botev's tilt.
 
-    At his saddle point every excess is the mean of its own proposal. Written with the hazards h = phi(t) / Phi(t),
-    the pivots d = diag(L), and U = L / d (row by row), it is the root of
+    At Botev's saddle point every excess is the mean of its own proposal. With the hazards h = phi(t) / Phi(t), the
+    pivots d = diag(L), and U = L / d (row by row), it is the root of
 
         mean / d + U U^T h(t) - t - h(t) = 0,    mu = U^T h - h
 
-    which is monotone: Newton's method with step halving finds it. It starts from the mode, where mean + L L^T forces
-    takes the place of the first two terms, and either the force on a coordinate or its excess is zero.
+    which is monotone, so that Newton's method with step halving finds it. It starts from the mode, where
+    mean + L L^T forces replaces the first two terms, and either the force on a coordinate or its excess is zero.
 
     Args:
         mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Its covariance, shape (M, M).
+        covariance: Covariance of the unrestricted distribution, shape (M, M).
 
     Returns: The proposal.
     """
     root = np.linalg.cholesky(covariance)
     forces = nnls(root.T, -np.linalg.solve(root, mean))[0]
-    # The coordinates held at zero first, the least positive foremost: what follows then seldom contradicts it.
+    # The coordinates held at zero come first, the least positive foremost, as later ones then seldom conflict.
     order = np.lexsort((mean / np.sqrt(np.diag(covariance)), forces == 0.0))
     mean, root = mean[order], np.linalg.cholesky(covariance[np.ix_(order, order)])
     pivots = np.diag(root)
@@ -104,8 +104,8 @@ def propose(proposal: Proposal, uniforms: Array) -> tuple[Array, Array]:
     """Proposes positive points.
 
     Args:
-        proposal: From build_proposal.
-        uniforms: What makes them random, uniform in (0, 1], shape (N, M).
+        proposal: Proposal from build_proposal.
+        uniforms: Random numbers, uniform in (0, 1], shape (N, M).
 
     Returns: Points, shape (N, M), in the caller's order of coordinates; log weights less the largest one, shape (N,).
     """
@@ -132,7 +132,7 @@ def _solve_saddle_point(a: Array, U: Array, t: Array) -> Array:
 
 
 def _compute_residual(a: Array, U: Array, t: Array) -> tuple[Array, Array, Array]:
-    """Hazards, mean excesses, and what is left of the equations, multiplied by U^-1 to balance its scales."""
+    """Computes hazards, mean excesses, and the equations' residual times U^-1, which balances its scales."""
     h, e = _compute_hazard(t), compute_mean_excess(t)
     return h, e, np.linalg.solve(U, a - e) + U.T @ h
 
@@ -150,7 +150,7 @@ def _draw(proposal: Proposal, num_points: int, choose: Callable[[int, Array], Ar
 
 
 def _compute_log_weight(tilt: float, lower: Array) -> Array:
-    """Computes log Phi(t) + (t^2 - l^2) / 2; on either side of t = 0 large numbers would cancel in the other form."""
+    """Computes log Phi(t) + (t^2 - l^2) / 2 in two forms, as large numbers cancel in either on one side of t = 0."""
     t = tilt - lower
     below = np.log(0.5 * erfcx(-np.minimum(t, 0.0) / np.sqrt(2.0))) - 0.5 * lower**2
     above = log_ndtr(t) + 0.5 * tilt * (t - lower)

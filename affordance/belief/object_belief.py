@@ -1,8 +1,8 @@
-"""What is believed of one object, and what every learner offers that believes something of it.
+"""Belief about one object, and the interface of all learners.
 
-A memory is a value: learning returns another one. Systems, simulations and choices know the Protocol ``Memory``
-only; which learner an observer has is decided by the memory it starts with (``MaterialMemory``, one density for each
-colour, or ``KindMemory``, one or more kinds for each colour).
+A memory is immutable: learning returns another one. Systems, simulations and choices use the Protocol ``Memory``
+only; the initial memory determines the learner of an observer (``MaterialMemory``, one density for each colour, or
+``KindMemory``, one or more kinds for each colour).
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -22,18 +22,18 @@ from affordance.objects.geometry import Geometry
 from affordance.objects.named_colour import MaterialLike
 from affordance.objects.tool import Material
 
-# Finds the likelihood of an object's densities, given what is believed of them before it is felt: the size of errors
-# that grow with torque depends on it.
+# Function that finds the likelihood of an object's densities from the belief before the measurement, on which the
+# size of errors that grow with torque depends.
 type FindLikelihood = Callable[[DensityBelief], Likelihood]
 
 
 class Recollection[M](NamedTuple):
-    """What is believed of an object that is seen.
+    """Recalled belief about an object that is seen.
 
     Attributes:
-        memory: The memory, which has met all colours of the object.
+        memory: Memory that includes all colours of the object.
         densities: Belief about the object's own densities.
-        columns: For each part, which of these densities it has.
+        columns: Index of each part's density among these.
     """
 
     memory: M
@@ -42,12 +42,12 @@ class Recollection[M](NamedTuple):
 
 
 class Lesson[M](NamedTuple):
-    """What a trial teaches.
+    """Result of learning from a trial.
 
     Attributes:
-        memory: What is remembered after it.
-        densities: Belief about the object's own densities after it.
-        likelihood: Of these densities, as it was used.
+        memory: Memory after the trial.
+        densities: Belief about the object's own densities after the trial.
+        likelihood: Likelihood of these densities.
     """
 
     memory: M
@@ -57,43 +57,43 @@ class Lesson[M](NamedTuple):
 
 @runtime_checkable
 class Memory(Protocol):
-    """What an observer believes of materials and objects, and how it is updated."""
+    """Memory of an observer: beliefs about materials and objects, and their updates."""
 
     @property
     def colours(self) -> tuple[Colour, ...]:
-        """The colours met so far, in the order they were met."""
+        """Known colours, in the order they were met."""
 
     @property
     def belief(self) -> DensityBelief:
-        """Belief about the mean density of objects of each colour that were never seen before."""
+        """Belief about the mean density of new objects of each colour."""
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """What is believed of a material that was met; see ``MaterialMemory.density``."""
+        """Returns the belief about a material that was met; see ``MaterialMemory.density``."""
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
-        """Returns the memory extended by the prior for those colours that were never met."""
+        """Returns the memory with the prior added for each new colour."""
 
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> tuple[Self, int]:
-        """Returns the memory, which has met a measured colour, and the place of what stands for it among the colours.
+        """Returns the memory with a measured colour, and the index of the known colour that represents it.
 
         Args:
-            colour: As measured.
+            colour: Measured colour, red, green and blue in [0, 1].
             colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
-            prior: What is believed of materials never met.
-            lightness_sd: Standard deviation of a further error of its brightness, in units of L*.
+            prior: Prior of materials that were never met.
+            lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
         """
 
     def restrict_to(self, colours: Sequence[Colour]) -> Self:
-        """Returns the memory with these colours only, all of which it has met, in their order."""
+        """Returns the memory of these known colours only, in their order."""
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> Recollection[Self]:
-        """Recalls what objects like this one weighed.
+        """Recalls the belief about an object of this appearance.
 
         Args:
-            appearance: What is seen of each part.
-            prior: What is believed of materials never met.
+            appearance: Appearance of each part.
+            prior: Prior of materials that were never met.
         """
 
     def learn(self, densities: DensityBelief, find_likelihood: FindLikelihood, deviation_sd: float) -> Lesson[Self]:
@@ -101,7 +101,7 @@ class Memory(Protocol):
 
         Args:
             densities: Belief about the object's own densities before the trial, from ``recall``.
-            find_likelihood: Finds the likelihood of what was felt.
+            find_likelihood: Function that finds the likelihood of the measured torques.
             deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         """
 
@@ -112,9 +112,9 @@ class ObjectBelief:
 
     Attributes:
         memory: Beliefs about all materials, those of this object included.
-        densities: Belief about this object's own densities, in the order of Phi's columns; there may be materials it
-            is not made of, whose columns are zero.
-        geometry: Phi and its uncertainty.
+        densities: Belief about this object's own densities, in the order of Phi's columns; columns of materials that
+            are not in the object are zero.
+        geometry: Geometry of the object: Phi and its uncertainty.
     """
 
     memory: Memory
@@ -122,7 +122,7 @@ class ObjectBelief:
     geometry: Geometry
 
     def compute_parameters(self, rho: Array) -> Array:
-        """Inertial parameters pi = Phi rho, shape (10,), or (N, 10) for N densities."""
+        """Computes the inertial parameters pi = Phi rho, shape (10,), or (N, 10) for rho of shape (N, M)."""
         return rho @ self.geometry.Phi.T
 
     @cached_property
@@ -131,7 +131,7 @@ class ObjectBelief:
         return self.compute_parameters(self.densities.compute_mean())
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
-        """Samples of pi from its predictive distribution, geometry's error included, shape (num_samples, 10)."""
+        """Draws pi from its predictive distribution, with errors of geometry, shape (num_samples, 10)."""
         rho = self.densities.draw_samples(rng, num_samples)
         errors = rng.standard_normal((num_samples, len(self.geometry.Phi_errors)))
         return self.geometry.compute_parameters(rho, errors)

@@ -1,8 +1,8 @@
 """Nested quadrature of a normal distribution over positive values, for the few coordinates where it is affordable.
 
 P(x > 0) is the integral, over the first coordinate, of its density times the probability that all others are positive
-given it, which is again such an integral. Each is taken in logs and on a window found for it: a mass of exp(-1000) or
-a correlation of 0.999999 costs no digits.
+given it, which is again such an integral. Each is evaluated in logs and on its own window, so that a mass of
+exp(-1000) or a correlation of 0.999999 costs no digits.
 """
 
 from functools import cache
@@ -12,14 +12,15 @@ from scipy.special import log_ndtr
 
 from affordance.arrays import Array
 
-# An integrand is followed down to exp(-40) of its largest value: what lies beyond is less than rounding error.
+# Log ratio of the largest value to that at the ends of a window: the rest is less than rounding error.
 _LOG_DROP = 40.0
-# Nodes in each of the three parts of an interval: where the window begins, what is within it, where it ends.
+# Nodes in each of the three parts of an interval: about the window's beginning, within it, and about its end.
 _NODES_A_PART = 12
-# Each search narrows the ends eleven times, so after these they are known to rounding error.
+# Each search narrows the ends eleven times, so that they are exact to rounding error after these.
 _MAX_SEARCHES = 20
-# Masses begin with the smaller number of nodes; they double it until half of them agree with all, or the larger one.
-# Tables of a marginal have the larger one. The rule's error decreases by squares, so what agrees to this is exact.
+# Numbers of nodes: masses start with the smaller one and double it until half of the nodes give the same result, or
+# up to the larger one, which tables of a marginal use. The rule's error is squared by doubling, so results that agree
+# to this tolerance are exact.
 _NUM_NODES = 129
 _MAX_NODES = 1025
 _AGREEMENT = 1e-8
@@ -35,11 +36,11 @@ def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Ar
 
     Args:
         mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Its covariance, shape (M, M).
+        covariance: Covariance of the unrestricted distribution, shape (M, M).
         i: Index of the coordinate.
 
-    Returns: Nodes, increasing, shape (K,); the share of the probability that each stands for, up to a factor, shape
-        (K,). As a function of the node's number shares are smooth, and they fade out at either end.
+    Returns: Nodes, increasing, shape (K,); the share of the probability that each represents, up to a factor, shape
+        (K,). Shares are a smooth function of the node's index and vanish at either end.
     """
     order = np.append(i, np.delete(np.arange(len(mean)), i))
     root = np.linalg.cholesky(covariance[np.ix_(order, order)])
@@ -64,10 +65,10 @@ def _compute_log_masses(means: Array, root: Array, num_nodes: int = _NUM_NODES) 
 
 
 def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Array]:
-    """Places nodes in the first coordinate; returns them and the log of each one's part of P(x > 0), both (N, K).
+    """Places nodes in the first coordinate; returns them and the log of each node's share of P(x > 0), both (N, K).
 
-    Log densities are concave. Where one bends within a short distance it falls off within a few such distances, so an
-    integrand has its narrow features at the ends of its window, and there the rule has most of its nodes.
+    Log densities are concave. One that bends within a short distance falls off within a few such distances, so narrow
+    features of an integrand are at the ends of its window, where the rule has most of its nodes.
     """
     lower, upper = _find_windows(means, root)
     positions, weights = _build_rule(num_nodes)
@@ -76,11 +77,11 @@ def _place_nodes(means: Array, root: Array, num_nodes: int) -> tuple[Array, Arra
 
 
 def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
-    """Bounds what contributes to the integral over the first coordinate; lower and upper ends, both (N, 1).
+    """Finds the window that contributes to the integral over the first coordinate; lower and upper ends, both (N, 1).
 
-    A concave function exceeds a level on one interval. It begins between the first node that exceeds it and the node
-    before, and ends between the last and the node after. More nodes go there until either end is close: where the
-    function has fallen no further than twice as far.
+    A concave function exceeds a level on one interval, which begins between the first node above the level and the
+    node before, and ends between the last such node and the one after. Nodes are added there until the function has
+    fallen by at most twice the required drop at either end.
     """
     even = np.linspace(0.0, 1.0, _NODES_A_PART)
     nodes = (np.maximum(means[:, :1], 0.0) + 12.0 * root[0, 0]) * _build_rule(3 * _NODES_A_PART)[0]
@@ -92,7 +93,7 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
         fall = log_density.max(axis=1, keepdims=True) - log_density
         first = (fall < _LOG_DROP).argmax(axis=1)
         last = nodes.shape[1] - 1 - (fall < _LOG_DROP)[:, ::-1].argmax(axis=1)
-        # Other coordinates can drag this one far above its own mean.
+        # Other coordinates can pull this one far above its own mean.
         is_open = last == nodes.shape[1] - 1
         before, after = np.maximum(first - 1, 0), np.where(is_open, last, last + 1)
         rows = np.arange(len(nodes))
@@ -108,7 +109,7 @@ def _find_windows(means: Array, root: Array) -> tuple[Array, Array]:
 
 
 def _compute_log_marginal(nodes: Array, means: Array, root: Array) -> Array:
-    """Log of the unrestricted density of the first coordinate times P(all others > 0 | it), shape (N, K)."""
+    """Computes the log of the first coordinate's density times P(all others > 0 | it), shape (N, K)."""
     z = (nodes - means[:, :1]) / root[0, 0]
     conditional_means = means[:, None, 1:] + z[..., None] * root[1:, 0]  # (N, K, M - 1)
     log_others = _compute_log_masses(conditional_means.reshape(-1, len(root) - 1), root[1:, 1:]).reshape(z.shape)

@@ -1,8 +1,8 @@
-"""A multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
+"""Multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
 
-Densities are positive, so every mode, mean, percentile, sample and evidence that leaves the belief is of this
-distribution. Coordinates that do not covary are treated apart. One on its own has closed forms, two or three that do
-are integrated by nested quadrature, and four or more are averaged over weighted points, which is less accurate.
+Densities are positive, so every mode, mean, percentile, sample and evidence of a belief is of this distribution.
+Uncorrelated coordinates are treated separately. A single one has closed forms, two or three correlated ones are
+integrated by nested quadrature, and four or more are averaged over weighted points, which is less accurate.
 """
 
 from collections.abc import Iterator
@@ -19,14 +19,14 @@ from affordance.belief import orthant_quadrature
 from affordance.belief.minimax_tilting import build_proposal, compute_excess, compute_mean_excess, propose
 from affordance.exceptions import AffordanceError
 
-# Relative covariance below which two coordinates count as unrelated (it is rounding error).
+# Correlation below which two coordinates count as uncorrelated (rounding error).
 _UNRELATED = 1e-12
-# With a fourth coordinate quadrature would take seconds.
+# Largest number of coordinates for quadrature, which would take seconds with a fourth.
 _MAX_NESTED = 3
-# Points that four or more coordinates are averaged over, 2 to this power.
+# Binary logarithm of the number of points over which four or more coordinates are averaged.
 _LOG2_POINTS = 14
 _ROOT_TOLERANCE = 1e-9
-# Proposals are drawn in batches of at least this many; no distribution met so far needs more than a few batches.
+# Least size of a batch of proposals, and largest number of batches; a few have sufficed so far.
 _SMALLEST_BATCH = 64
 _MAX_BATCHES = 1000
 
@@ -36,8 +36,8 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
 
     Args:
         mean: Mean of the unrestricted distribution, shape (M,).
-        precision: Its inverse covariance, shape (M, M).
-        floor: Smallest value allowed.
+        precision: Inverse covariance of the unrestricted distribution, shape (M, M).
+        floor: Least value of every coordinate.
 
     Returns: The mode, shape (M,).
     """
@@ -51,8 +51,8 @@ def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
 def compute_log_mass(mean: Array, covariance: Array) -> float:
     """Computes log P(x > 0) of the unrestricted distribution.
 
-    Off by 1e-8 or less, or by the rounding error of a large logarithm; with four or more coordinates that covary, by
-    about 1e-5.
+    The error is at most 1e-8, or the rounding error of a large logarithm; with four or more correlated coordinates it
+    is about 1e-5.
     """
     return sum(_compute_log_mass(mean[block], covariance[np.ix_(block, block)]) for block in _blocks(covariance))
 
@@ -60,12 +60,12 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
     """Computes percentiles of each coordinate's marginal.
 
-    Off by 1e-6 of the marginal's SD, with correlations near one by up to 5e-6; with four or more coordinates that
-    covary, by a few 1e-4 or less between the quartiles and by up to 3e-3 at the outermost hundredth.
+    The error is 1e-6 of the marginal's SD, and up to 5e-6 with correlations near one; with four or more correlated
+    coordinates it is at most a few 1e-4 between the quartiles and up to 3e-3 at the outermost hundredth.
 
     Args:
         mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Its covariance, shape (M, M).
+        covariance: Covariance of the unrestricted distribution, shape (M, M).
         fractions: Probabilities in (0, 1), shape (P,).
 
     Returns: Percentiles, shape (P, M).
@@ -108,8 +108,8 @@ def compute_mean(mean: Array, covariance: Array) -> Array:
 def draw_samples(mean: Array, covariance: Array, rng: np.random.Generator, num_samples: int) -> Array:
     """Draws independent samples, exactly distributed, shape (num_samples, M).
 
-    They are proposals accepted with a probability in proportion to their weights. For two or three coordinates more
-    than a quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst.
+    Proposals are accepted with a probability proportional to their weights. For two or three coordinates more than a
+    quarter are accepted, whatever the means and correlations; for ten, about one in a hundred at worst.
 
     Raises:
         AffordanceError: Hardly any proposal is accepted.
@@ -120,7 +120,7 @@ def draw_samples(mean: Array, covariance: Array, rng: np.random.Generator, num_s
         accepted = np.empty((0, len(block)))
         batch = max(num_samples, _SMALLEST_BATCH)
         for _ in range(_MAX_BATCHES):
-            # One coordinate after the other, and in (0, 1].
+            # Drawn coordinate by coordinate, in (0, 1].
             points, log_weights = propose(proposal, 1.0 - rng.random((len(block), batch)).T)
             accepted = np.concatenate([accepted, points[rng.random(batch) < np.exp(log_weights)]])
             if len(accepted) >= num_samples:
@@ -135,7 +135,7 @@ def draw_samples(mean: Array, covariance: Array, rng: np.random.Generator, num_s
 
 
 def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
-    """Index sets of coordinates that covary, directly or through others."""
+    """Yields index sets of coordinates that are correlated, directly or through others."""
     sds = np.sqrt(np.diag(covariance))
     related = np.abs(covariance) > _UNRELATED * np.outer(sds, sds)
     reachable = np.linalg.matrix_power(related, len(related))
@@ -151,7 +151,7 @@ def _compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
-    """Spreads proposals evenly; returns them, (N, M), their weights over the largest weight, (N,), and its log."""
+    """Draws evenly spread proposals, (N, M), with their weights over the largest weight, (N,), and its log."""
     proposal = build_proposal(mean, covariance)
     # A fixed seed makes this a function.
     from scipy.stats.qmc import Sobol  # here, as it takes a second
@@ -164,7 +164,7 @@ def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:
 def _condition_points(mean: Array, covariance: Array) -> tuple[Array, Array, Array]:
     """Computes the truncated normal distribution of each coordinate of weighted points given their other coordinates.
 
-    Averaged over points these are the marginals, far smoother than the points themselves.
+    Their averages over points are the marginals, far smoother than the points themselves.
 
     Returns: Means over SDs, shape (N, M); SDs, shape (M,); weights, shape (N,).
     """
@@ -179,22 +179,22 @@ def _average_percentiles(t: Array, weights: Array, fractions: Array) -> Array:
     shares, log_positive = weights / weights.sum(), log_ndtr(t)
 
     def compute_surplus(x: Array, below: Array) -> Array:
-        # Of small fractions this keeps the digits that one minus the probability to be above would lose.
+        # This form keeps the digits of small fractions, which one minus the upper probability would lose.
         surplus: Array = -np.expm1(log_ndtr(t - x[:, None]) - log_positive) @ shares - below
         return surplus
 
-    # Each of them exceeds this with a probability of less than exp(-800).
+    # Every component exceeds this with a probability of less than exp(-800).
     upper = max(t.max(), 0.0) + 40.0
     found = find_root(compute_surplus, (0.0, upper), args=(fractions,), tolerances={"xrtol": _ROOT_TOLERANCE})
     return np.asarray(found.x)
 
 
 def _interpolate_percentiles(nodes: Array, shares: Array, fractions: Array) -> Array:
-    # Between two nodes lies the integral of the polynomial through the six nodes nearest. The rule makes shares fade
-    # out at either end, so what is missing there counts as zero.
+    # The share between two nodes is the integral of the polynomial through the six nearest nodes. Shares vanish at
+    # either end, so missing ones there count as zero.
     between = np.convolve(shares, np.array([11, -93, 802, 802, -93, 11]) / 1440)[3:-3]
     cumulative = np.maximum.accumulate(np.append(0.0, np.cumsum(between)))
-    # Against normal scores a normal marginal is a straight line, and others are nearly one.
+    # As a function of normal scores a normal marginal is a straight line, and others are nearly straight.
     scores, kept = np.unique(ndtri(np.clip(cumulative / cumulative[-1], 0.0, 1.0)), return_index=True)
     scores, nodes = scores[1:-1], nodes[kept[1:-1]]  # without the infinities
     percentiles: Array = PchipInterpolator(scores, nodes)(np.clip(ndtri(fractions), scores[0], scores[-1]))

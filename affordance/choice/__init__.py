@@ -1,1 +1,1 @@
-"""Which object to take and how to grip it: options, what they cost, and ranking them."""
+"""Choice of an object and of a grip: options, their costs, and their ranking."""

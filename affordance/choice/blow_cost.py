@@ -1,7 +1,7 @@
-"""What a blow costs with one tool, as a function of the tool's inertial parameters.
+"""Cost of a blow with one tool, as a function of the tool's inertial parameters.
 
-Swings are planned for a row of tip speeds. The inertia of the tool decides how fast the tip must be, by the effective
-mass behind it, and with it which swing it takes; between two swings costs are interpolated.
+Swings are planned for a grid of tip speeds. The tool's inertia determines, by the effective mass at the tip, the tip
+speed that is needed and with it the swing; between two swings costs are interpolated.
 """
 
 from collections.abc import Callable
@@ -15,31 +15,31 @@ from affordance.control.swing import Swing, Target
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail
 
-# Computes quantities of some tools, (s, 10), at a node of the table, (s,) each.
+# Function that computes quantities, (s,) each, of tools, (s, 10), at a node of the table.
 _AtNode = Callable[[int, Array], tuple[Array, ...]]
 
 # A blow that falls short of the demanded force does not drive the nail to the demanded depth. With an aim of 1.00 the
 # simulated peak is 0.988 to 1.031 times the demand (three start postures, 22 blows; docs/decisions/0013-nail.md), so
 # blows aim 2 % above it.
 AIM = 1.02
-# Of the search for the greatest depth: a nail's length is then known to micrometres.
+# Bisection steps of the search for the greatest depth: a nail's depth is then known to micrometres.
 _HALVINGS = 16
 
 
 @dataclass(frozen=True, eq=False)
 class BlowCost:
-    """The swings of all tip speeds, and what they cost.
+    """Swings of all tip speeds, and their costs.
 
     Attributes:
-        nail: The nail that is to be driven.
-        force: Peak of its resistance that is asked for, [N].
-        target: What is struck, and with which point.
-        swings: Swings of rising tip speed.
-        speeds: Their tip speeds, (K,), [m/s].
-        masses: Effective masses at their strikes.
-        motions: What they cost.
-        joint_names: Those of the arm.
-        infeasible_reason: Why no swing strikes the nail, whatever the tool's inertia; empty if one does.
+        nail: Nail to be driven.
+        force: Demanded peak of the nail's resistance, [N].
+        target: Point that is struck, and the point of the tool that strikes it.
+        swings: Swings in the order of increasing tip speed.
+        speeds: Tip speeds of the swings, (K,), [m/s].
+        masses: Effective masses at the strikes.
+        motions: Costs of the swings.
+        joint_names: Names of the arm's joints.
+        infeasible_reason: Reason why no swing strikes the nail, whatever the tool's inertia; empty if one does.
     """
 
     nail: Nail
@@ -53,11 +53,11 @@ class BlowCost:
     infeasible_reason: str
 
     def find_speed(self, pi: Array, force: float | None = None) -> Array:
-        """Tip speed that gives a peak force, and a little more, (S,), [m/s].
+        """Computes the tip speed for a peak force, aiming slightly above it (``AIM``), (S,), [m/s].
 
         Args:
             pi: Inertial parameters of S tools about To, expressed in T, (S, 10).
-            force: Peak resistance, at most the one that is asked for, [N]; that if None.
+            force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
         """
         aim = np.array(AIM * (self.force if force is None else force))
         # The posture at the strike, and with it the mass, hardly depends on the speed.
@@ -67,19 +67,19 @@ class BlowCost:
         return self.nail.compute_tip_speed(aim, mass)
 
     def pick_swing(self, speed: float) -> Swing | None:
-        """Picks the slowest swing that is at least as fast as a speed, [m/s]; None if there is none."""
+        """Picks the slowest swing that is at least as fast as a speed, [m/s]; None if all are slower."""
         near = int(np.searchsorted(self.speeds, speed))
         return self.swings[near] if near < len(self.swings) else None
 
     def compute(self, pi: Array, force: float | None = None) -> Costs:
         """Computes the costs for S tools of inertial parameters pi about To, expressed in T, (S, 10).
 
-        A tool that must be faster than the fastest swing is infeasible; one that could be slower than the slowest
-        swing takes that.
+        A tool that needs a speed above that of the fastest swing is infeasible; one that needs less than that of the
+        slowest takes the slowest.
 
         Args:
-            pi: The tools.
-            force: Peak resistance, at most the one that is asked for, [N]; that if None.
+            pi: Inertial parameters of the tools.
+            force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
         """
         if self.infeasible_reason:
             nothing = np.full(len(pi), np.inf)
@@ -87,9 +87,10 @@ class BlowCost:
         return self.compute_at_speed(pi, self.find_speed(pi, force))
 
     def compute_at_speed(self, pi: Array, speed: Array) -> Costs:
-        """Computes the costs of swings that strike with given speeds, (S,), [m/s]; see ``compute``.
+        """Computes the costs of swings that strike at given speeds, (S,), [m/s]; see ``compute``.
 
-        Beyond the fastest swing, which is infeasible, they grow as the square of the speed, as kinetic energy does.
+        Speeds beyond the fastest swing are infeasible; their costs grow as the square of the speed, as kinetic energy
+        does.
         """
         work, effort, cost, load = self._interpolate(
             speed, pi, lambda node, chunk: self.motions[node].compute_load(chunk)
@@ -98,7 +99,7 @@ class BlowCost:
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
 
     def explain_infeasibility(self, pi: Array) -> str:
-        """Says which limit forbids the blow with a tool of inertial parameters pi, (10,); empty if none does."""
+        """Describes the limit that forbids a blow with a tool of parameters pi, (10,); empty if none does."""
         if self.infeasible_reason or self.compute(pi[None]).feasible[0]:
             return self.infeasible_reason
         speed = self.find_speed(pi[None])
@@ -112,9 +113,9 @@ class BlowCost:
         return f"{self.joint_names[worst]} must bear {load[0]:.3g} times its torque limit"
 
     def find_greatest_depth(self, pi: Array) -> float:
-        """Finds how deep the nail can be driven at most with a tool of inertial parameters pi, (10,), [m].
+        """Finds the greatest depth to which a tool of inertial parameters pi, (10,), can drive the nail, [m].
 
-        Returns: A depth up to the one that is asked for; the one it is set to if no blow is feasible.
+        Returns: Depth, at most the demanded one; the depth at which the nail is set if no blow is feasible.
         """
         low, high = self.nail.depth_set, self.nail.depth_demanded
         if self.compute(pi[None]).feasible[0]:
@@ -126,7 +127,7 @@ class BlowCost:
         return low
 
     def _interpolate(self, speed: Array, pi: Array, compute: _AtNode) -> tuple[Array, ...]:
-        """Interpolates quantities that are known at the speeds of the table, for S tools with a speed each."""
+        """Interpolates quantities known at the speeds of the table, for S tools with one speed each."""
         last = len(self.speeds) - 1
         at = np.interp(speed, self.speeds, np.arange(last + 1.0))
         below = np.minimum(at.astype(int), max(0, last - 1))

@@ -1,4 +1,4 @@
-"""Hammer: the free end of the tool drives a nail with a demanded peak force."""
+"""Hammering: the free end of the tool drives a nail with a demanded peak force."""
 
 import contextlib
 import itertools
@@ -26,25 +26,25 @@ from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings
 
-# Between tip speeds at which swings are planned: at least so much, [m/s], and at least this part of the speed. Costs
-# are interpolated between them, which errs by less than 0.5 % (tests/choice/test_hammer.py). An arm so slow
-# that its table has fewer speeds than this gets others between them.
+# Steps between the tip speeds at which swings are planned: at least this much, [m/s], and at least this fraction of
+# the speed. Costs are interpolated between them, with an error below 0.5 % (tests/choice/test_hammer.py). If an arm
+# is so slow that its table has fewer speeds than this, further ones are inserted between them.
 _SPEED_STEP, _SPEED_GROWTH, _FEWEST_SPEEDS = 0.125, 0.06, 16
-# Shorter vectors do not say a direction, [1]; and a head that is nearer cannot be swung at, [m].
+# Shorter vectors define no direction, [1]; and the tool cannot be swung at a nail's head nearer than this, [m].
 _MIN_LENGTH = 0.01
 
 
 @dataclass(frozen=True)
 class Hammer:
-    """What is asked of any tool: to drive a nail with a demanded peak of its resistance.
+    """Task of driving a nail with a demanded peak of its resistance, for any tool.
 
     Attributes:
-        nail: The nail.
-        offset: Where its head is, from where the striking point is at the start, in W, [m].
-        direction: Where it is driven to, a unit vector in W.
-        duration: Of the swing, from rest at the start to the strike, [s].
-        force: Peak resistance that is asked for, [N].
-        start: Joints that do not start as in the arm's home posture, by name, with their angles, [rad].
+        nail: Nail to be driven.
+        offset: Position of the nail's head relative to that of the striking point at the start, in W, [m].
+        direction: Direction in which the nail is driven, a unit vector in W.
+        duration: Duration of the swing, from rest at the start to the strike, [s].
+        force: Demanded peak resistance, [N].
+        start: Start angles by joint, [rad], of the joints that do not start in the arm's home posture.
     """
 
     nail: Nail
@@ -55,7 +55,7 @@ class Hammer:
     start: Start = ()
 
     def find_target(self, model: ArmModel, parts: Sequence[PosedShape]) -> Target:
-        """Finds striking point and nail for a tool's parts, posed relative to the hand; sets the model's state.
+        """Finds striking point and nail for a tool's parts, posed relative to the hand; changes the model's state.
 
         Raises:
             AffordanceError: The arm cannot take the start posture.
@@ -69,18 +69,18 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings of all speeds, which are the same whatever the tool weighs.
+        """Plans swings of all speeds, which do not depend on the tool's inertia.
 
         Args:
-            model: The arm; its state and payload are set.
-            parts: What the tool is made of, posed relative to the hand.
-            settings: Those of the controller.
+            model: Model of the arm; its state and payload are changed.
+            parts: Parts of the tool, posed relative to the hand.
+            settings: Settings of the controller.
         """
         return plan_blows(model, parts, self, settings)
 
 
 class _BlowEntry(DataModel):
-    """A blow as a file has it."""
+    """Blow as given in a file."""
 
     offset: Annotated[
         Annotated[tuple[float, float, float], Vector(3, Within(-2.0, 2.0))],
@@ -98,7 +98,7 @@ class _BlowEntry(DataModel):
         """Refuses a blow without direction, and one that starts beyond the nail.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: The direction is too short, or the head is not ahead of the striking point.
         """
         direction = np.array(self.direction)
         length = float(np.linalg.norm(direction))
@@ -112,12 +112,12 @@ class _BlowEntry(DataModel):
 
 
 class HammerEntry(NailEntry):
-    """A nail and how it is struck as a file has them."""
+    """Nail and blow as given in a file."""
 
     blow: _BlowEntry
 
     def build_task(self) -> Hammer:
-        """Builds the task."""
+        """Builds the hammering task."""
         nail, direction = self.build(), np.array(self.blow.direction)
         a, b, c = (float(value) for value in direction / float(np.linalg.norm(direction)))
         start = tuple(self.blow.start.items())
@@ -125,24 +125,24 @@ class HammerEntry(NailEntry):
 
 
 def load_hammer(path: StrPath) -> Hammer:
-    """Reads a nail file: the nail, and under ``blow`` where it stands and how it is struck.
+    """Reads a nail file: the nail, and under ``blow`` its position and the swing.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message names it and the fault.
     """
     return load_model(check_path("path", path), HammerEntry).build_task()
 
 
 def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:
-    """Plans swings of rising tip speed, up to that of the lightest tool there could be.
+    """Plans swings of increasing tip speed, up to the speed that a massless tool would need.
 
     Args:
-        model: The arm; its state and payload are set.
-        parts: What the tool is made of, posed relative to the hand.
-        hammer: What is asked for.
-        settings: Those of the controller.
+        model: Model of the arm; its state and payload are changed.
+        parts: Parts of the tool, posed relative to the hand.
+        hammer: Hammering task.
+        settings: Settings of the controller.
 
-    Returns: The swings and what they cost; with a reason if there is none.
+    Returns: Swings and their costs; with a reason if there are no swings.
     """
     target = hammer.find_target(model, parts)
     table = _plan_table(model, target, hammer)
@@ -163,7 +163,7 @@ def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, set
 
 
 class _Table(NamedTuple):
-    """Swings of rising tip speed, [m/s], with the effective masses at their strikes; a reason if there is none."""
+    """Swings of increasing tip speed, [m/s], with their effective masses; a reason if there are no swings."""
 
     speeds: list[float]
     swings: list[Swing]
@@ -172,7 +172,7 @@ class _Table(NamedTuple):
 
 
 def _plan_table(model: ArmModel, target: Target, hammer: Hammer) -> _Table:
-    """Plans swings of tip speeds that rise in steps, and between them where that makes too few."""
+    """Plans swings of tip speeds that increase in steps, and further ones in between if those are too few."""
 
     def weigh(swing: Swing) -> EffectiveMass:
         return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
@@ -189,7 +189,7 @@ def _plan_table(model: ArmModel, target: Target, hammer: Hammer) -> _Table:
             break
         speeds.append(speed)
         masses.append(weigh(swings[-1]))
-        # No tool has less behind it than the arm alone.
+        # The effective mass of arm and tool is at least that of the arm alone.
         (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
     nodes = dict(zip(speeds[1:], swings, strict=True))
@@ -219,16 +219,16 @@ def plan_strike(
     force: float | None = None,
     nail: Nail | None = None,
 ) -> Strike:
-    """Plans one blow, with a tool of known inertia.
+    """Plans one blow with a tool of known inertia.
 
     Args:
-        planned: The swings of all tip speeds.
-        hammer: What is asked for.
-        model: The arm; its state is set.
+        planned: Swings of all tip speeds.
+        hammer: Hammering task.
+        model: Model of the arm; its state is changed.
         pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
-        settings: Those of the controller.
-        force: Peak resistance, at most the one that is asked for, [N]; that if None.
-        nail: What stands there in truth; the one that is asked for if None.
+        settings: Settings of the controller.
+        force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
+        nail: True nail; None for the one that the blow is planned for.
 
     Raises:
         AffordanceError: No swing is fast enough.
@@ -249,17 +249,17 @@ def plan_strike(
 
 
 def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, guess: Swing | None) -> Swing:
-    """Plans a swing from one that is like it, or if that leads nowhere or there is none, from the start.
+    """Plans a swing from a similar one, and from scratch without a similar one or where that fails.
 
     Args:
-        model: The arm; its state is set.
-        target: Point that strikes, and where.
-        hammer: The blow.
-        speed: Speed of the point at the strike, [m/s].
-        guess: A swing like the one that is sought; None for none.
+        model: Model of the arm; its state is changed.
+        target: Point that is struck, and the point of the tool that strikes it.
+        hammer: Hammering task.
+        speed: Speed of the striking point at the strike, [m/s].
+        guess: Swing similar to the one sought; None to plan from scratch.
 
     Raises:
-        AffordanceError: No swing within position and velocity limits does it.
+        AffordanceError: No swing within position and velocity limits strikes as demanded.
     """
     if guess is not None:
         with contextlib.suppress(AffordanceError):
@@ -268,7 +268,7 @@ def find_swing(model: ArmModel, target: Target, hammer: Hammer, speed: float, gu
 
 
 def sample_swing(swing: Swing, control_period: float) -> PlannedMotion:
-    """A swing in control periods, with the mean acceleration of each."""
+    """Samples a swing at the control periods, with the mean acceleration over each."""
     times: Array = control_period * np.arange(round(swing.duration / control_period) + 1.0)
     q, v, _ = swing.evaluate(times)
     return PlannedMotion(control_period, q[:-1], v[:-1], np.diff(v, axis=0) / control_period)

@@ -1,6 +1,6 @@
-"""Inner simulation: what a task is believed to cost with each of several options (paper, IV-C and IV-D).
+"""Inner simulation: the cost of a task under the belief, for each of several options (paper, IV-C and IV-D).
 
-For every density that is believed possible, the motions planned once for each option say what the task would cost.
+The motions planned once for each option give the cost of the task at any density drawn from the belief.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,34 +23,34 @@ from affordance.vision.visual_prior import measure_geometry
 
 
 class OptionCost(Protocol):
-    """What a task costs with one option, as a function of its inertial parameters."""
+    """Cost of a task with one option, as a function of the option's inertial parameters."""
 
     @property
     def infeasible_reason(self) -> str:
-        """Why the option cannot do the task, whatever its inertia; empty if it can."""
+        """Reason why the option cannot do the task, whatever its inertia; empty if it can."""
 
     def compute(self, pi: Array) -> Costs:
-        """Costs for inertial parameters of shape (S, 10)."""
+        """Computes the costs for inertial parameters of shape (S, 10)."""
 
 
 @runtime_checkable
 class TaskCostModel(Protocol):
-    """A task whose cost can be computed for any option."""
+    """Task whose cost can be computed for any option."""
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> OptionCost:
-        """Plans the task with a tool made of parts, posed relative to the hand."""
+        """Plans the task with a tool made of parts that are posed relative to the hand."""
 
 
 def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settings = DEFAULT_SETTINGS) -> "Choice":
     """Plans a task with every option.
 
     Args:
-        options: At least one.
-        task: What is to be done.
-        settings: Those of arm, prior and controller.
+        options: Options to choose from, at least one.
+        task: Task to be done.
+        settings: Settings of arm, prior and controller.
 
     Raises:
-        AffordanceError: There is no option, two have one name, or no motion could be planned.
+        AffordanceError: There is no option, two have the same name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """
     model = ArmModel(load_arm(settings.arm))
@@ -58,19 +58,19 @@ def plan_choice(options: Sequence[Option], task: TaskCostModel, settings: Settin
 
 
 class Choice:
-    """A choice among options for one task, with the motions planned once for all beliefs.
+    """Choice among options for one task, with the motions planned once for all beliefs.
 
     Attributes:
-        options: What there is to choose from.
-        cost_models: What the task costs with each.
-        settings: Those of arm, prior and controller.
+        options: Options to choose from.
+        cost_models: Cost of the task with each option.
+        settings: Settings of arm, prior and controller.
     """
 
     def __init__(self, options: Sequence[Option], cost_models: Sequence[OptionCost], settings: Settings) -> None:
-        """Takes the options and what the task costs with each.
+        """Stores the options and the cost of the task with each.
 
         Raises:
-            AffordanceError: There is no option, or two have one name.
+            AffordanceError: There is no option, or two have the same name.
         """
         names = [option.name for option in options]
         if not names or len(set(names)) < len(names):
@@ -82,12 +82,12 @@ class Choice:
         self._grip_maps = [build_transform_map(np.linalg.inv(option.X_TG)) for option in options]
 
     def draw_parameters(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Array:
-        """Draws inertial parameters of all options from what is believed.
+        """Draws inertial parameters of all options from the belief.
 
-        The options of a sample are made of the same materials: a material's mean density is one for all of them, and
-        an object's own deviation from it, and the error of its features, are one for all grips of the object.
+        The options of a sample share their materials: a material's mean density is the same for all options, and an
+        object's own deviation from it and the errors of its features are the same for all grips of the object.
 
-        Returns: Shape (options, num_samples, 10).
+        Returns: Inertial parameters, shape (options, num_samples, 10).
         """
         memory, geometries = self._recognise(memory)
         joint = memory.belief.add_object_variation(self.settings.prior.deviation_sd, len(self._features))
@@ -99,16 +99,16 @@ class Choice:
         return self._grip(drawn)
 
     def add_colours(self, memory: Memory) -> Memory:
-        """The memory with the colours of all objects, which gives all their densities one order."""
+        """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
         return self._recognise(memory)[0]
 
     def compute_parameters(self, memory: Memory, rho: Array) -> Array:
-        """Inertial parameters of all options at given densities, shape (options, S, 10).
+        """Computes the inertial parameters of all options at given densities, shape (options, S, 10).
 
         Args:
-            memory: By which materials are recognised.
-            rho: Densities in the order of ``add_colours(memory)``, (S, M), [kg/m^3]. Those of colours only met
-                here may be left out: they are what is expected, given the others.
+            memory: Memory by which materials are recognised.
+            rho: Densities in the order of ``add_colours(memory)``, (S, M), [kg/m^3]. Colours first met here may be
+                omitted: their densities are the expected ones, given the others.
         """
         met, geometries = self._recognise(memory)
         given = rho.shape[1]
@@ -119,12 +119,12 @@ class Choice:
         return self._grip({object_name: rho @ geometry.Phi.T for object_name, geometry in geometries.items()})
 
     def compute_costs(self, pi: Array) -> Costs:
-        """Costs of all options, each array of shape (options, S), for parameters of shape (options, S, 10)."""
+        """Computes the costs of all options, arrays (options, S), for parameters of shape (options, S, 10)."""
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
 
     def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
-        """Recognises every part of every object once; the geometries refer to the colours of the memory returned."""
+        """Recognises every part of every object once; the geometries refer to the colours of the returned memory."""
         indices: dict[str, list[int]] = {}
         for object_name, features in self._features.items():
             indices[object_name] = []
@@ -138,6 +138,6 @@ class Choice:
         }
 
     def _grip(self, parameters: Mapping[str, Array]) -> Array:
-        """Inertial parameters of all options, (options, S, 10), from those of the objects in their own frames."""
+        """Returns the parameters of all options, (options, S, 10), from those of the objects in their frames."""
         grips = zip(self.options, self._grip_maps, strict=True)
         return np.array([parameters[option.object_name] @ grip_map.T for option, grip_map in grips])

@@ -1,8 +1,8 @@
-"""Blows planned by least work, for comparison with those of least angular acceleration.
+"""Blows of least work, for comparison with those of least angular acceleration.
 
-What least work is depends on the tool's inertia, and a search takes seconds: it is made once, for one inertia, and
-the motion it finds is run slower or faster to strike with other speeds. So a belief's cost is that of this motion,
-not of the best one for it.
+The motion of least work depends on the tool's inertia, and a search takes seconds: it is made once, for one inertia,
+and the motion found is run slower or faster to strike at other speeds. The cost under a belief is therefore that of
+this motion, not of the best motion for each inertia.
 """
 
 from dataclasses import replace
@@ -20,22 +20,23 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.settings import Settings
 
-# How fast the motion is run, beside how fast it was found: from a tap to what the lightest tool needs.
+# Speeds of the motion relative to the one found: from a tap to what the lightest tool needs.
 _PACES = np.geomspace(0.25, 2.0, 12)
 
 
 def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Array, settings: Settings) -> BlowCost:
-    """Plans the demanded blow by least work, for a tool of inertial parameters pi, (10,).
+    """Plans the demanded blow with least work, for a tool of inertial parameters pi, (10,).
 
     Args:
-        planned: Blows of least acceleration, from which the search begins.
-        hammer: What is asked for.
-        model: The arm; its state and payload are set.
-        pi: The tool.
-        settings: Those of the controller.
+        planned: Blows of least acceleration, from which the search starts.
+        hammer: Hammering task.
+        model: Model of the arm; its state and payload are changed.
+        pi: Inertial parameters of the tool.
+        settings: Settings of the controller.
 
     Raises:
-        AffordanceError: No swing strikes, or the search does not converge.
+        AffordanceError: No swing strikes as demanded, the search does not converge, or its motion exceeds the
+            velocity limits at all speeds.
     """
     swing = plan_strike(planned, hammer, model, pi, settings).swing
     try:
@@ -63,7 +64,7 @@ def plan_least_work(planned: BlowCost, hammer: Hammer, model: ArmModel, pi: Arra
 
 
 def _run_at(found: OptimalSwing, pace: float) -> PlannedMotion:
-    """The motion, run so much faster."""
+    """Returns the motion, run faster by the factor pace."""
     period = float(found.times[1] - found.times[0]) / pace
     v = pace * found.v
     return PlannedMotion(period, found.q[:-1], v[:-1], np.diff(v, axis=0) / period)

@@ -1,8 +1,8 @@
-"""What a planned motion costs, for ten thousand believed inertias at once.
+"""Cost of a planned motion, for ten thousand inertias drawn from the belief at once.
 
-A plan of least angular acceleration is made of joint accelerations: while no torque limit is active it is the same
-whatever the tool is believed to weigh, and only its torques differ, linearly in the tool's inertial parameters
-(payload_regressor.py). So one kinematic roll-out serves all of them, and their works are one matrix product.
+A plan of least angular acceleration consists of joint accelerations: as long as no torque limit is active it does not
+depend on the believed inertia of the tool, and only its torques do, linearly in the inertial parameters
+(payload_regressor.py). One kinematic roll-out therefore serves all inertias, and their works are one matrix product.
 """
 
 import copy
@@ -22,20 +22,21 @@ from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
 from affordance.settings import Settings
 
-# Nodes of the quadrature along a motion: the midpoint rule then errs by less than 0.1 % (tests/choice/test_reach.py).
+# Nodes of the quadrature along a motion: the midpoint rule then has an error below 0.1 %
+# (tests/choice/test_reach.py).
 NUM_NODES = 50
-# Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which caches hold.
+# Samples whose torques are held in memory at a time: 50 nodes of 7 joints then take 6 MB, which fits into caches.
 _CHUNK = 2000
 
 
 class PlannedMotion(NamedTuple):
-    """A motion of K ticks, each of constant joint acceleration.
+    """Motion of K control periods, each of constant joint acceleration.
 
     Attributes:
-        control_period: Duration of each, [s].
-        q: Joint angles at the beginning of each, (K, num_joints), [rad].
-        v: Joint rates at the beginning of each, (K, num_joints), [rad/s].
-        vdot: Joint accelerations, (K, num_joints), [rad/s^2].
+        control_period: Control period, [s].
+        q: Joint angles at the beginning of each period, (K, num_joints), [rad].
+        v: Joint rates at the beginning of each period, (K, num_joints), [rad/s].
+        vdot: Joint accelerations over each period, (K, num_joints), [rad/s^2].
     """
 
     control_period: float
@@ -45,14 +46,14 @@ class PlannedMotion(NamedTuple):
 
 
 class Costs(NamedTuple):
-    """What a motion costs under each of S inertias.
+    """Costs of a motion under each of S inertias.
 
     Attributes:
         work: Absolute work of the joints, integral of sum_i |tau_i v_i| dt, (S,), [J] (paper, eq. 4): braking counts
-            as driving does, and nothing is recovered.
+            like driving, and nothing is recovered.
         effort: Integral of |tau|^2 dt, (S,), [N^2 m^2 s].
-        feasible: Whether the motion does what is asked and every torque keeps its limit, (S,).
-        cost: What the measure of the settings says, by which options are compared, (S,); the work by default.
+        feasible: True where the motion does the task and every torque keeps its limit, (S,).
+        cost: Cost by the measure of the settings, by which options are compared, (S,); the work by default.
     """
 
     work: Array
@@ -62,22 +63,22 @@ class Costs(NamedTuple):
 
 
 class Load(NamedTuple):
-    """Costs of a motion under each of S inertias, and how near it comes to a torque limit; (S,) each, as in Costs."""
+    """Costs of a motion under each of S inertias, and its largest relative torque; (S,) each, units as in Costs."""
 
     work: Array
     effort: Array
     cost: Array
-    load: Array  # largest part of a joint's torque limit
+    load: Array  # largest torque relative to the joint's limit
 
 
 def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Settings) -> PlannedMotion:
-    """Rolls the controller out, from rest where the task starts, on the double integrator it plans with.
+    """Rolls the controller out, from rest at the start of the task, on the double integrator that it plans with.
 
     Args:
-        model: The arm; its state is set.
-        task: What is to be done.
-        duration: For how long, [s].
-        settings: Those of the controller; torque limits are left aside.
+        model: Model of the arm; its state is changed.
+        task: Task to be done.
+        duration: Duration of the motion, [s].
+        settings: Settings of the controller; torque limits are ignored.
 
     Raises:
         NoPlanError: The controller finds no plan.
@@ -103,11 +104,11 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
 
 
 class MotionCost:
-    """The costs of a planned motion as a function of the tool's inertial parameters.
+    """Costs of a planned motion as a function of the tool's inertial parameters.
 
     Attributes:
-        motion: The motion.
-        infeasible_reason: Why the motion does not do what is asked, whatever the tool weighs; empty if it does.
+        motion: Planned motion.
+        infeasible_reason: Reason why the motion does not do the task, whatever the tool's inertia; empty if it does.
     """
 
     def __init__(
@@ -118,22 +119,22 @@ class MotionCost:
         infeasible_reason: str = "",
         measure: CostMeasure = CostMeasure.WORK,
     ) -> None:
-        """Computes torques of the arm and regressors at the nodes.
+        """Computes the torques of the arm and the regressors at the nodes.
 
         Args:
-            model: The arm; its state and payload are set.
-            motion: The motion.
-            num_nodes: Nodes of the midpoint rule, at most one a tick.
-            infeasible_reason: Why the motion does not do what is asked; it is then feasible with no tool.
-            measure: By what motions are compared.
+            model: Model of the arm; its state and payload are changed.
+            motion: Planned motion.
+            num_nodes: Number of nodes of the midpoint rule, at most one per control period.
+            infeasible_reason: Reason why the motion does not do the task; it is then infeasible with every tool.
+            measure: Measure by which motions are compared.
         """
         self._measure = measure
         self.motion = motion
         self.infeasible_reason = infeasible_reason
         num_ticks = len(motion.q)
         num_nodes = min(num_nodes, num_ticks)
-        # In ticks. One more, in the middle of the last tick, counts for the limits alone: a swing loads its joints
-        # most at its end.
+        # In control periods. One more, in the middle of the last one, counts for the limits only: a swing loads its
+        # joints most at its end.
         moments = np.append((np.arange(num_nodes) + 0.5) * num_ticks / num_nodes, num_ticks - 0.5)
         ticks = moments.astype(int)
         since = motion.control_period * (moments - ticks)[:, None]
@@ -147,7 +148,7 @@ class MotionCost:
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
-        # Constant and linear part of all torques, nodes times joints stacked.
+        # Constant and linear part of all torques, rows stacked by node and joint.
         self._tau_arm = tau_arm.reshape(-1, 1)
         self._Y = Y.reshape(-1, NUM_PARAMETERS)
         self._signed_rates = v[:num_nodes].reshape(-1)
@@ -155,7 +156,7 @@ class MotionCost:
         self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, len(moments))[:, None]
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
-        """The same motion, compared by another measure."""
+        """Returns a copy of the motion's costs that compares by another measure."""
         other = copy.copy(self)
         other._measure = measure
         return other
@@ -166,7 +167,7 @@ class MotionCost:
         return Costs(work, effort, (load <= 1.0) & (not self.infeasible_reason), cost)
 
     def compute_load(self, pi: Array) -> Load:
-        """Computes the costs, and the largest part of a torque limit; argument as of ``compute``."""
+        """Computes the costs and the largest torque relative to its limit; argument as for ``compute``."""
         work, effort, load = np.empty((3, len(pi)))
         balance = np.zeros(len(pi))  # positive less negative work
         share = self._measure.negative_weight
@@ -187,19 +188,19 @@ class MotionCost:
         return Load(work, effort, cost, load)
 
     def compute_joint_loads(self, pi: Array) -> Array:
-        """Computes the largest part of each joint's torque limit, (num_joints, S); argument as of ``compute``."""
+        """Computes each joint's largest torque relative to its limit, (num_joints, S); see ``compute``."""
         parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
         loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
         return loads
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:
-    """Absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion that was logged every control period.
+    """Computes absolute work, [J], and integral of |tau|^2 dt, [N^2 m^2 s], of a motion logged every control period.
 
-    Torque is constant in a control period, and velocities are all but linear in it.
+    Torque is constant over a control period, and velocities are almost linear in time over it.
 
     Args:
-        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row does not count.
+        tau: Torques over the period that ends at each time, (N, num_joints), [N m]; the first row is ignored.
         v: Joint velocities, (N, num_joints), [rad/s].
         control_period: Time between two rows, [s].
     """

@@ -1,4 +1,4 @@
-"""Listing the options that a tool offers, from one observation of it."""
+"""Listing of the options that a tool offers, from one observation of the tool."""
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from affordance.vision.observe import observe
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:
-    """Seed of the one observation of a tool that is chosen about, so that each has noise of its own."""
+    """Returns the seed of the observation of a tool to choose, so that each tool has noise of its own."""
     return [*check_seed(seed), Stream.OBSERVATION, *tool.name.encode()]
 
 
@@ -24,14 +24,14 @@ def list_options(
     """Observes a tool once and lists the ways of holding it.
 
     Args:
-        tool: The tool.
-        error: Errors of features that are measured.
-        seed: Seed of the errors of the measurement, or of the noise of the picture.
-        feature_source: Features that are measured, or detected in a picture; a text names one too.
+        tool: Tool to be observed.
+        error: Standard deviations of the errors, if the source is the true features.
+        seed: Seed of the errors of the measurement, or of the noise of the pictures.
+        feature_source: Source of the features, as a member or its name: the true ones with an error, or pictures.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind.
-        SeeingError: The picture does not show what is needed.
+        SeeingError: The features cannot be extracted from the pictures.
     """
     check_kind("tool", tool, Tool, "load_tools(PATH) reads some, each has options of its own")
     check_kind("error", error, VisionError)

@@ -1,4 +1,4 @@
-"""Options of a choice: objects in grips, by their observed features."""
+"""Options of a choice: objects in grips, described by their observed features."""
 
 from dataclasses import dataclass, replace
 
@@ -11,12 +11,12 @@ from affordance.vision.features import ComponentFeatures
 
 @dataclass(frozen=True)
 class Option:
-    """An object in a grip.
+    """Object in a grip.
 
     Attributes:
-        object_name: Which object it is; options of one object share its parts.
-        grip: Which end is in the hand; empty if there is no choice.
-        features: Observed features of its components, in the object's own frame T, the same for all its grips.
+        object_name: Name of the object; options of one object share its parts.
+        grip: Name of the end in the hand; empty if there is only one grip.
+        features: Observed features of the object's components, in the object's frame T, the same for all its grips.
         X_TG: Pose of the grip G, which coincides with the hand, in the object, shape (4, 4).
     """
 
@@ -26,7 +26,7 @@ class Option:
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Checks the pose, and keeps a read-only copy of it.
+        """Checks the pose and keeps a read-only copy of it.
 
         Raises:
             BadArgumentError: The pose scales or mirrors.
@@ -38,11 +38,11 @@ class Option:
 
     @property
     def name(self) -> str:
-        """The object, and its grip if there is a choice."""
+        """Name of the object, with the grip if it has more than one."""
         return f"{self.object_name} by {self.grip}" if self.grip else self.object_name
 
     @property
     def gripped(self) -> tuple[ComponentFeatures, ...]:
-        """Features of its components, posed relative to the hand."""
+        """Features of the object's components, posed relative to the hand."""
         X_GT = np.linalg.inv(self.X_TG)
         return tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.features)

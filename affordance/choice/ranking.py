@@ -1,7 +1,7 @@
-"""Rules of choice: which of several objects to take, and how to grip it.
+"""Rules of choice among objects and grips.
 
-The paper's rule draws one density from the belief and takes the option that is cheapest under it; Bayes' rule takes
-the option of least expected work.
+The paper's rule draws one density from the belief and takes the cheapest option under it; Bayes' rule takes the
+option of least expected work.
 """
 
 from collections.abc import Sequence
@@ -23,29 +23,30 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]
 
-# Costs within this fraction of each other are equal: what is left is rounding.
+# Costs within this fraction of each other count as equal: the difference is rounding.
 TIE = 1e-9
 NO_OPTION = -1
-# An option counts if it is feasible with at least this probability, unless another is asked for: one in twenty is the
-# risk by which intervals of 95 % are drawn everywhere.
+# An option is usable if it is feasible with at least this probability, unless another is given: the risk of one in
+# twenty of the 95 % intervals used throughout.
 MIN_FEASIBILITY = 0.95
 _NUM_SAMPLES = Whole(1, 1_000_000)
 
 
 class RankedOption(NamedTuple):
-    """An option with what it is believed to cost.
+    """Option with its costs under the belief.
 
     Attributes:
-        option: The option.
-        work: Expected work, over the same densities for all options, [J]. Where a torque limit would be broken it is
-            what the motion would take without that limit.
-        works: Work under each sample, (S,), [J]; infinite where a torque limit would be broken.
+        option: Ranked option.
+        work: Expected work over the same densities for all options, [J]. Where a torque limit would be exceeded, the
+            work is that of the motion without this limit.
+        works: Work under each sample, (S,), [J]; infinite where the option is infeasible.
         effort: Expected integral of |tau|^2 dt over the same densities as work, [N^2 m^2 s].
-        cost: Expected cost by the measure of the settings, by which options are ranked, over the same densities; the
-            work by default.
-        p_best: Probability that it is the cheapest.
-        p_feasible: Probability that it is feasible: that it keeps the torque limits and does what is asked.
-        infeasible_reason: Why it is not usable: it cannot do the task, or is not feasible enough; empty if it is.
+        cost: Expected cost over the same densities by the measure of the settings, which orders the options; the work
+            by default.
+        p_best: Probability that the option is the cheapest.
+        p_feasible: Probability that the option is feasible: that it keeps the torque limits and does the task.
+        infeasible_reason: Reason why the option is not usable: it cannot do the task, or its probability of being
+            feasible is too low; empty if it is usable.
     """
 
     option: Option
@@ -63,15 +64,15 @@ class RankedOption(NamedTuple):
 
 
 class Ranking(NamedTuple):
-    """The options in the order of their expected cost.
+    """Options in the order of their expected cost.
 
     Attributes:
-        ranked: Those that are usable, the least expected cost first, exact ties in random order; then the others,
-            which are never chosen, in the same order.
-        num_usable: How many are usable.
-        min_feasibility: With which probability at least an option must be feasible to be usable.
+        ranked: Usable options in the order of expected cost, exact ties in random order; then the others, which are
+            never chosen, in the same order.
+        num_usable: Number of usable options.
+        min_feasibility: Probability with which an option must at least be feasible to be usable.
         p_none: Probability that no option is feasible.
-        flips: Whether the least expected integral of |tau|^2 would choose otherwise.
+        flips: True if the least expected integral of |tau|^2 would choose otherwise.
     """
 
     ranked: tuple[RankedOption, ...]
@@ -100,7 +101,7 @@ class Ranking(NamedTuple):
 
     @property
     def best(self) -> RankedOption:
-        """What Bayes' rule chooses.
+        """Option that Bayes' rule chooses.
 
         Raises:
             AffordanceError: No option is usable.
@@ -121,22 +122,22 @@ def rank(
     seed: Seed = 0,
     min_feasibility: float = MIN_FEASIBILITY,
 ) -> Ranking:
-    """Ranks objects and grips by what a task is believed to cost with them.
+    """Ranks objects and grips by the expected cost of a task with them.
 
     Args:
-        options: Options to choose from, at least one; different objects as well as different grips.
+        options: Options to choose from, at least one: different objects as well as different grips.
         task: Task, such as Reach.
         belief: Belief about materials; those never met get the prior of the settings.
         settings: Settings of arm, prior and controller.
-        num_samples: Number of densities that are drawn from the belief.
-        seed: Seed of what is drawn: a whole number, or several.
-        min_feasibility: Probability with which an option must be feasible at least to count.
+        num_samples: Number of densities drawn from the belief.
+        seed: Seed of the random draws: a whole number, or several.
+        min_feasibility: Probability with which an option must at least be feasible to be usable.
 
-    Returns: The options, least expected work first.
+    Returns: Options in the order of their expected cost.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind or out of bounds.
-        AffordanceError: There is no option, two are of one name, or no motion could be planned.
+        AffordanceError: There is no option, two have the same name, or no motion could be planned.
         ModelFileError: The arm cannot be loaded.
     """
     hint = "list_options(tool) lists those of a tool"
@@ -160,10 +161,10 @@ def rank_options(
     num_samples: int,
     min_feasibility: float = MIN_FEASIBILITY,
 ) -> Ranking:
-    """Ranks options whose motions are planned already; see ``rank``.
+    """Ranks options whose motions are already planned; see ``rank``.
 
     Raises:
-        BadArgumentError: num_samples is out of bounds, or min_feasibility is no probability.
+        BadArgumentError: num_samples is out of bounds, or min_feasibility is not a probability.
     """
     _check_sampling(num_samples, min_feasibility)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
@@ -208,20 +209,20 @@ def _check_sampling(num_samples: int, min_feasibility: float) -> None:
 
 
 def _describe_risk(p_feasible: float, least: float) -> str:
-    """Why an option is too risky; empty if it is not."""
+    """Describes why an option is too risky; empty if it is not."""
     if p_feasible >= least:
         return ""
     return f"is feasible with a probability of {p_feasible:.3g}, must be at least {least:g}"
 
 
 def pick_cheapest(costs: Costs, rng: np.random.Generator) -> Chosen:
-    """Picks the feasible option of least cost under each sample; among equals a fair coin decides.
+    """Picks the feasible option of least cost under each sample; ties are broken at random.
 
     Args:
-        costs: Arrays of shape (options, S).
-        rng: The coin.
+        costs: Costs, arrays of shape (options, S).
+        rng: Random generator that breaks ties.
 
-    Returns: Index of the option, or NO_OPTION where none is feasible, shape (S,).
+    Returns: Index of the option, or NO_OPTION where no option is feasible, shape (S,).
     """
     cost = np.where(costs.feasible, costs.cost, np.inf)
     least = cost.min(axis=0)

@@ -1,4 +1,4 @@
-"""Reach: the free end of the tool follows a path in space."""
+"""Reaching: the free end of the tool follows a path in space."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -23,29 +23,29 @@ _NUM_CHECKED = 21
 
 @dataclass(frozen=True)
 class Reach:
-    """What is asked of any tool: to follow a path with its free end F, from where the start posture holds it."""
+    """Task of following a path with the tool's free end F, from the start posture, for any tool."""
 
     path: TimedPath
 
     def __post_init__(self) -> None:
-        """Checks that the path is one.
+        """Checks the type of the path.
 
         Raises:
-            BadArgumentError: It is something else.
+            BadArgumentError: The path is not a TimedPath.
         """
         check_kind("path", self.path, TimedPath, "load_path(PATH) reads one")
 
     @property
     def duration(self) -> float:
-        """How long it takes, [s]."""
+        """Duration of the path, [s]."""
         return self.path.duration
 
     def begin(self, model: ArmModel, p_TF: Array) -> "PathFollowing":
-        """Makes the task for one tool.
+        """Builds the path-following task for one tool.
 
         Args:
-            model: The arm; its state is set to rest where the task starts.
-            p_TF: The tool's free end, shape (3,), [m].
+            model: Model of the arm; its state is set to rest at the start of the task.
+            p_TF: Position of the tool's free end, shape (3,), [m].
 
         Raises:
             AffordanceError: The arm cannot take the start posture, or loses rank there.
@@ -62,12 +62,12 @@ class Reach:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> MotionCost:
-        """Plans the motion, which is the same whatever the tool weighs, and returns what it costs at any inertia.
+        """Plans the motion, which does not depend on the tool's inertia, and returns its costs at any inertia.
 
         Args:
-            model: The arm; its state is set.
-            parts: What the tool is made of, posed relative to the hand.
-            settings: Those of the controller.
+            model: Model of the arm; its state is changed.
+            parts: Parts of the tool, posed relative to the hand.
+            settings: Settings of the controller.
 
         Raises:
             NoPlanError: The controller finds no plan.
@@ -76,7 +76,7 @@ class Reach:
         return self.build_cost_of_end(model, find_free_end(parts), settings)
 
     def build_cost_of_end(self, model: ArmModel, p_TF: Array, settings: Settings) -> MotionCost:
-        """The same, for all tools whose free end is F, p_TF of shape (3,), [m]; see ``build_cost``."""
+        """Plans the motion for all tools with the free end F, p_TF of shape (3,), [m]; see ``build_cost``."""
         following = self.begin(model, p_TF)
         try:
             motion = plan_motion(model, following, duration=self.duration, settings=settings)
@@ -89,7 +89,7 @@ class Reach:
         return MotionCost(model, motion, infeasible_reason=reason, measure=settings.cost_measure)
 
     def _find_rank_loss(self, model: ArmModel, motion: PlannedMotion, p_TF: Array) -> str:
-        """Says where a motion first comes too near rank loss; empty if it does not."""
+        """Describes where a motion first comes too close to rank loss; empty if it does not."""
         for row in np.linspace(0, len(motion.q) - 1, _NUM_CHECKED).astype(int):
             if problem := describe_rank_loss(model, motion.q[row], p_TF):
                 time = row * motion.control_period

@@ -1,4 +1,4 @@
-"""``affordance doctor``: which parts work on this machine."""
+"""``affordance doctor``: checks which parts work on this machine."""
 
 import argparse
 import importlib
@@ -15,7 +15,7 @@ from affordance.system_libraries import find_missing, hide_font_warnings, provid
 from affordance.version import __version__
 
 HELP = "say which parts work on this machine, and how to get the others"
-# Optional extras, and the module that each brings.
+# Optional extras, and the module that each installs.
 EXTRAS = {"cluster": "distributed", "bags": "rosbags"}
 
 
@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints a line for each part; returns 0 if all that is required works.
+    """Prints a line for each part; returns 0 if all required parts work, else 2.
 
     Raises:
         AffordanceError: A required library is missing and could not be installed.
@@ -56,7 +56,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _try(check: Callable[[], str]) -> tuple[bool, str]:
-    """Whether a check passes, and what it says."""
+    """Runs a check; returns its success and its message."""
     try:
         return True, check()
     except (ImportError, AffordanceError, RuntimeError, OSError) as error:

@@ -1,4 +1,4 @@
-"""`affordance fit-kappa`: fits the breadth of a category to two groups of people, with how well they determine it."""
+"""`affordance fit-kappa`: fits the relative width of a category to two groups of participants, with intervals."""
 
 import argparse
 import time
@@ -34,7 +34,7 @@ _LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the options."""
+    """Adds the arguments of the command."""
     add_repeats(parser, 100, "simulated observers at each kappa")
     add_seed(parser, 1)
     add_jobs(parser)
@@ -50,7 +50,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Fits kappa for each learner with kinds, prints it, and writes OUT/kappa/.
 
     Raises:
-        BadValueError: An option is out of bounds, or a file with people's values is wrong.
+        BadValueError: An option is out of bounds, or a file with human data is invalid.
     """
     if not 0.0 < arguments.lowest < arguments.highest:
         problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"

@@ -1,4 +1,4 @@
-"""``affordance identify``: given recordings of a robot, what did it hold?"""
+"""``affordance identify``: identifies a robot's payload from recordings."""
 
 import argparse
 import json
@@ -36,7 +36,7 @@ from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
 HELP = "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings"
-# What can be switched off, and its name in the settings.
+# Nuisances that can be switched off, and their names in the settings.
 NUISANCES = {
     "gains": "gains",
     "load-friction": "load_friction",
@@ -76,10 +76,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identifies, prints and writes.
+    """Identifies the payload, and prints and writes the result.
 
     Raises:
-        AffordanceError: An argument, a file or a run is wrong.
+        AffordanceError: An argument, a file or a recording is invalid.
     """
     settings = _build_settings(arguments)
     refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a seen object has the prior's only")
@@ -124,7 +124,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
-    """Says what is believed, in lines for a terminal."""
+    """Formats the belief for a terminal."""
     m = belief.marginals
     lines = [f"{belief.source}: {belief.analysis}", ""]
     names = ["mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
@@ -167,7 +167,7 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
 
 
 def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
-    """What a camera says of the object: the features of a tools file, exact."""
+    """Predicts the object in a tools file from its exact features, as a camera would see them."""
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     names = [tool.name for tool in tools]
     name = arguments.object_name or names[0]

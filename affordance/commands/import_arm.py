@@ -1,4 +1,4 @@
-"""affordance import-arm: from any robot's file to a folder of models for its arm."""
+"""``affordance import-arm``: converts any robot's file to a folder of models for its arm."""
 
 import argparse
 import time
@@ -13,7 +13,7 @@ HELP = "make a folder of models for the arm of a robot's file (URDF, SDF or MJCF
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the command's arguments."""
+    """Adds the arguments of the command."""
     parser.add_argument("file", type=Path, help="the robot's file")
     add_arm_arguments(parser)
     parser.add_argument("--no-meshes", action="store_true", help="draw capsules in place of the robot's meshes")
@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares what is said of an arm besides its file; also for commands that take a robot's file in passing."""
+    """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
     parser.add_argument(
         "--tip", help="link or frame at the arm's end, where it holds things; without it they are listed"
     )
@@ -68,10 +68,10 @@ def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def read_options(arguments: argparse.Namespace) -> ImportOptions:
-    """Makes options of the arguments that ``add_arm_arguments`` declares.
+    """Builds options from the arguments that ``add_arm_arguments`` adds.
 
     Raises:
-        BadValueError: One of them is not what it must be.
+        BadValueError: One of them is invalid.
     """
     return ImportOptions(
         tip=arguments.tip or "",
@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Imports an arm; returns the exit status.
 
     Raises:
-        AffordanceError: The file, or an argument, does not say what an arm needs; nothing was written.
+        AffordanceError: The file or an argument is invalid or incomplete; nothing was written.
     """
     start = time.perf_counter()
     lines = import_arm(

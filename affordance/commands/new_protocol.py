@@ -1,4 +1,4 @@
-"""``affordance new-protocol NAME``: a commented protocol to start from."""
+"""``affordance new-protocol NAME``: writes a commented protocol as a starting point."""
 
 import argparse
 from pathlib import Path
@@ -17,10 +17,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Writes both files.
+    """Writes the protocol and its schema.
 
     Raises:
-        BadValueError: The name is not fit, or there is such a file already.
+        BadValueError: The name is unsuitable, or such a file already exists.
     """
     path, schema = write_protocol(arguments.name, arguments.folder)
     print(f"{path}: a protocol that runs as it is; {schema.name} beside it tells editors what may stand where")

@@ -1,4 +1,4 @@
-"""Options that commands share: declared in the same words, and checked in one place."""
+"""Options shared by commands, declared and checked in one place."""
 
 import argparse
 from collections.abc import Sequence
@@ -13,18 +13,18 @@ from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-# Bounds of numbers that commands share: more than anyone has patience or processors for is a slip of the finger.
+# Bounds of shared numbers; values beyond any practical run are typing errors.
 BOUNDS = {"repeats": REPEATS, "seed": Whole(0, SEED_MAX), "jobs": JOBS}
 
 
 def add_repeats(parser: argparse.ArgumentParser, default: int | None, what: str, former: Sequence[str] = ()) -> None:
-    """Adds ``--repeats``, the one word for how often anything is simulated.
+    """Adds ``--repeats``, the number of repetitions in every command that simulates.
 
     Args:
         parser: Parser of the command.
         default: Default number; None to let the command choose.
-        what: Thing that is repeated, in words.
-        former: Earlier names of the option, which go on working and are not shown.
+        what: Name of the repeated unit, in words.
+        former: Earlier names of the option, which still work and are not shown.
     """
     shown = what if default is None else f"{what} (default {default})"
     parser.add_argument("--repeats", type=int, default=default, metavar="N", help=shown)
@@ -39,7 +39,7 @@ def add_seed(parser: argparse.ArgumentParser, default: int = 0) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser, default: int | None = None) -> None:
-    """Adds ``--jobs``; by default a process a core."""
+    """Adds ``--jobs``; by default one process per core."""
     shown = "one a core" if default is None else str(default)
     number = joblib.cpu_count() if default is None else default
     parser.add_argument("--jobs", type=int, default=number, metavar="N", help=f"processes (default: {shown})")
@@ -72,7 +72,7 @@ def check_bounds(arguments: argparse.Namespace) -> None:
     """Checks the numbers and the folder that commands share.
 
     Raises:
-        BadValueError: A number is out of bounds, or the folder of models is none.
+        BadValueError: A number is out of bounds, or the folder of models does not exist.
     """
     for name, bound in BOUNDS.items():
         value = getattr(arguments, name, None)
@@ -84,22 +84,22 @@ def check_bounds(arguments: argparse.Namespace) -> None:
 
 
 def change_by_name(arguments: argparse.Namespace, settings: Settings = DEFAULT_SETTINGS) -> Settings:
-    """Settings with what ``--set`` asks for.
+    """Applies the changes of ``--set`` to settings.
 
     Raises:
-        BadValueError: There is no such setting, or a value is of the wrong kind or out of bounds.
+        BadValueError: A setting is unknown, or a value is of the wrong kind or out of bounds.
     """
     return change_settings(settings, parse_changes(arguments.changes))
 
 
 def list_groups(except_for: str) -> list[str]:
-    """Settings that stand alone, and groups of the others, all but one."""
+    """Lists the names of all groups of settings and of settings without group, except one."""
     names = dict.fromkeys(each.name.partition(".")[0] for each in list_settings())
     return [name for name in names if name != except_for]
 
 
 def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str) -> None:
-    """Refuses settings that a command does not use.
+    """Rejects changes of settings that a command does not use.
 
     Args:
         arguments: Arguments of the command.
@@ -107,7 +107,7 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
         why: Reason, in words.
 
     Raises:
-        BadValueError: One of them is asked for.
+        BadValueError: One of them is to be changed.
     """
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):

@@ -1,4 +1,4 @@
-"""The parser of the command line: its errors are one line that names option, value and the nearest fitting value."""
+"""Parser of the command line, whose one-line errors name option, value and the nearest valid value."""
 
 import argparse
 import difflib
@@ -12,14 +12,14 @@ _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 
 
 class OneLineParser(argparse.ArgumentParser):
-    """A parser whose errors are one line, without the usage in front."""
+    """Argument parser whose errors are one line, without the usage in front."""
 
     def error(self, message: str) -> NoReturn:
-        """Ends the program with exit status 2."""
+        """Prints an error and exits with status 2."""
         self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}\n")
 
     def parse(self, words: Sequence[str]) -> argparse.Namespace:
-        """Parses arguments; one that is not known is named with the nearest that is."""
+        """Parses arguments; an unknown one is reported with the nearest known one."""
         found, unknown = self.parse_known_args(words)
         if unknown:
             self.error(self._describe_unknown(unknown[0]))

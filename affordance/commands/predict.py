@@ -1,4 +1,4 @@
-"""``affordance predict PROTOCOL``: what every learner would do, before there are data."""
+"""``affordance predict PROTOCOL``: predicts the behaviour of every learner before there are data."""
 
 import argparse
 
@@ -12,7 +12,7 @@ from affordance.protocols.protocol import find_number_of_observers
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 
-# Observers of a protocol that does not say how many.
+# Observers for a protocol that gives no number.
 _REPEATS = 50
 
 HELP = "say before there are data what each learner would do in a protocol, and what would tell them apart best"
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Prints means with intervals, the spread of observers, and the best measurement.
 
     Raises:
-        BadValueError: An option is out of bounds, or the protocol is wrong.
+        BadValueError: An option is out of bounds, or the protocol is invalid.
     """
     if arguments.repeats is None:
         arguments.repeats = find_number_of_observers(arguments.protocol, arguments.models) or _REPEATS

@@ -1,4 +1,4 @@
-"""``affordance rank``: which tool to take, and which end of it to hold."""
+"""``affordance rank``: ranks tools and the ends to hold them by."""
 
 import argparse
 from collections.abc import Sequence
@@ -79,10 +79,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ranks, and prints a table for each of three beliefs.
+    """Ranks the options, and prints a table for each of three beliefs.
 
     Raises:
-        AffordanceError: An argument or a file is wrong, or a motion cannot be planned.
+        AffordanceError: An argument or a file is invalid, or a motion cannot be planned.
     """
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, _SAMPLES)
@@ -113,11 +113,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
-    """Chooses tools by their names, all if there are none.
+    """Selects tools by their names, all if no names are given.
 
     Raises:
-        BadValueError: There is no such tool.
-        AffordanceError: A tool names no grips.
+        BadValueError: A name is unknown.
+        AffordanceError: A tool has no grips.
     """
     known = {tool.name: tool for tool in tools}
     for name in names:
@@ -131,14 +131,14 @@ def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> lis
 
 
 def load_task(name: str) -> TaskCostModel:
-    """The task of a name, as the models describe it."""
+    """Loads a task by name from the models."""
     if name == "hammer":
         return load_hammer(MODELS / "nail.yaml")
     return Reach(load_path(MODELS / "paths" / f"{name}.yaml"))
 
 
 def describe_ranking(title: str, ranking: GripRanking) -> list[str]:
-    """Lines of a table: options in the order in which they are chosen."""
+    """Formats a table of the options in order of preference."""
     width = max(len(f"{each.tool}, {each.grip}") for each in ranking.ranked)
     lines = [f"{title}:", f"  {'':<{width}}  work (J)  P(best)  P(best of tool)  P(feasible)"]
     for each in ranking.ranked:

@@ -1,4 +1,4 @@
-"""``affordance robustness``: every claim over a sample of everything that the paper does not give."""
+"""``affordance robustness``: evaluates every claim over a sample of all values that the paper does not give."""
 
 import argparse
 from typing import Any
@@ -17,17 +17,26 @@ from affordance.commands.options import (
     check_bounds,
     refuse_changes,
 )
+from affordance.exceptions import BadValueError
 from affordance.experiments.robustness.evaluate import Outcome
-from affordance.experiments.robustness.experiment import DEFAULT_NUM_SETTINGS, load
+from affordance.experiments.robustness.experiment import (
+    DEFAULT_NUM_SETTINGS,
+    INTERPOLATION_BOUND,
+    Robustness,
+    load,
+)
 from affordance.experiments.suite import run_suite
 from affordance.files.data_model import Whole
 from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
+from affordance.random_streams import Stream
 from affordance.settings import Settings
 
 HELP = "judge every claim over a sample of all that the paper does not give"
-# As many as the sample has.
+# Bounds of number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
+# How the setting of the simulations is called.
+_DEFAULT = "default"
 # Settings that the sample varies, and settings that the study does not use.
 _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", "cost_measure")
 _UNUSED = ("learner", "feature_source", "vision_error")
@@ -36,7 +45,18 @@ _UNUSED = ("learner", "feature_source", "vision_error")
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_repeats(parser, DEFAULT_NUM_SETTINGS, "settings of the sample", former=["--settings"])
-    parser.add_argument("--setting", type=int, metavar="N", help="evaluate setting N alone, and print what it gives")
+    alone = parser.add_mutually_exclusive_group()
+    alone.add_argument(
+        "--setting",
+        metavar="N",
+        help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
+    )
+    alone.add_argument(
+        "--prove",
+        type=int,
+        metavar="N",
+        help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
+    )
     add_seed(parser)
     add_jobs(parser)
     add_out(parser)
@@ -49,20 +69,17 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the study, or one of its settings.
 
     Raises:
-        AffordanceError: An argument or a file is wrong.
+        AffordanceError: An argument or a file is invalid.
     """
     check_bounds(arguments)
     check_whole("--repeats", arguments.repeats, _REPEATS)
     refuse_changes(arguments, _VARIED, "the sample varies it")
     refuse_changes(arguments, _UNUSED, "observers see true features and learn one density for each colour")
     if arguments.setting is not None:
-        check_whole("--setting", arguments.setting, _SETTING)
-        settings = change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
-        experiment = load(arguments.models, arguments.seed, settings)
-        setting, outcome = experiment.evaluate(arguments.setting)
-        labels = {each.name: each.label for each in experiment.assumptions}
-        print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
-        return 0
+        return _show_setting(_load(arguments), _read_setting(arguments.setting))
+    if arguments.prove is not None:
+        check_whole("--prove", arguments.prove, _REPEATS)
+        return _prove(_load(arguments), arguments.prove)
     report, _ = run_suite(
         ["robustness"],
         arguments.out,
@@ -77,8 +94,49 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+def _load(arguments: argparse.Namespace) -> Robustness:
+    settings = change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
+    return load(arguments.models, arguments.seed, settings)
+
+
+def _read_setting(text: str) -> int | None:
+    """The number of a setting; None for that of the simulations.
+
+    Raises:
+        BadValueError: It is neither.
+    """
+    if text == _DEFAULT:
+        return None
+    if not text.isdecimal():
+        raise BadValueError("--setting", "", f"is {text!r}, must be a whole number or {_DEFAULT!r}")
+    return check_whole("--setting", int(text), _SETTING)
+
+
+def _show_setting(experiment: Robustness, index: int | None) -> int:
+    """Prints what a setting assumes and gives."""
+    setting, outcome = experiment.evaluate(index)
+    labels = {each.name: each.label for each in experiment.assumptions}
+    print("\n".join(describe_outcome({labels[name]: value for name, value in setting.items()}, outcome)))
+    return 0
+
+
+def _prove(experiment: Robustness, count: int) -> int:
+    """Prints how far interpolated motions are from simulated ones; exit status 1 where that is too far."""
+    rng = np.random.default_rng([experiment.seed, Stream.PROOF])
+    drawn = rng.choice(max(count, DEFAULT_NUM_SETTINGS), size=count, replace=False)
+    worst = 0.0
+    for index in (None, *(int(each) for each in np.sort(drawn))):
+        _, outcome = experiment.evaluate(index, proves=True)
+        name = _DEFAULT if index is None else str(index)
+        print(f"setting {name}: off by {1e6 * outcome.interpolation_error:.2f} um at most", flush=True)
+        worst = max(worst, outcome.interpolation_error)
+    met = worst <= INTERPOLATION_BOUND
+    print(f"Largest error {1e6 * worst:.2f} um, {'within' if met else 'ABOVE'} {1e6 * INTERPOLATION_BOUND:.0f} um")
+    return 0 if met else 1
+
+
 def describe_outcome(setting: dict[str, float | str], outcome: Outcome) -> list[str]:
-    """Lines that say what a setting assumes, what it gives, and which claims hold in it."""
+    """Formats the assumptions of a setting, its results, and the claims that hold in it."""
     lines = ["Assumes"]
     lines += [f"  {name}: {value if isinstance(value, str) else f'{value:.4g}'}" for name, value in setting.items()]
     lines.append("Gives")

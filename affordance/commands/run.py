@@ -1,4 +1,4 @@
-"""``affordance run``: the experiments, their numbers, figures and report."""
+"""``affordance run``: runs experiments, and writes their numbers, figures and report."""
 
 import argparse
 import sys
@@ -17,12 +17,12 @@ from affordance.robots.kept import import_kept
 from affordance.vision.features import FeatureSource
 
 HELP = "run the paper's simulations or a protocol of your own; write numbers, figures and report"
-# The number of repeats of these stands in no file.
+# Experiments whose number of repeats is not in a file.
 NOT_PROTOCOLS = ("vision",)
-# Exit status where some of several experiments could not be done.
+# Exit status if some of several experiments were left out.
 LEFT_OUT = 3
 _REPEATS, _STUDY_REPEATS = 200, 300
-# Settings that have an option of their own.
+# Options that set a setting, and the setting's name.
 _OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
 
@@ -62,10 +62,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs what is asked for; returns the exit status, LEFT_OUT if some of it could not be done.
+    """Runs the experiments; returns the exit status, LEFT_OUT if some of them were left out.
 
     Raises:
-        AffordanceError: An argument or a file is wrong.
+        AffordanceError: An argument or a file is invalid.
     """
     arguments.repeats = find_repeats(arguments)
     experiments = check_arguments(arguments)
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def find_repeats(arguments: argparse.Namespace) -> int:
-    """How many repeats are run: as many as the command line says, else as the protocol does, else as is usual."""
+    """Finds the number of repeats: from the command line, else from the protocol, else the default."""
     if arguments.repeats is not None:
         return int(arguments.repeats)
     if arguments.experiment in STUDIES:
@@ -101,10 +101,10 @@ def find_repeats(arguments: argparse.Namespace) -> int:
 
 
 def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Settings that are asked for, by ``--set`` or by options of their own.
+    """Collects the changes of settings, from ``--set`` and from options of their own.
 
     Raises:
-        BadValueError: A setting is asked for twice, or a word is not of the form NAME=VALUE.
+        BadValueError: A setting is given twice, or a word is not of the form NAME=VALUE.
     """
     changes = parse_changes(arguments.changes)
     for option, name in _OPTIONS.items():
@@ -117,10 +117,10 @@ def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def find_models(arguments: argparse.Namespace) -> Path:
-    """The folder of models that was asked for, made of a robot's file if there is one.
+    """Finds the folder of models, importing it from a robot's file if one is given.
 
     Raises:
-        BadValueError: What is said of the arm is wrong, or does not go together.
+        BadValueError: Options of the arm are invalid or inconsistent.
         ModelFileError: The robot's file cannot be read.
     """
     if arguments.arm is None:
@@ -136,10 +136,10 @@ def find_models(arguments: argparse.Namespace) -> Path:
 
 
 def check_arguments(arguments: argparse.Namespace) -> list[str]:
-    """Returns the experiments to run.
+    """Checks the arguments and returns the experiments to run.
 
     Raises:
-        BadValueError: An argument is out of bounds.
+        BadValueError: An argument is out of bounds, or the experiment is unknown.
     """
     check_bounds(arguments)
     check_experiment(arguments)
@@ -147,10 +147,10 @@ def check_arguments(arguments: argparse.Namespace) -> list[str]:
 
 
 def check_experiment(arguments: argparse.Namespace) -> None:
-    """Checks that there is such an experiment, or that it is the path of a protocol.
+    """Checks that an experiment exists, or is the path of a protocol.
 
     Raises:
-        BadValueError: It is neither.
+        BadValueError: It is not known, nor the path of a protocol.
     """
     if arguments.experiment in ("all", *STUDIES):
         return

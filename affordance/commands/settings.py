@@ -1,4 +1,4 @@
-"""``affordance settings``: every setting with its value, unit and source."""
+"""``affordance settings``: lists every setting with its value, unit and source."""
 
 import argparse
 import textwrap
@@ -18,10 +18,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the settings.
+    """Prints the selected settings.
 
     Raises:
-        BadValueError: There is no such setting, or a value is wrong.
+        BadValueError: A setting is unknown, or a value is invalid.
     """
     default = {each.name: each.value for each in list_settings()}
     found = list_settings(change_by_name(arguments))
@@ -38,11 +38,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def describe(setting: NamedSetting, *, changed: bool) -> list[str]:
-    """Lines about a setting: name, value and unit, then meaning and source.
+    """Formats a setting: name, value and unit, then meaning and source.
 
     Args:
-        setting: The setting.
-        changed: Whether its value is another than the default.
+        setting: Setting to describe.
+        changed: True if its value differs from the default.
     """
     unit = f" {setting.unit}" if setting.unit not in ("", "1") else ""
     source = "--set" if changed else setting.source

@@ -1,4 +1,4 @@
-"""``affordance study``: names the studies; each is a command of its own, of the module study_NAME."""
+"""``affordance study``: lists the studies; each is a separate command in a module study_NAME."""
 
 import argparse
 import importlib
@@ -8,11 +8,11 @@ HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """None of its own."""
+    """Adds nothing, as the command has no arguments."""
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Prints the studies, a line each."""
+    """Prints the studies, one per line."""
     for name in STUDIES:
         print(f"  affordance study {name:<10} {importlib.import_module(f'affordance.commands.study_{name}').HELP}")
     return 0

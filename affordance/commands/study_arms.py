@@ -1,4 +1,4 @@
-"""affordance study arms: the paper's claims across the arms of many robots."""
+"""``affordance study arms``: tests the paper's claims on the arms of many robots."""
 
 import argparse
 from pathlib import Path
@@ -19,7 +19,7 @@ HELP = "the paper's claims on the arms of the wheel example-robot-data"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the study's arguments."""
+    """Adds the arguments of the command."""
     parser.add_argument(
         "--robots", type=Path, required=True, help="folder that the wheel was installed into, or its folder robots/"
     )
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the study; returns the exit status.
 
     Raises:
-        AffordanceError: An argument is not what it must be; nothing was written.
+        AffordanceError: An argument is invalid; nothing was written.
     """
     check_bounds(arguments)
     change_by_name(arguments)

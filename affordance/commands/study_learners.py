@@ -1,4 +1,4 @@
-"""`affordance study learners`: the paper's simulations with each learner, and the decoy of the first lifted again."""
+"""`affordance study learners`: runs the paper's simulations with each learner, and lifts the first decoy again."""
 
 import argparse
 
@@ -23,7 +23,7 @@ HELP = "run the paper's simulations with each learner, and lift the decoy of Sim
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the options."""
+    """Adds the arguments of the command."""
     add_repeats(parser, 20, "simulated observers of each learner")
     add_seed(parser)
     add_jobs(parser)
@@ -33,11 +33,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the study and prints what changes.
+    """Runs the study and prints the differences between learners.
 
     Raises:
-        BadValueError: An option is out of bounds, or a file of the models is wrong.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        BadValueError: An option is out of bounds, or a file of the models is invalid.
+        ModelFileError: The arm cannot be loaded or is unsuitable.
     """
     check_bounds(arguments)
     refuse_changes(arguments, ["learner"], "every learner is simulated")

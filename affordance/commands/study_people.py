@@ -1,4 +1,4 @@
-"""`affordance study people`: Linear+ and Linear++ with every learner, beside people."""
+"""`affordance study people`: compares every learner with human data on Linear+ and Linear++."""
 
 import argparse
 
@@ -22,7 +22,7 @@ HELP = "lift families of objects with an odd member, as people did; every learne
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Declares the options."""
+    """Adds the arguments of the command."""
     add_repeats(parser, 50, "simulated observers of each learner")
     add_seed(parser)
     add_jobs(parser)
@@ -32,10 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs both groups and prints what they found.
+    """Runs both groups and prints their results.
 
     Raises:
-        BadValueError: An option is out of bounds, or a file with people's values is wrong.
+        BadValueError: An option is out of bounds, or a file with human data is invalid.
     """
     check_bounds(arguments)
     refuse_changes(arguments, ["learner"], "every learner is simulated")

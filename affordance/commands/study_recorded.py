@@ -1,4 +1,4 @@
-"""``affordance study recorded``: identification on real recordings that others published."""
+"""``affordance study recorded``: identifies payloads in real recordings published by others."""
 
 import argparse
 from pathlib import Path
@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Runs the study.
 
     Raises:
-        AffordanceError: An argument is out of bounds, or a recording is not there.
+        AffordanceError: An argument is out of bounds, or a recording is missing.
     """
     check_bounds(arguments)
     check_whole("--injections", arguments.injections, REPEATS)

@@ -1,4 +1,4 @@
-"""The study of real tools."""
+"""``affordance study tools``: meshes, materials by part and predicted masses of real tools, and grips of a hammer."""
 
 import argparse
 import logging
@@ -34,7 +34,7 @@ _LOG = logging.getLogger(__name__)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the command's options."""
+    """Adds the arguments of the command."""
     parser.add_argument(
         "--data",
         type=Path,
@@ -57,15 +57,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run_study(config: ToolsConfig, folder: Path) -> int:
-    """Runs the study, and writes numbers, figures and the text of a section into a folder.
+    """Runs the study, and writes numbers, figures and a report section into a folder.
 
-    Returns: How many claims are not met.
+    Returns: Number of claims that are not met.
     """
     return write_study(study.run(config), folder)
 
 
 def write_study(result: ToolsResult, folder: Path) -> int:
-    """Writes what was found into a folder, and prints it; returns how many claims are not met."""
+    """Writes the results into a folder, and prints them; returns the number of claims that are not met."""
     section = describe(result)
     write_json(folder / "metrics.json", list_metrics(result))
     write_json(folder / "details.json", list_details(result))
@@ -75,10 +75,8 @@ def write_study(result: ToolsResult, folder: Path) -> int:
     missed = 0
     for claim in section.claims:
         missed += not claim.met
-        (found,) = claim.criteria
-        print(
-            f"{'met    ' if claim.met else 'not met'} {claim.text}: {found.name} {found.bound}; found {found.value}"
-        )
+        found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
+        print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
     for paragraph in (section.summary, *section.remarks):
         print(paragraph)
     write_report(folder.parent)
@@ -86,10 +84,10 @@ def write_study(result: ToolsResult, folder: Path) -> int:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Runs the command; claims that are not met are reported, and are no failure of the program.
+    """Runs the command; unmet claims are reported, and do not affect the exit status.
 
     Raises:
-        AffordanceError: An argument or a file is wrong.
+        AffordanceError: An argument or a file is invalid.
     """
     check_bounds(arguments)
     refuse_changes(arguments, ["learner"], "tools are learned about with one density for each colour")

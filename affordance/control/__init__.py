@@ -1,1 +1,1 @@
-"""Model predictive control of the arm, the motions it follows, and its systems."""
+"""Model predictive control of the arm, the motions that it follows, and its systems."""

@@ -1,10 +1,10 @@
-"""Clamp and release: push against a stiff clamp with the weight an object is believed to have, then hold it.
+"""Clamp and release: push against a stiff clamp with the believed weight of an object, then hold the object.
 
-While the hand is clamped the goal is to stay where the clamp has it, so nothing is corrected: what the arm exerts is
-what it believes the object to weigh, free of reflexes. At release the goal becomes the home posture, as in a hold.
+While the hand is clamped the goal is the present posture, so nothing is corrected: the arm exerts the believed weight
+of the object, without feedback. At release the goal becomes the home posture, as in a hold.
 
-At rest in the clamp the torques are those of arm and believed object, tau = tau_arm(q) + J^T w, with w the weight of
-the object as believed; so the clamp is pushed upward by that weight, whatever posture it holds and however stiff.
+At rest in the clamp the torques are those of arm and believed object, tau = tau_arm(q) + J^T w, with w the believed
+weight of the object; the clamp is therefore pushed upward by that weight, whatever its posture and stiffness.
 """
 
 import numpy as np
@@ -13,15 +13,15 @@ from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
 from affordance.plant.arm_model import ArmModel
 
-# Ticks fall on the release, but for rounding, [s].
+# The release falls on a control period, up to rounding, [s].
 _ROUNDING = 1e-9
 
 
 class ClampAndRelease:
-    """The task of pushing against a clamp, and then holding what was in it."""
+    """Task of pushing against a clamp and then holding the object."""
 
     def __init__(self, q_posture: Array, release_time: float) -> None:
-        """Takes the posture to hold after release, (num_joints,), [rad], and when that is, [s]."""
+        """Stores the posture to hold after release, (num_joints,), [rad], and the time of release, [s]."""
         n = len(q_posture)
         self.release_time = release_time
         self.q_start = np.array(q_posture)
@@ -31,21 +31,21 @@ class ClampAndRelease:
             array.setflags(write=False)
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns the longest there is, at all times."""
+        """Returns the longest horizon at all times."""
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Returns rest at the present posture until release, then rest at the posture to hold."""
+        """Returns rest in the present posture until release, then rest in the posture to hold."""
         if time < self.release_time - _ROUNDING:
             return self._goal._replace(d_q=x[: len(self._at_rest)])
         return self._goal
 
 
 def compute_clamp_force(pi: Array, gravity: float) -> float:
-    """Upward force on the clamp at rest, [N]: the believed weight.
+    """Computes the upward force on the clamp at rest, [N]: the believed weight.
 
     Args:
         pi: Believed inertial parameters of the object about To, expressed in T, shape (10,).
-        gravity: Acceleration of gravity, [m/s^2].
+        gravity: Gravitational acceleration, [m/s^2].
     """
     return float(pi[0]) * gravity

@@ -1,10 +1,10 @@
-"""The bounded quadratic program behind minimum angular acceleration; see mpc.py for the problem it states.
+"""Quadratic program with limits of minimum angular acceleration; mpc.py states the problem.
 
-The accelerations are the decision variables; angles and rates after each step are linear in them. Of the limits of
-angle and rate, which are many and of which few are ever reached, only those enter that a plan without them breaks.
-What enters is found by solving, looking, and solving again; a solution that breaks none of the others is the optimum
-of the whole program. Where no plan keeps all limits, as when the arm is beyond one already, a linear program first
-finds the least by which they must be violated.
+The accelerations are the decision variables; angles and rates after each step are linear in them. The limits of angle
+and rate are many, and few of them become active: only those that a plan without them violates are entered. They are
+found by solving, checking, and solving again; a solution that violates none of the others is the optimum of the whole
+program. If no plan keeps all limits, as when the arm is already beyond one, a linear program first finds the least
+violation.
 """
 
 import numpy as np
@@ -14,15 +14,15 @@ from affordance.arrays import Array
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
 from affordance.plant.arm import JointLimits
 
-# Four orders tighter than the solvers' own 1e-6 and 1e-8, so that plans agree with the closed form to 1e-8
-# (tests/control/test_mpc.py).
+# Tolerances of the solvers, four orders tighter than their defaults of 1e-6 and 1e-8, so that plans agree with the
+# closed form to 1e-8 (tests/control/test_mpc.py).
 _PLAN_TOLERANCE, _RESCUE_TOLERANCE = 1e-10, 1e-12
-# How far a plan may violate a limit before the limit enters: rounding, in rad and rad/s.
+# Violation up to which a limit is not entered: rounding, in rad and rad/s.
 LIMIT_TOLERANCE = 1e-9
 
 
 class AccelerationProgram:
-    """Kept MathematicalPrograms for goals with a given number of rows."""
+    """Reusable MathematicalPrograms for goals with a given number of rows."""
 
     def __init__(self, limits: JointLimits, settings: MpcSettings, num_goal_rows: tuple[int, int]) -> None:
         """Builds the programs for goals of (m_q, m_v) rows."""
@@ -48,12 +48,12 @@ class AccelerationProgram:
             np.concatenate([self._vdot, terminal_slack]),
         )
         unbounded = np.full(2 * N * n, np.inf)
-        # Has the rows of those that have entered.
+        # Holds the rows of the limits that have been entered.
         self._motion = self._plan.AddLinearConstraint(self._motion_response, -unbounded, unbounded, self._vdot)
         torque = (np.eye(n), np.full(n, -np.inf), np.full(n, np.inf))
         self._torque = self._plan.AddLinearConstraint(*torque, self._vdot[:n])
 
-        # By how much positions and velocities must violate their limits: the least of s_q / T^2 + s_v / T.
+        # Least violation of position and velocity limits: minimises s_q / T^2 + s_v / T.
         self._rescue = MathematicalProgram()
         vdot = self._rescue.NewContinuousVariables(N * n, "vdot")
         self._violation = self._rescue.NewContinuousVariables(2, "overstep")
@@ -80,14 +80,15 @@ class AccelerationProgram:
 
         Args:
             x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
-            goal: The goal at the end of the horizon.
+            goal: Goal at the end of the horizon.
             M: Believed mass matrix, shape (num_joints, num_joints).
             bias: Believed torques at zero acceleration, shape (num_joints,), [N m].
-            guess: Accelerations, shape (num_steps, num_joints), [rad/s^2]; the limits that they break enter first.
+            guess: Accelerations, shape (num_steps, num_joints), [rad/s^2]; the limits that they violate are entered
+                first.
 
-        Returns: vdot, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
+        Returns: Accelerations, shape (num_steps, num_joints), [rad/s^2]; None if the solver failed.
         """
-        # Drake aborts the process on coefficients that are not finite.
+        # Drake aborts the process if coefficients are not finite.
         if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):
             return None
         q, v = np.split(x, 2)
@@ -104,7 +105,7 @@ class AccelerationProgram:
         return None if vdot is None else vdot.reshape(guess.shape)
 
     def _solve_within(self, lower: Array, upper: Array, guess: Array) -> Array | None:
-        """Solves with angles and rates between bounds, (2 N n,) each, entering those that are met."""
+        """Solves with angles and rates between bounds, (2 N n,) each, entering the limits that are violated."""
         entered = np.zeros(len(lower), dtype=bool)
         vdot: Array = guess
         while True:
@@ -121,7 +122,7 @@ class AccelerationProgram:
             vdot = result.GetSolution(self._vdot)
 
     def _find_least_violation(self, lower: Array, upper: Array) -> Array | None:
-        """Least violation of position and velocity limits, (2 N n,), and a rounding more; None if that fails."""
+        """Finds the least violation of angle and rate limits plus rounding, (2 N n,); None if the solver failed."""
         self._rescue_upper.evaluator().UpdateUpperBound(upper)
         self._rescue_lower.evaluator().UpdateLowerBound(lower)
         result = self._rescue_solver.Solve(self._rescue, None, self._options)
@@ -131,7 +132,7 @@ class AccelerationProgram:
         return np.repeat(violation, len(lower) // 2)
 
     def _compute_margins(self, q: Array, v: Array) -> tuple[Array, Array]:
-        """How far angles and rates may go down and up from where they coast to, (2 N n,) each."""
+        """Computes the distances to the lower and upper limits from coasting angles and rates, (2 N n,) each."""
         num_steps = len(self._times)
         coasting = np.concatenate([q + self._times[:, None] * v, np.tile(v, (num_steps, 1))])
         upper = np.repeat([self._limits.q_upper, self._limits.v_max], num_steps, axis=0)

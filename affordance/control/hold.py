@@ -1,7 +1,7 @@
-"""Hold: keep hand and object where they were given.
+"""Holding: hand and object are kept where the object was handed over.
 
-The goal is the hand's pose and, in its null space, the arm's posture. A posture has one pose, so the joint angles
-that come closest to both are exactly those of the posture: nothing needs to be linearised
+The goal is the hand's pose and, in its null space, the arm's posture. A posture determines the hand's pose, so the
+joint angles closest to both are exactly those of the posture: nothing needs to be linearised
 (docs/decisions/0010-goal-of-a-hold.md).
 """
 
@@ -13,10 +13,10 @@ from affordance.plant.arm_model import ArmModel
 
 
 class Hold:
-    """The task of holding an object where it was given."""
+    """Task of holding an object where it was handed over."""
 
     def __init__(self, q_posture: Array) -> None:
-        """Takes the posture to hold, joint angles of shape (num_joints,), [rad]."""
+        """Stores the posture to hold, joint angles of shape (num_joints,), [rad]."""
         identity = np.eye(len(q_posture))
         self.q_start = np.array(q_posture)
         self._goal = TerminalGoal(identity, self.q_start, identity, np.zeros(len(q_posture)))
@@ -24,9 +24,9 @@ class Hold:
             array.setflags(write=False)
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns the longest there is, at all times."""
+        """Returns the longest horizon at all times."""
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Returns the posture at rest, whatever state and time are."""
+        """Returns rest in the posture to hold, independently of state and time."""
         return self._goal

@@ -4,16 +4,16 @@ Over a horizon of duration T, in N steps of constant joint acceleration, it mini
 
     1/N sum_k |vdot_k|^2  +  goal_weight |e|^2
 
-where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is what the plan misses of the goal at the horizon's end,
-subject to the double integrator and
+where e = [(C_q q_N - d_q) / T^2, (C_v v_N - d_v) / T] is the error of the plan with respect to the goal at the
+horizon's end, subject to the double integrator and
 
     q_lower - s_q <= q_k <= q_upper + s_q,   |v_k| <= v_max + s_v,   k = 1..N
     |tau_0| <= tau_max                                                         (torque: of the first control period)
 
-s is zero wherever these limits can be kept, and else as small as can be. Priorities: torque > position and velocity >
-goal > cost. The goal is soft, so that a plan always exists: it is missed by about
-1 / goal_weight of the way. Where no limit is active the plan is one linear solve; if that plan breaks no limit, it is
-the optimum. With ``always_program`` the linear solve is left aside, and every plan is that of the program.
+s is zero wherever these limits can be kept, and otherwise as small as possible. Priorities: torque > position and
+velocity > goal > cost. The goal is soft, so that a plan always exists: it is missed by about 1 / goal_weight of the
+distance. Without an active limit the plan is one linear solve; if that plan violates no limit, it is the optimum.
+With ``always_program`` every plan is found by the quadratic program.
 """
 
 import enum
@@ -29,21 +29,21 @@ from affordance.plant.arm_model import ArmModel
 
 
 class MpcStatus(enum.Enum):
-    """How a plan was found."""
+    """Way in which a plan was found."""
 
-    FREE = 0  # no limit active: closed form, or the program if it is always to be used
+    FREE = 0  # no limit active: closed form, or the program if ``always_program``
     LIMITED = 1  # a limit active: the quadratic program
-    FAILED = 2  # the solver failed: the previous plan goes on
+    FAILED = 2  # the solver failed: the previous plan is continued
 
 
 class MpcSolution(NamedTuple):
-    """A plan.
+    """Plan of the controller.
 
     Attributes:
         vdot: Joint accelerations, shape (num_steps, num_joints), [rad/s^2].
-        tau: Torques under the believed inertia, shape (num_joints,), [N m]: held for the first control period, or,
-            where a limit is active, those of its beginning, which the program bounds.
-        status: How it was found.
+        tau: Torques under the believed inertia, shape (num_joints,), [N m]: the constant torques over the first
+            control period or, where a limit is active, those at its beginning, which the program bounds.
+        status: Way in which the plan was found.
     """
 
     vdot: Array
@@ -52,14 +52,14 @@ class MpcSolution(NamedTuple):
 
 
 class MinimumAccelerationMpc:
-    """Plans by minimum angular acceleration.
+    """Planner of minimum angular acceleration.
 
-    What it keeps between solves (factors, programs) are functions of the goal's matrices only, so that a solve's
-    result never depends on those before it.
+    The quantities kept between solves (factors, programs) are functions of the goal's matrices only, so that the
+    result of a solve never depends on earlier solves.
     """
 
     def __init__(self, limits: JointLimits, settings: MpcSettings) -> None:
-        """Prepares the closed form."""
+        """Computes the matrices of the closed form."""
         self.settings = settings
         self.limits = limits
         T, N = settings.horizon, settings.num_steps
@@ -91,10 +91,10 @@ class MinimumAccelerationMpc:
 
         Args:
             x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
-            goal: The goal at the end of the horizon.
-            model: The believed dynamics, already at state x; may be left at another.
+            goal: Goal at the end of the horizon.
+            model: Model with the believed dynamics, at state x; its state may be changed.
 
-        Returns: The optimal plan; with status FAILED, a plan and torques of NaN.
+        Returns: Optimal plan; with status FAILED, accelerations and torques of NaN.
         """
         if self.settings.always_program:
             return self._solve_by_program(x, goal, model)
@@ -109,13 +109,13 @@ class MinimumAccelerationMpc:
         return self.solve_limited(x, goal, model)
 
     def solve_free(self, x: Array, goal: TerminalGoal) -> Array:
-        """Plans as if there were no limits, by one linear solve whose factor is kept while C_q and C_v stay.
+        """Plans without limits, by one linear solve whose factor is kept while C_q and C_v stay the same arrays.
 
         Returns: Accelerations, angles and velocities over the steps, shape (3 num_steps, num_joints).
         """
         if goal.C_q is not self._kept_matrices[0] or goal.C_v is not self._kept_matrices[1]:
             self._gain = self._compute_gain(goal)
-            # Arrays that can be written to may be others the next time, though they are the same objects.
+            # Writeable arrays may have other values the next time, though they are the same objects.
             can_change = goal.C_q.flags.writeable or goal.C_v.flags.writeable
             self._kept_matrices = (None, None) if can_change else (goal.C_q, goal.C_v)
         y = self._gain @ np.concatenate([x, goal.d_q, goal.d_v])
@@ -123,15 +123,15 @@ class MinimumAccelerationMpc:
         return trajectory
 
     def solve_limited(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans within the limits, by a convex quadratic program.
+        """Plans within the limits by a convex quadratic program.
 
-        Arguments and result are those of ``solve``; where no limit is active it is the same optimum. The plan without
-        limits says with which limits the program begins.
+        Arguments and result as for ``solve``; without an active limit the optimum is the same. The limits that the
+        plan without limits violates are entered first.
         """
         return self._run_program(x, goal, model, guess=self.solve_free(x, goal)[: self.settings.num_steps])
 
     def _solve_by_program(self, x: Array, goal: TerminalGoal, model: ArmModel) -> MpcSolution:
-        """Plans by the program alone, which begins with the limits that coasting would break."""
+        """Plans by the program alone, entering first the limits that coasting would violate."""
         n = len(x) // 2
         solution = self._run_program(x, goal, model, guess=np.zeros((self.settings.num_steps, n)))
         if solution.status is MpcStatus.FAILED:
@@ -158,22 +158,22 @@ class MinimumAccelerationMpc:
         return MpcSolution(vdot, M @ vdot[0] + bias, MpcStatus.LIMITED)
 
     def continue_plan(self, vdot: Array, elapsed: float) -> Array:
-        """Looks up the accelerations of an earlier plan, when there is no new one.
+        """Looks up the accelerations of an earlier plan, if there is no new one.
 
         Args:
             vdot: Accelerations of the earlier plan, shape (num_steps, num_joints), [rad/s^2].
-            elapsed: Time since it was made, [s]; beyond its end the accelerations are zero.
+            elapsed: Time since the plan was made, [s]; beyond its end the accelerations are zero.
 
         Returns: Accelerations, shape (num_joints,), [rad/s^2].
         """
-        # Ticks fall on the beginnings of steps, but for rounding.
+        # Control periods start at the beginnings of steps, up to rounding.
         step = int(elapsed / self.settings.horizon * self.settings.num_steps + 1e-6)
         return vdot[step] if step < len(vdot) else np.zeros(vdot.shape[1])
 
     def _compute_gain(self, goal: TerminalGoal) -> Array:
         """Returns the gain from [x, d_q, d_v] to y, shape (2 n, 2 n + m_q + m_v), for n joints.
 
-        With S = C terminal in the units of e and r = d - C [q + T v, v] what is missing of the goal, in the same, the
+        With S = C terminal in the units of e, and r = d - C [q + T v, v] the error of coasting in the same units, the
         optimum of 1/N |vdot|^2 + w |r - S vdot|^2 is vdot = S^T (S S^T + I / (N w))^-1 r.
         """
         T = self.settings.horizon
@@ -181,7 +181,7 @@ class MinimumAccelerationMpc:
         m = m_q + len(goal.d_v)
         C = np.zeros((m, 2 * n))
         C[:m_q, :n], C[m_q:, n:] = goal.C_q, goal.C_v
-        # The rows of C, each as one of the joints: S S^T is the product of these weighted by the terminal rows' own.
+        # The rows of C over the joints: S S^T is their Gram matrix, weighted by that of the terminal rows.
         rows = np.vstack([goal.C_q, goal.C_v])
         kinds = np.repeat([0, 1], [m_q, m - m_q])
         gram = (rows @ rows.T) * self._gram[np.ix_(kinds, kinds)]

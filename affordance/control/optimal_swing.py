@@ -1,15 +1,13 @@
-"""Swings that the arm's and the tool's dynamics make cheapest, to compare swings of minimum acceleration with.
+"""Swings of least effort or work under the dynamics of arm and tool, for comparison with minimum acceleration.
 
-The motion is a spline of degree five in joint space, from rest where that starts, that strikes as the swing it is
-compared with does: at the same time and place, with the same velocity of the tip and as squarely, and with the same
-room to come to rest in. Of such motions that keep the limits of angle, rate and torque, one is sought that needs
-least
+The motion is a spline of degree five in joint space, from rest at the start of the given swing to the same strike: at
+the same time and place, with the same velocity of the tip and as squarely, and with the same room to come to rest.
+Among such motions that keep the limits of angle, rate and torque, the search minimises
 
     effort  integral of |tau|^2 dt,    or    absolute work  integral of sum_i |tau_i v_i| dt,
 
-with tau from inverse dynamics at nodes of Gauss and Lobatto's rule, and its exact gradient. Neither is convex: what
-is found is the best near where the search began, not the best there is
-(docs/decisions/0017-dynamically-consistent-swing.md).
+with tau from inverse dynamics at Gauss-Lobatto nodes, and its exact gradient. Neither is convex: the result is a
+local optimum near the start of the search (docs/decisions/0017-dynamically-consistent-swing.md).
 """
 
 from collections.abc import Callable
@@ -29,34 +27,34 @@ from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.inverse_dynamics import InverseDynamics
 
-# Of torques and rates at the nodes, (N, num_joints) each: what is integrated, (N,), and its derivatives by both.
+# Function of torques and rates at the nodes, (N, num_joints) each: integrand, (N,), and its derivatives by both.
 Integrand = Callable[[Array, Array], tuple[Array, Array, Array]]
 
 _ORDER = 6  # degree five: torques are then as smooth as cubic splines
 _NODES_A_PIECE = 6  # exact for polynomials of degree nine
-# Work has a kink wherever a joint comes to rest or a torque turns around: first it is rounded off by so much, then by
-# less, which is a hundredth of the power of a blow, [W].
+# Work has a kink wherever a joint comes to rest or a torque changes sign: it is rounded off first by the greater
+# value, then by the smaller, which is a hundredth of the power of a blow, [W].
 _ROUNDING = (1.0, 0.1)
-# Points of the angles that the search takes for steps of about one, [rad].
+# Scale of the control points for the search, [rad].
 _ANGLE_SCALE = 0.1
-# By which torques at the nodes may exceed their limits, relative to them.
+# Relative violation of the torque limits that is accepted at the nodes.
 _TORQUE_TOLERANCE = 1e-4
-# Of the grid on which motions are reported: half a millisecond to a millisecond for swings of 0.4 to 0.8 s.
+# Times at which motions are reported: half a millisecond to a millisecond apart for swings of 0.4 to 0.8 s.
 _NUM_TIMES = 801
 
 
 class OptimalSwing(NamedTuple):
-    """A motion from rest to a strike, and what it takes.
+    """Motion from rest to a strike, with its torques and costs.
 
     Attributes:
-        times: (T,), [s].
+        times: Times, (T,), [s].
         q: Joint angles, (T, num_joints), [rad].
-        v: Joint rates, the same shape, [rad/s].
-        vdot: Joint accelerations, the same shape, [rad/s^2].
-        tau: Torques, the same shape, [N m].
+        v: Joint rates, (T, num_joints), [rad/s].
+        vdot: Joint accelerations, (T, num_joints), [rad/s^2].
+        tau: Torques, (T, num_joints), [N m].
         work: Absolute work of the joints, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        converged: Whether the search ended at an optimum; true where there was none.
+        converged: True if the search ended at an optimum, or there was no search.
     """
 
     times: Array
@@ -68,15 +66,9 @@ class OptimalSwing(NamedTuple):
     effort: float
     converged: bool
 
-    @property
-    def peak_torques(self) -> Array:
-        """Largest torque of each joint, (num_joints,), [N m]."""
-        peaks: Array = np.abs(self.tau).max(axis=0)
-        return peaks
-
 
 class SwingComparison(NamedTuple):
-    """One blow, swung in three ways."""
+    """Swings of one blow by three criteria."""
 
     least_acceleration: OptimalSwing
     least_effort: OptimalSwing
@@ -84,7 +76,7 @@ class SwingComparison(NamedTuple):
 
 
 def measure_swing(model: ArmModel, swing: Swing, pi: Array) -> OptimalSwing:
-    """Computes what a swing of minimum acceleration takes with a tool of inertial parameters pi, (10,)."""
+    """Computes torques and costs of a swing of minimum acceleration with a tool of inertial parameters pi, (10,)."""
     times = np.linspace(0.0, swing.duration, _NUM_TIMES)
     return _measure(InverseDynamics(model, pi), times, *swing.evaluate(times), converged=True)
 
@@ -92,14 +84,14 @@ def measure_swing(model: ArmModel, swing: Swing, pi: Array) -> OptimalSwing:
 def compare_swings(
     model: ArmModel, target: Target, swing: Swing, pi: Array, *, num_pieces: int = 4
 ) -> SwingComparison:
-    """Computes what a blow takes by minimum acceleration, and at the least by effort and by work.
+    """Computes the swings of a blow by minimum acceleration, by least effort and by least work.
 
     Args:
-        model: The arm; its state and payload are set.
-        target: What is struck, and with which point.
-        swing: The swing of minimum acceleration, from which both searches start.
-        pi: The tool's inertial parameters about To, expressed in T, shape (10,).
-        num_pieces: Of the splines.
+        model: Model of the arm; its state and payload are changed.
+        target: Point that is struck, and the point of the tool that strikes it.
+        swing: Swing of minimum acceleration, from which both searches start.
+        pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
+        num_pieces: Number of pieces of the splines.
 
     Raises:
         AffordanceError: No motion that keeps the limits was found.
@@ -109,23 +101,24 @@ def compare_swings(
 
 
 class SwingSearch:
-    """Searches splines that do what a given swing does.
+    """Search for splines that strike as a given swing does.
 
     Attributes:
         start: Control points of the given swing, (num_pieces + 5, num_joints), [rad].
     """
 
     def __init__(self, model: ArmModel, target: Target, swing: Swing, pi: Array, *, num_pieces: int = 4) -> None:
-        """Builds basis and nodes; arguments are those of ``compare_swings``."""
+        """Builds basis and nodes; arguments as for ``compare_swings``."""
         self._limits = model.arm.limits
         self._dynamics = InverseDynamics(model, pi)
         num_points = num_pieces + _ORDER - 1
         basis = BsplineBasis(_ORDER, num_points, KnotVectorType.kClampedUniform, 0.0, swing.duration)
-        # Its value at a time is the row of weights of the control points; and so for the derivatives.
+        # The value of this spline at a time is the row of weights of the control points, and likewise for its
+        # derivatives.
         weights = BsplineTrajectory(basis, list(np.eye(num_points)[:, :, None]))
         rates = cast(BsplineTrajectory, weights.MakeDerivative(1))
         self._splines: tuple[Trajectory, ...] = (weights, rates, weights.MakeDerivative(2))
-        # Control points of the rates but the first, which is zero, from those of the angles.
+        # Control points of the rates, except the first, which is zero, from those of the angles.
         self._rate_hull = np.array(rates.control_points())[1:, :, 0]  # (num_points - 2, num_points)
         self._nodes, self._quadrature = _build_lobatto(swing.duration, num_pieces)
         self._at_nodes = self._evaluate_basis(self._nodes)  # (3, N, num_points)
@@ -138,22 +131,22 @@ class SwingSearch:
         self._last: tuple[bytes, Array, Array, Array] | None = None
 
     def fit(self, q: Array) -> Array:
-        """Control points of the motion from rest that comes closest to angles at the times of reports.
+        """Fits control points of a motion from rest to the angles at the times of reports, by least squares.
 
         Args:
-            q: Angles, as in ``OptimalSwing``.
+            q: Joint angles, as in ``OptimalSwing``.
 
-        Returns: Shape (num_pieces + 5, num_joints), [rad].
+        Returns: Control points, shape (num_pieces + 5, num_joints), [rad].
         """
         points: Array = np.linalg.lstsq(self._evaluate_basis(self._times)[0], q)[0]
         points[:2] = self._q_start  # at rest
         return points
 
     def find_least_effort(self, start: Array | None = None) -> OptimalSwing:
-        """Searches the motion of least effort.
+        """Searches for the motion of least effort.
 
         Args:
-            start: Control points from which to search; those of the given swing if None.
+            start: Control points from which to search; None for those of the given swing.
 
         Raises:
             AffordanceError: No motion that keeps the limits was found.
@@ -162,19 +155,19 @@ class SwingSearch:
         return self.measure(points, converged)
 
     def find_least_work(self, start: Array | None = None) -> OptimalSwing:
-        """Searches the motion of least work; the rest as in ``find_least_effort``."""
+        """Searches for the motion of least work; argument and errors as for ``find_least_effort``."""
         points, converged = self.start if start is None else start, True
         for rounding in _ROUNDING:
             points, converged = self._minimise(partial(compute_rounded_power, rounding), points)
         return self.measure(points, converged)
 
     def measure(self, points: Array, converged: bool = True) -> OptimalSwing:
-        """Computes what the motion of some control points takes."""
+        """Computes torques and costs of the motion with the given control points."""
         q, v, vdot = self._evaluate_basis(self._times) @ points
         return _measure(self._dynamics, self._times, q, v, vdot, converged=converged)
 
     def compute_cost(self, integrand: Integrand, points: Array) -> tuple[float, Array]:
-        """Computes an integral of a motion, and its gradient by the control points that are free, (m,)."""
+        """Computes an integral over a motion, and its gradient by the free control points, (m,)."""
         tau, v, by_points = self._compute_torques(points)
         value, by_tau, by_v = integrand(tau, v)
         w = self._quadrature
@@ -184,7 +177,7 @@ class SwingSearch:
         return float(w @ value), gradient.ravel()
 
     def _minimise(self, integrand: Integrand, start: Array) -> tuple[Array, bool]:
-        """Searches control points from some; returns them, and whether they are an optimum."""
+        """Searches for optimal control points from a start; returns them, and whether the search converged."""
         n, num_free = start.shape[1], len(start) - 2
         q_lower, q_upper, v_max, tau_max = self._limits
         program = MathematicalProgram()
@@ -215,19 +208,23 @@ class SwingSearch:
         program.AddCost(compute_cost, z)
         ones = np.ones(len(self._nodes) * n)
         program.AddConstraint(compute_torques, -ones, ones, z)
-        # A spline stays within the hull of its control points, and its rate within that of theirs.
+        # A spline stays within the hull of its control points, and its rate within that of the rate's control points.
         program.AddBoundingBoxConstraint(np.tile(q_lower, num_free), np.tile(q_upper, num_free), z)
         for row in self._rate_hull:
             chosen = np.flatnonzero(row[2:])
             matrix = np.kron(row[2:][chosen], np.eye(n))
             fixed = row[:2] @ start[:2]
             program.AddLinearConstraint(matrix, -v_max - fixed, v_max - fixed, c[chosen].ravel())
-        # The end: angles are the last control point, rates its difference from the one before.
+        # At the end the angles are the last control point, and the rates follow from its difference from the one
+        # before.
         rate = self._rate_hull[-1, -1]
         end = np.kron([[0.0, 1.0], [-rate, rate]], np.eye(n))  # (2 n, 2 n)
         last = c[-2:].ravel()
         program.AddConstraint(
-            lambda z: self._condition.compute_with_gradient(end @ z), np.zeros(8), np.zeros(8), last
+            lambda z: self._condition.compute_with_gradient(end @ z),
+            self._condition.lower,
+            self._condition.upper,
+            last,
         )
         program.AddLinearConstraint(end[:n] + COASTING_TIME * end[n:], q_lower, q_upper, last)
         result = SnoptSolver().Solve(program)
@@ -245,9 +242,9 @@ class SwingSearch:
         return bool((np.abs(tau) <= (1.0 + _TORQUE_TOLERANCE) * self._limits.tau_max).all())
 
     def _compute_torques(self, points: Array) -> tuple[Array, Array, Array]:
-        """Torques and rates at the nodes, and derivatives of torques by the free control points.
+        """Computes torques and rates at the nodes, and derivatives of the torques by the free control points.
 
-        Returns: Shapes (N, num_joints), (N, num_joints), (N, num_joints, num_points - 2, num_joints).
+        Returns: Arrays (N, num_joints), (N, num_joints) and (N, num_joints, num_points - 2, num_joints).
         """
         key = points.tobytes()
         if self._last is None or self._last[0] != key:
@@ -259,17 +256,17 @@ class SwingSearch:
         return self._last[1:]
 
     def _evaluate_basis(self, times: Array) -> Array:
-        """Weights of the control points in angles, rates and accelerations at N times, (3, N, num_points)."""
+        """Computes the control points' weights in angles, rates and accelerations at N times, (3, N, num_points)."""
         return np.array([spline.vector_values(list(times)).T for spline in self._splines])
 
 
 def compute_squared_torque(tau: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Integrand of the effort."""
+    """Computes the integrand of the effort, |tau|^2, and its derivatives."""
     return np.sum(tau**2, axis=1), 2.0 * tau, np.zeros_like(v)
 
 
 def compute_rounded_power(rounding: float, tau: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Integrand of the work, sum_i sqrt((tau_i v_i)^2 + e^2) - e."""
+    """Computes the smoothed integrand of the work, sum_i sqrt((tau_i v_i)^2 + e^2) - e, and its derivatives."""
     power = tau * v
     root = np.sqrt(power**2 + rounding**2)
     share = power / root
@@ -286,7 +283,7 @@ def _measure(
 
 
 def _build_lobatto(duration: float, num_pieces: int) -> tuple[Array, Array]:
-    """Nodes and weights of Gauss and Lobatto's rule on equal pieces, which share their ends; (N,) each."""
+    """Computes nodes and weights of the Gauss-Lobatto rule on equal pieces that share their ends, (N,) each."""
     last = _NODES_A_PIECE - 1
     legendre = Legendre.basis(last)
     inner = np.sort(legendre.deriv().roots().real)

@@ -1,4 +1,4 @@
-"""The task of following a path with the free end of a tool."""
+"""Task of following a path with the free end of a tool."""
 
 from collections.abc import Iterable
 
@@ -9,28 +9,28 @@ from affordance.arrays import Array
 from affordance.control.problem import TerminalGoal
 from affordance.plant.arm_model import ArmModel
 
-# Directions in which F moves less than this per radian of the joints are not followed in velocity: a straight arm has
+# Directions in which F moves less than this per radian of the joints are not tracked in velocity: a straight arm has
 # one, [m].
 _DAMPING = 0.01
 
 
 class PathFollowing:
-    """The task of following a path with a point F of a certain tool.
+    """Task of following a path with a point F of a given tool.
 
-    Its goal is F's place on the path where the horizon ends, and of all joint rates that give F the path's velocity
-    there the least: null-space motion is free, but it is not to drift. Linear in the joint
-    angles the place is only near some posture: it is linearised where the arm would coast to by then, which errs less
-    by half than at the present posture (docs/decisions/0012-reaching.md).
+    The goal is F's position on the path at the end of the horizon, and the least joint rates that give F the path's
+    velocity there: null-space motion is free, but must not drift. The position is linear in the joint angles only
+    locally: it is linearised at the posture to which the arm would coast, with half the error of linearising at the
+    present posture (docs/decisions/0012-reaching.md).
     """
 
     def __init__(self, path: Trajectory, *, q_start: Array, p_WFstart: Array, p_TF: Array) -> None:
-        """Prepares the task.
+        """Stores the path and the free end.
 
         Args:
-            path: The path relative to its start, expressed in W.
-            q_start: Joint angles in which it begins, shape (num_joints,), [rad].
-            p_WFstart: Where F is then, shape (3,), [m].
-            p_TF: F in the tool, shape (3,), [m].
+            path: Path relative to its start, expressed in W.
+            q_start: Joint angles at the start, shape (num_joints,), [rad].
+            p_WFstart: Position of F at the start, shape (3,), [m].
+            p_TF: Position of F in the tool, shape (3,), [m].
         """
         self.q_start = q_start
         self._path = path
@@ -39,20 +39,20 @@ class PathFollowing:
         self._every_joint = np.eye(len(q_start))
 
     def compute_reference(self, time: float) -> tuple[Array, Array]:
-        """Place and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""
+        """Computes reference position and velocity of F at a time, p_WF and v_WF, shape (3,) each, [m, m/s]."""
         time = min(max(time, self._path.start_time()), self._path.end_time())
         return self._p_WFstart + self._path.value(time)[:, 0], self._path.EvalDerivative(time)[:, 0]
 
     def list_places(self, times: Iterable[float]) -> Array:
-        """Where F is to be at N times, p_WF, (N, 3), [m]."""
+        """Computes the reference positions of F at N times, p_WF, (N, 3), [m]."""
         return np.array([self.compute_reference(time)[0] for time in times])
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Returns the longest there is, at all times: beyond its end the path stays where it is."""
+        """Returns the longest horizon at all times: after its end the path stays at its last point."""
         return longest
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Asks for the path's place and the least rates along it at the horizon's end."""
+        """Computes the goal: the path's position, and the least joint rates along it, at the horizon's end."""
         q, v = np.split(x, 2)
         q_end = q + horizon * v
         model.set_state(np.concatenate([q_end, v]))

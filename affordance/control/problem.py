@@ -1,4 +1,4 @@
-"""What a controller plans: the settings of its horizon, and the goal at the horizon's end."""
+"""Planning problem of the controller: settings of the horizon, and the goal at its end."""
 
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple
@@ -12,14 +12,14 @@ from affordance.files.data_model import Whole, Within
 
 @dataclass(frozen=True)
 class MpcSettings:
-    """What the controller is free to choose; the same for all tasks (docs/decisions/0005-controller.md).
+    """Settings of the controller, shared by all tasks (docs/decisions/0005-controller.md).
 
     Attributes:
-        horizon: Time that is planned ahead, T, [s].
+        horizon: Planning horizon, T, [s].
         num_steps: Number of steps of a plan, N.
-        goal_weight: Weight of missing the goal against acceleration, dimensionless.
-        always_program: Whether every plan is found by the quadratic program, also where no limit is active and the
-            closed form gives the same plan in a tenth of the time or less.
+        goal_weight: Weight of the goal's error relative to acceleration, dimensionless.
+        always_program: True to find every plan by the quadratic program, also where no limit is active and the closed
+            form gives the same plan in a tenth of the time or less.
     """
 
     horizon: Annotated[
@@ -40,10 +40,10 @@ class MpcSettings:
     ] = False
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the settings.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A setting is not finite, or out of bounds.
         """
         check_fields(self)
 
@@ -52,10 +52,10 @@ class TerminalGoal(NamedTuple):
     """Linear goal at the end of the horizon: C_q q_N = d_q and C_v v_N = d_v.
 
     Attributes:
-        C_q: Shape (m_q, num_joints).
-        d_q: Shape (m_q,).
-        C_v: Shape (m_v, num_joints).
-        d_v: Shape (m_v,).
+        C_q: Matrix of the angles, shape (m_q, num_joints).
+        d_q: Right-hand side of the angles, shape (m_q,).
+        C_v: Matrix of the rates, shape (m_v, num_joints).
+        d_v: Right-hand side of the rates, shape (m_v,).
     """
 
     C_q: Array
@@ -65,7 +65,7 @@ class TerminalGoal(NamedTuple):
 
 
 def compute_responses(settings: MpcSettings) -> tuple[Array, Array]:
-    """Angles and velocities after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
+    """Computes angles and rates after each step (rows) per unit acceleration in each step (columns), (N, N) each."""
     N = settings.num_steps
     h = settings.horizon / N
     steps = np.arange(1, N + 1)

@@ -1,4 +1,4 @@
-"""Where a task starts: joint angles in its file, by the names of the joints."""
+"""Start posture of a task: joint angles in the task's file, by the names of the joints."""
 
 import math
 from pathlib import Path
@@ -10,11 +10,11 @@ from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.data_model import Within
 from affordance.plant.arm import Arm
 
-# Where a task's file says it starts: joints that are not as in the home posture, and their angles, [rad].
+# Start posture: names and angles, [rad], of the joints that do not start in the home posture.
 type Start = tuple[tuple[str, float], ...]
 
 
-# The same in a file, left out where a task starts as the home posture.
+# Start posture in a file, left out where a task starts in the home posture.
 type StartEntry = Annotated[
     dict[str, Annotated[float, Within(-2.0 * math.pi, 2.0 * math.pi)]],
     Field(description="Joints that do not start as in the home posture, and their angles, [rad]."),
@@ -22,10 +22,11 @@ type StartEntry = Annotated[
 
 
 def check_start(path: Path, key: str, start: Start, arm: Arm) -> None:
-    """Rejects a start that an arm cannot take, as the value of a key of a task's file.
+    """Rejects a start posture, the value of a key of a task's file, that the arm cannot take.
 
     Raises:
-        BadValueError: There is no such joint, or it cannot take its angle; names the file and the joint's key.
+        BadValueError: There is no such joint, or it cannot take the angle; the message names the file and the joint's
+            key.
     """
     for name, angle in start:
         try:

@@ -1,12 +1,12 @@
-"""The swing of a blow: from rest to a strike with a given velocity, by minimum angular acceleration.
+"""Swing of a blow: from rest to a strike with a given velocity, by minimum angular acceleration.
 
-Among all motions of a duration D from rest at q_0 to angles q_1 with rates v_1, the integral of |vdot|^2 is least for
+Among all motions of duration D from rest at q_0 to angles q_1 with rates v_1, the integral of |vdot|^2 is least for
 the cubic in time, and is then
 
     12 |d|^2 / D^3 - 12 d^T v_1 / D^2 + 4 |v_1|^2 / D,    d = q_1 - q_0
 
-What remains free of (q_1, v_1), once the striking point is where it is to be, moves as it is to, and meets the target
-squarely, is chosen to make this least, within the joints' limits. A cubic is the motion of minimum acceleration
+The degrees of freedom of (q_1, v_1) that remain once the striking point has its position and velocity and meets the
+target squarely are chosen to minimise this, within the joints' limits. A cubic is the motion of minimum acceleration
 between any two of its own points, so that a controller that plans by minimum acceleration to points of it follows it
 exactly.
 """
@@ -23,35 +23,38 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 
-# Moments of a swing at which position and velocity limits are kept, as fractions of its duration: between them a
+# Times of a swing at which position and velocity limits are enforced, as fractions of its duration: between them a
 # joint of 50 rad/s^2 violates them by a milliradian.
 _CHECKED = np.linspace(0.02, 1.0, 50)
-# Scales of the optimisation: it counts costs in hundreds of rad^2/s^3, and misses in decimetres and m/s.
+# Scales of the optimisation: costs count in hundreds of rad^2/s^3, misses in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
 _MAX_MISS = 1e-5
-# The nail is at rest within 13 ms of the first touch with 0.15 to 2.4 kg behind the tip, as on arms of twenty robots;
-# then the arm begins to come back. Where rotors make it 6 kg the nail takes 20 ms, and the force is met as well, [s].
+# The nail is at rest within 13 ms of the first touch for effective masses of 0.15 to 2.4 kg, as on arms of twenty
+# robots; then the arm begins to return. If rotors make it 6 kg the nail takes 20 ms, and the force is reached too,
+# [s].
 FOLLOW_THROUGH = 0.015
-# A controller that plans in steps of 20 ms leaves a swing's angles by about a degree; swings keep clear of limits
-# by so much, [rad].
+# A controller that plans in steps of 20 ms deviates from a swing's angles by about a degree; swings keep this margin
+# to the limits, [rad].
 _MARGIN = np.radians(1.0)
-# Room to come to rest in: a joint goes on at its rate while the nail is driven and is then braked evenly within
-# 0.1 s, less than half of what the controller plans ahead. So far beyond the strike its angle must be free, [s].
+# Time of coasting to rest: a joint keeps its rate while the nail is driven and is then braked evenly within 0.1 s,
+# less than half of the controller's horizon. Angles must be free for this time beyond the strike, [s].
 COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
-# A face that is nearer than half of a hand's breadth lies under the hand (models/README.md), [m].
+# A face closer than half of a hand's breadth lies under the hand (models/README.md), [m].
 _HAND = 0.044
-# Of the central differences, [rad].
+# Cosine from which on a face looks along the blow, within 60 degrees of it: the search for a strike stays there.
+_ALONG = 0.5
+# Step of the central differences, [rad].
 _STEP = 1e-6
 
 
 class Swing(NamedTuple):
-    """A cubic from rest.
+    """Swing from rest, a cubic in time.
 
     Attributes:
-        q_start: Joint angles at its beginning, shape (num_joints,), [rad].
-        q_end: Joint angles at the strike, the same shape.
-        v_end: Joint velocities at the strike, the same shape, [rad/s].
-        duration: From rest to strike, [s].
+        q_start: Joint angles at the beginning, shape (num_joints,), [rad].
+        q_end: Joint angles at the strike, shape (num_joints,), [rad].
+        v_end: Joint velocities at the strike, shape (num_joints,), [rad/s].
+        duration: Time from rest to the strike, [s].
     """
 
     q_start: Array
@@ -60,7 +63,7 @@ class Swing(NamedTuple):
     duration: float
 
     def evaluate(self, times: Array) -> tuple[Array, Array, Array]:
-        """Angles, rates and accelerations at N times, (N, num_joints) each; beyond its ends the cubic goes on."""
+        """Computes angles, rates and accelerations at N times, (N, num_joints) each, also beyond the ends."""
         D = self.duration
         u = np.asarray(times)[:, None] / D
         d = self.q_end - self.q_start
@@ -70,15 +73,15 @@ class Swing(NamedTuple):
 
 
 class Target(NamedTuple):
-    """What a blow is to do, with a point S on the tool's surface.
+    """Target of a blow, with the striking point S on the tool's surface.
 
     Attributes:
-        q_start: Joint angles from which it is swung, shape (num_joints,), [rad].
-        p_TS: The point, shape (3,), [m].
-        normal_T: Outward normal of the tool there, expressed in T, shape (3,).
-        radius: Of the tool's curvature there; infinite where it is flat, [m].
-        p_WS: Where it is to strike, shape (3,), [m].
-        direction_W: In which direction, and with its normal along it, a unit vector, shape (3,).
+        q_start: Joint angles at the start of the swing, shape (num_joints,), [rad].
+        p_TS: Position of S in the tool, shape (3,), [m].
+        normal_T: Outward normal of the tool at S, expressed in T, shape (3,).
+        radius: Radius of the tool's curvature at S; infinite where the tool is flat, [m].
+        p_WS: Position of S at the strike, shape (3,), [m].
+        direction_W: Direction of the blow, and of the tool's normal at the strike, a unit vector, shape (3,).
     """
 
     q_start: Array
@@ -90,29 +93,47 @@ class Target(NamedTuple):
 
 
 class StrikeCondition:
-    """What angles and velocities, stacked to z = (q_1, v_1), miss of a strike: zero where they do what it asks."""
+    """Condition of a strike on angles and velocities, stacked to z = (q_1, v_1): its miss is zero at the strike.
+
+    A face that is square to the blow may also look away from the target, which the tool would have to go through.
+    Where the face does not look along the blow at the start, the cosine between them is bounded too.
+
+    Attributes:
+        lower: Least value of each entry, shape (8,) or (9,).
+        upper: Largest value of each entry, the same shape.
+    """
 
     def __init__(self, model: ArmModel, target: Target, speed: float) -> None:
-        """Takes the arm, whose state is set with each use, what is struck, and the tip's speed, [m/s]."""
+        """Stores the model of the arm, whose state each use changes, the target, and the tip's speed, [m/s]."""
         self._model = model
         self._target = target
         self._velocity_W = speed * target.direction_W
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
+        model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
+        turned = [] if target.direction_W @ self._compute_normal() > _ALONG else [np.inf]
+        self.lower: Array = np.zeros(8 + len(turned))
+        self.upper: Array = np.array([0.0] * 8 + turned)
 
     def compute(self, z: Array) -> Array:
-        """Miss of place, of velocity, and of squareness, shape (8,); z (2 num_joints,)."""
+        """Computes the miss of position, velocity and squareness, and the cosine; (8,) or (9,), z (2 num_joints,)."""
         model, target, n = self._model, self._target, len(z) // 2
         model.set_state(np.concatenate([z[:n], np.zeros(n)]))
         p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
-        normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+        normal_W = self._compute_normal()
         along = J @ z[n:] - self._velocity_W
-        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, self._across @ normal_W])
+        facing = [*(self._across @ normal_W), target.direction_W @ normal_W]
+        return np.concatenate([_PLACE_SCALE * (p_WS - target.p_WS), along, facing])[: len(self.lower)]
+
+    def _compute_normal(self) -> Array:
+        """Normal of the face in W, at the model's state, shape (3,)."""
+        normal_W: Array = self._model.compute_hand_pose().rotation().matrix() @ self._target.normal_T
+        return normal_W
 
     def compute_with_gradient(self, z: Array) -> Array:
-        """The same on Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
+        """Computes the miss for Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
         value = ExtractValue(z).ravel()
         n = len(value) // 2
-        jacobian = np.zeros((8, 2 * n))
+        jacobian = np.zeros((len(self.lower), 2 * n))
         for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
             jacobian[:, i] = (self.compute(value + step) - self.compute(value - step)) / (2.0 * _STEP)
         missed = self.compute(value)
@@ -121,8 +142,9 @@ class StrikeCondition:
         return with_gradient
 
     def is_met(self, z: Array) -> bool:
-        """Whether the miss is small enough."""
-        return bool(np.abs(self.compute(z)).max() <= _MAX_MISS)
+        """Returns whether the miss is within the tolerance and the face looks along the blow."""
+        is_near = bool(np.abs(self.compute(z)[:8]).max() <= _MAX_MISS)
+        return is_near and bool(self._target.direction_W @ self._compute_normal() > 0.0)
 
 
 def find_target(
@@ -130,15 +152,14 @@ def find_target(
 ) -> Target:
     """Finds the striking point of a tool.
 
-    It is the middle of the face that is made to strike, of several that which lies furthest ahead of the hand. A
-    tool that has none clear of the hand strikes with the point of its free part which lies furthest along the blow
-    at its start.
+    The striking point is the middle of the striking face furthest ahead of the hand. A tool without a striking face
+    clear of the hand strikes with the point of its free part that lies furthest along the blow at its start.
 
     Args:
-        model: The arm; its state is set to rest at the start.
-        parts: What the tool is made of, posed relative to the hand.
+        model: Model of the arm; its state is set to rest at the start.
+        parts: Parts of the tool, posed relative to the hand.
         q_start: Joint angles at the start, shape (num_joints,), [rad].
-        offset_W: What is struck, from where the striking point is at the start, shape (3,), [m].
+        offset_W: Position of the target relative to that of the striking point at the start, shape (3,), [m].
         direction_W: Direction of the blow, a unit vector, shape (3,).
     """
     model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
@@ -166,14 +187,14 @@ def plan_swing(
     """Plans a swing from rest.
 
     Args:
-        model: The arm; its state is set.
-        target: What is to be struck, and with which point.
-        speed: Of the point at the strike, [m/s].
-        duration: From rest to strike, [s].
-        guess: A swing like the one that is sought, from which to search; from the start if None.
+        model: Model of the arm; its state is changed.
+        target: Point to be struck, and the point of the tool that strikes it.
+        speed: Speed of the striking point at the strike, [m/s].
+        duration: Time from rest to the strike, [s].
+        guess: Swing from which to search; None to start from the start posture.
 
     Raises:
-        AffordanceError: No swing within position and velocity limits does it.
+        AffordanceError: No swing within position and velocity limits strikes as demanded.
     """
     q_start, D = target.q_start, duration
     limits = model.arm.shrink_limits(_MARGIN, q_start)
@@ -186,8 +207,8 @@ def plan_swing(
     curvature = np.asarray(np.kron(of_joint, np.eye(n)), dtype=float)
     from_start = np.concatenate([q_start, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
-    program.AddConstraint(condition.compute_with_gradient, np.zeros(8), np.zeros(8), z)
-    # Angles and velocities at the moments checked are linear in z.
+    program.AddConstraint(condition.compute_with_gradient, condition.lower, condition.upper, z)
+    # Angles and velocities at the checked times are linear in z.
     u, each = _CHECKED[:, None], np.eye(n)
     for of_z, at_start, lower, upper in (
         ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),
@@ -206,7 +227,7 @@ def plan_swing(
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
-    """Angles of the start, with the least rates that give S its velocity there."""
+    """Returns the start angles, with the least rates that give S its velocity there, (2 num_joints,)."""
     model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
     J = model.compute_point_jacobian(target.p_TS)
     return np.concatenate([target.q_start, np.linalg.pinv(J) @ (speed * target.direction_W)])

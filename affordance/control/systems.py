@@ -1,4 +1,4 @@
-"""The control system of the paper's figure 2: model predictive control with the believed inertia."""
+"""Control system of the paper's figure 2: model predictive control with the believed inertia."""
 
 import dataclasses
 import logging
@@ -22,22 +22,22 @@ _LOG = logging.getLogger(__name__)
 
 
 class ControlCounts(NamedTuple):
-    """In how many control periods of a trial a limit was active, and in how many the solver failed."""
+    """Numbers of control periods of a trial in which a limit was active, and in which no new plan was found."""
 
     limited: int
     failed: int
 
 
 class MpcController(SampledSystem):
-    """Replans every control period and holds the torque until the next.
+    """Controller that replans every control period and holds the torque until the next.
 
-    Its discrete state is the torque held, the plan it is the beginning of, and counts of ticks. The task chooses how
-    far ahead is planned; where it says not at all, the previous plan goes on, and should the solver fail too, with a
-    warning in the log. The seed of a sampled density is a parameter of the Context.
+    The discrete state consists of the held torque, its plan, and counts of control periods. The task chooses the
+    horizon; where it is zero the previous plan is continued, and likewise, with a logged warning, if the solver
+    fails. The seed of a sampled density is a parameter of the Context.
 
     Input ports:
-        belief: What is believed of the object, ObjectBelief.
-        goal: The Task.
+        belief: Belief about the object, ObjectBelief.
+        goal: Task, which computes the goal, Task.
         state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
 
     Output ports:
@@ -58,7 +58,7 @@ class MpcController(SampledSystem):
         self._limits = arm.shrink_limits(angle_margin, arm.home)
         self._settings = settings
         self._control_period = control_period
-        # By their horizons in control periods; built at first use.
+        # Planners by their horizons in control periods; built at first use.
         self._mpcs: dict[int, MinimumAccelerationMpc] = {}
         self._get_mpc(settings.horizon)
         self._num_joints = arm.num_joints
@@ -71,7 +71,7 @@ class MpcController(SampledSystem):
         tau = self.DeclareDiscreteState(n)
         self._tau = int(tau)
         self._plan = int(self.DeclareDiscreteState(N * n))
-        # When the plan was made, and for how long.
+        # Time of the plan, and its horizon.
         self._made = int(self.DeclareDiscreteState(np.array([0.0, settings.horizon])))
         self._counts = int(self.DeclareDiscreteState(2))  # control periods limited, and failed
         self._seed: ObjectParameter[tuple[int, ...]] = self.declare_object_parameter((0,))
@@ -82,16 +82,16 @@ class MpcController(SampledSystem):
         self.DeclarePeriodicDiscreteUpdateEvent(control_period, 0.0, self._update)
 
     def set_seed(self, context: Context, seed: tuple[int, ...]) -> None:
-        """Sets the seed of the density that is drawn if the point of the belief is a sample."""
+        """Sets the seed of the density that is drawn if the point estimate is a sample."""
         self._seed.set(context, seed)
 
     def get_counts(self, context: Context) -> ControlCounts:
-        """Returns how many control periods were limited and failed so far."""
+        """Returns the numbers of control periods so far that were limited and that failed."""
         limited, failed = context.get_discrete_state(self._counts).value()
         return ControlCounts(int(limited), int(failed))
 
     def _calc_payload(self, context: Context) -> Array:
-        """The inertial parameters at the chosen point of the belief; computed once per belief."""
+        """Computes the inertial parameters at the point estimate of the belief, once per belief."""
         belief = self._belief.Eval(context)
         rng = np.random.default_rng(self._seed.get(context))
         return belief.compute_parameters(belief.densities.compute_point_estimate(self._point_estimate, rng))
@@ -102,7 +102,7 @@ class MpcController(SampledSystem):
             self._model.set_payload(payload)
             self._shown_payload = payload
         x = self._state.Eval(context)
-        if not math.isfinite(x @ x):  # Drake ends the process if a plant is set to such a state
+        if not math.isfinite(x @ x):  # Drake aborts the process if a plant is set to such a state
             self._count_failure(context, discrete_state, "the state is not finite")
             return
         self._model.set_state(x)
@@ -132,7 +132,7 @@ class MpcController(SampledSystem):
         return self._mpcs[ticks]
 
     def _continue_plan(self, context: Context, discrete_state: DiscreteValues, x: Array) -> None:
-        """Goes on along the previous plan."""
+        """Continues the previous plan."""
         made, horizon = context.get_discrete_state(self._made).value()
         plan = context.get_discrete_state(self._plan).value().reshape(-1, self._num_joints)
         vdot = self._get_mpc(horizon).continue_plan(plan, context.get_time() - made)
@@ -147,10 +147,10 @@ class MpcController(SampledSystem):
 
 
 class TaskSystem(SampledSystem):
-    """Says what is to be done; the task is a parameter of the Context.
+    """Source of the task, which is a parameter of the Context.
 
     Output ports:
-        goal: The Task, which computes its goal at any state.
+        goal: Task, which computes the goal at any state, Task.
     """
 
     def __init__(self) -> None:
@@ -159,5 +159,5 @@ class TaskSystem(SampledSystem):
         self.declare_object_output("goal", self._task.get, {self._task.ticket})
 
     def set_task(self, context: Context, task: Task) -> None:
-        """Sets the task."""
+        """Sets the task to be done."""
         self._task.set(context, task)

@@ -1,4 +1,4 @@
-"""What every task offers to a controller."""
+"""Protocol of the tasks of the controller."""
 
 from typing import Protocol, runtime_checkable
 
@@ -9,30 +9,30 @@ from affordance.plant.arm_model import ArmModel
 
 @runtime_checkable
 class Task(Protocol):
-    """States where it starts, and its goal at the end of a controller's horizon."""
+    """Task with a start posture, and a goal at the end of the controller's horizon."""
 
     @property
     def q_start(self) -> Array:
-        """Joint angles in which it begins, at rest, shape (num_joints,), [rad]."""
+        """Joint angles at the start, at rest, shape (num_joints,), [rad]."""
 
     def choose_horizon(self, time: float, longest: float) -> float:
-        """Chooses how far ahead the controller plans, a multiple of its control period.
+        """Chooses the horizon of the controller, a multiple of its control period.
 
         Args:
-            time: Now, [s].
-            longest: What the controller plans unless there is a reason, [s].
+            time: Present time, [s].
+            longest: Default horizon of the controller, [s].
 
-        Returns: At most ``longest``; zero to let the previous plan go on.
+        Returns: Horizon, at most ``longest``, [s]; zero to continue the previous plan.
         """
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
-        """Computes the goal.
+        """Computes the goal at the end of the horizon.
 
         Args:
-            model: The arm, at state x when called and when left.
+            model: Model of the arm, at state x on entry and on return.
             x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
-            time: Now, [s].
-            horizon: How far ahead the goal lies, [s].
+            time: Present time, [s].
+            horizon: Time until the goal, [s].
 
-        Returns: Linear goal; matrices that stay the same should be the same arrays, whose factor can then be kept.
+        Returns: Linear goal; matrices that do not change should be the same arrays, so that their factor is kept.
         """

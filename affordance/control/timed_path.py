@@ -13,23 +13,23 @@ from affordance.control.start_posture import Start, StartEntry
 from affordance.exceptions import BadArgumentError
 from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
 
-# What an arm can be asked for: points within two metres, in a twentieth of a second to a minute.
+# Bounds of paths: points within two metres, in a twentieth of a second to a minute.
 _REACH_MAX = 2.0
 _DURATION = Within(0.05, 60.0)
 _TOLERANCE = Within(1e-4, _REACH_MAX)
-# Points closer than this make a path that stands still, [m].
+# Least distance between successive points of a path, [m].
 _SEPARATION_MIN = 1e-3
 
 
 @dataclass(frozen=True)
 class TimedPath:
-    """A smooth curve through points, run from rest to rest with the timing of minimum jerk.
+    """Smooth curve through points, run from rest to rest with the timing of minimum jerk.
 
     Attributes:
-        points: The points after the start, relative to it, in W, at least one.
-        start: Joints that do not start as in the arm's home posture, by name, with their angles, [rad].
-        duration: From start to end, [s].
-        tolerance: How far from the path counts as on it, [m].
+        points: Points after the start, relative to it, in W, at least one, [m].
+        start: Start angles by joint, [rad], of the joints that do not start in the arm's home posture.
+        duration: Time from start to end, [s].
+        tolerance: Largest admissible distance from the path, [m].
     """
 
     points: tuple[tuple[float, float, float], ...]
@@ -41,7 +41,7 @@ class TimedPath:
         """Checks points and numbers.
 
         Raises:
-            BadArgumentError: One is not finite or out of bounds, or there is no point.
+            BadArgumentError: A number is not finite or out of bounds, or there is no point.
         """
         points = check_array("points", self.points, (None, 3))
         if not len(points):
@@ -50,13 +50,13 @@ class TimedPath:
         check_fields(self)
 
     def describe_error(self, error: float) -> str:
-        """Says that a motion leaves the path by an error, [m]; empty if it keeps within the tolerance."""
+        """Describes the error of a motion that leaves the path, [m]; empty if it is within the tolerance."""
         if error <= self.tolerance:
             return ""
         return f"leaves the path by {error:.3g} m, must stay within {self.tolerance:g} m"
 
     def name_nearest_point(self, time: float) -> str:
-        """Says in words which point is nearest in space to where the path is at a time, [s]."""
+        """Names the point nearest in space to the path's position at a time, [s]."""
         place = self.build_trajectory().value(min(max(time, 0.0), self.duration))[:, 0]
         nearest = int(np.argmin(np.linalg.norm(np.array([(0.0, 0.0, 0.0), *self.points]) - place, axis=1)))
         if nearest == 0:
@@ -65,9 +65,9 @@ class TimedPath:
         return f"point {nearest} of {len(self.points)} at [{where}]"
 
     def build_trajectory(self) -> Trajectory:
-        """Builds position over time relative to the start, (3, 1), [m]; before and after it stands still.
+        """Builds the position over time relative to the start, (3, 1), [m]; at rest before and after.
 
-        The curve is a cubic spline over the length of the chords, or a line if there is one point. Its timing is
+        The curve is a cubic spline over the length of the chords, or a line if there is only one point. The timing is
         s(t) = 10 u^3 - 15 u^4 + 6 u^5 with u = t / duration (Flash & Hogan 1985, eq. 3).
         """
         points = np.array([(0.0, 0.0, 0.0), *self.points])
@@ -84,7 +84,7 @@ class TimedPath:
 
 
 class PathEntry(DataModel):
-    """A path as a file has it."""
+    """Path as given in a file."""
 
     duration: Annotated[float, _DURATION, Field(description="From rest to rest, [s].")]
     tolerance: Annotated[float, _TOLERANCE, Field(description="How far from it counts as on it, [m].")]
@@ -99,7 +99,7 @@ class PathEntry(DataModel):
         """Refuses a path that stands still.
 
         Raises:
-            PydanticCustomError: It does.
+            PydanticCustomError: Two successive points coincide.
         """
         steps = np.linalg.norm(np.diff(np.array(self.points), axis=0, prepend=0.0), axis=1)
         if (steps < _SEPARATION_MIN).any():
@@ -108,7 +108,7 @@ class PathEntry(DataModel):
         return self
 
     def build(self) -> TimedPath:
-        """Builds the path."""
+        """Builds the path from its entry."""
         return TimedPath(tuple(self.points), self.duration, self.tolerance, tuple(self.start.items()))
 
 
@@ -116,6 +116,6 @@ def load_path(path: StrPath) -> TimedPath:
     """Reads a path file: ``duration``, ``tolerance``, ``points``, a list of three coordinates each, and ``start``.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message names it and the fault.
     """
     return load_model(check_path("path", path), PathEntry).build()

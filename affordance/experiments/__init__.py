@@ -1,1 +1,1 @@
-"""The experiments, one a file: a frozen configuration and a function that runs it."""
+"""Experiments, one per file: a frozen configuration, and methods that plan, run and evaluate it."""

@@ -1,8 +1,8 @@
-"""Choices for both tasks side by side, observer by observer.
+"""Comparison of the choices for both tasks, observer by observer.
 
-An observer draws the same density before it chooses a grip for reaching and one for hammering. Of a tool whose halves
-are equal, and where one task wants the heavy end in the hand and the other the light one, both choices are then right
-or both are wrong: two experiments that show one result. Of other tools they need not be.
+An observer draws the same density before it chooses a grip for reaching and one for hammering. If a tool has equal
+halves, and one task needs the heavy end in the hand and the other the light one, both choices are right or both are
+wrong: two experiments then show a single result. Other tools need not show this.
 """
 
 import json
@@ -34,12 +34,12 @@ _FILE = "choices.json"
 
 
 class ToolChoices(NamedTuple):
-    """Choices about a tool in one task.
+    """Choices of a grip of one tool in one task.
 
     Attributes:
-        symmetric: Whether its two grips differ in nothing but which material is where.
+        symmetric: True if the two grips differ only in where the materials are.
         correct: Name of the correct grip.
-        chosen: Names of the grips chosen, empty where none could be used, (observers, K + 1).
+        chosen: Names of the chosen grips, empty where no grip was usable, (observers, K + 1).
     """
 
     symmetric: bool
@@ -48,11 +48,12 @@ class ToolChoices(NamedTuple):
 
 
 class SavedChoices(NamedTuple):
-    """What observers chose in one task.
+    """Choices of all observers in one task.
 
     Attributes:
-        shared: What must be the same in both tasks: faults, source of features, seed, repeats; models by their key.
-        tools: By their names.
+        shared: Conditions that must agree between the tasks: faults, source of features, seed, repeats; models by
+            hash key.
+        tools: Choices, by name of the tool.
     """
 
     shared: dict[str, Any]
@@ -69,15 +70,15 @@ def save_choices(
     settings: Settings,
     seed: int,
 ) -> None:
-    """Keeps what observers chose.
+    """Saves the observers' choices to a file.
 
     Args:
-        folder: That of the experiment.
-        novel: The tools.
-        choices: Of a grip, by tool.
-        chosen: Index of the grip chosen, by one density drawn a choice, (observers, tools, K + 1).
-        numbers: Those of the experiment, with the correct grip of every tool.
-        settings: Those of the experiment.
+        folder: Folder of the experiment.
+        novel: Novel tools.
+        choices: Choice of a grip, by tool.
+        chosen: Indices of the grips chosen, with one density drawn per choice, (observers, tools, K + 1).
+        numbers: Numbers of the experiment, with the correct grip of every tool.
+        settings: Settings of the experiment.
         seed: Root of every random draw.
     """
     tools = {}
@@ -101,7 +102,7 @@ def save_choices(
 
 
 def compare_tasks(out: Path) -> None:
-    """Writes the section that compares the choices of both tasks, if a folder holds both."""
+    """Writes the section that compares the choices of both tasks, if the folder holds both."""
     found = [_read(out / name / _FILE) for name in _TASKS]
     one, other = found
     if one is None or other is None:
@@ -121,11 +122,11 @@ def compare_tasks(out: Path) -> None:
 
 
 def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
-    """Proportions of observers at every moment, (K + 1,) each, with Wilson's intervals, [low, high].
+    """Computes proportions of observers at every moment, (K + 1,) each, with Wilson intervals, [low, high].
 
-    Returns: ``same_grip``, that both choices are of the same grip; ``both_right_or_wrong``, that both are correct or
-        neither; ``both_correct``, ``only_reach`` and ``only_hammer``, which are correct; ``agreement``, the mean of
-        ``both_right_or_wrong`` over all moments; ``symmetric``.
+    Returns: ``same_grip``, both choose the same grip; ``both_right_or_wrong``, both choices are correct or neither
+        is; ``both_correct``, ``only_reach`` and ``only_hammer``, the choices that are correct; ``agreement``, the
+        mean of ``both_right_or_wrong`` over all moments; ``symmetric``.
     """
     right, other_right = one.chosen == one.correct, other.chosen == other.correct
     counted = {
@@ -143,7 +144,7 @@ def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
 
 
 def _read(path: Path) -> SavedChoices | None:
-    """Reads what was kept; None if nothing was. A file that is no such thing is set aside."""
+    """Reads saved choices; None if there are none. A damaged file is moved aside."""
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         shared = {name: content["shared"][name] for name in ("faults", "feature_source", "seed", "repeats", "models")}

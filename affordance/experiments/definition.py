@@ -1,4 +1,4 @@
-"""What an experiment is: one runner serves all, and an experiment says what differs."""
+"""Interface of an experiment: one runner serves all, and an experiment defines its own steps."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -15,7 +15,7 @@ from affordance.objects.tool import Tool
 from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
 
-# The observer of which figures, trajectories and replay show every detail.
+# Observer of which figures, trajectories and replay show every detail.
 OBSERVER_SHOWN = 0
 
 type Arrays = Mapping[str, NDArray[Any]]
@@ -23,14 +23,14 @@ type Arrays = Mapping[str, NDArray[Any]]
 
 @dataclass(frozen=True)
 class Outputs:
-    """What an experiment writes beside its numbers; what is drawn is drawn when it is written.
+    """Files that an experiment writes in addition to its numbers; each is made only when it is written.
 
     Attributes:
-        figures: By their names, without suffix.
-        trajectories: None for none.
-        diagram: The Diagram that was run; None for none.
-        replay: Writes the arm in motion to a path; None for none.
-        writers: What writes other files to the experiment's folder, by what they are called in the progress bar.
+        figures: Figures by name, without suffix.
+        trajectories: Trajectories; None for none.
+        diagram: Diagram that was run; None for none.
+        replay: Function that writes the arm's motion to a path; None for none.
+        writers: Functions that write further files to the experiment's folder, by their label in the progress bar.
     """
 
     figures: Mapping[str, Callable[[], Figure]]
@@ -41,26 +41,26 @@ class Outputs:
 
 
 class Experiment(Protocol):
-    """An experiment with its configuration, a frozen dataclass that can be pickled.
+    """Experiment with its configuration, a frozen dataclass that can be pickled.
 
-    A run goes through ``plan``, ``run_observer`` for every observer, ``compute_metrics``, and ``show``.
+    A run calls ``plan``, ``run_observer`` for every observer, ``compute_metrics`` and ``show``.
     """
 
     @property
     def name(self) -> str:
-        """Of its folder and on the command line."""
+        """Name on the command line and of the folder of results."""
 
     @property
     def unit(self) -> str:
-        """What a repeat is, for progress bars."""
+        """Noun for one repeat in progress bars."""
 
     @property
     def section(self) -> Path:
-        """Its section file, or the protocol's file."""
+        """Section file or, for a protocol, the protocol's file."""
 
     @property
     def report(self) -> PlainReport | None:
-        """What a protocol says of its report; None of what has a section file of the program."""
+        """Report that a protocol describes; None for an experiment with a section file of the program."""
 
     @property
     def seed(self) -> int:
@@ -68,7 +68,7 @@ class Experiment(Protocol):
 
     @property
     def settings(self) -> Settings:
-        """What all simulations share."""
+        """Settings of all simulations."""
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
@@ -76,41 +76,42 @@ class Experiment(Protocol):
 
     @property
     def files_read(self) -> tuple[Path, ...]:
-        """Files that are read while it runs, besides the arm's: what they hold is not in the configuration."""
+        """Files read during the run, other than the arm's, whose content is not part of the configuration."""
 
     def with_settings(self, settings: Settings) -> "Experiment":
         """Returns the experiment with other settings."""
 
     def split(self) -> "Sequence[tuple[str, Experiment]]":
-        """Experiments of which repeats are run and kept each by itself, by what the names of their arrays begin with.
+        """Splits the experiment into parts with repeats of their own, each with a prefix for the names of its arrays.
 
-        Each of observers of one learner, so that what one command simulated serves others; most are one themselves.
+        Each part has the observers of one learner, so that commands share repeats; most experiments are a single
+        part.
         """
 
     def count_repeats(self, observers: int) -> int:
-        """How many repeats a number of observers takes."""
+        """Returns the number of repeats for a number of observers."""
 
     def plan(self, jobs: int) -> Any:
         """Plans and simulates what all observers share, in processes.
 
         Raises:
-            BadValueError: A file asks for what cannot be planned or carried out; nothing was written.
+            BadValueError: A file asks for a task that cannot be planned or carried out; nothing was written.
         """
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
         """Lets observers hold objects before they are tested; None if they hold nothing.
 
         Args:
-            folder: Keeps what they learn, for all experiments that share it.
+            folder: Folder of the cached experience, for all experiments that share it.
             repeats: Number of observers.
-            jobs: Processes.
+            jobs: Number of processes.
         """
 
     def select_shared(self, plan: Any) -> Any:
-        """What of the plan observers need; it goes to every process."""
+        """Selects the part of the plan that observers need; it is sent to every process."""
 
     def run_observer(self, shared: Any, experience: Experience | None, repeat: int) -> Arrays:
-        """Runs one repeat; with the seed its number determines every random draw.
+        """Runs one repeat; its number and the seed determine every random draw.
 
         Returns: Named arrays of a shape that is the same for all repeats.
         """
@@ -119,13 +120,13 @@ class Experiment(Protocol):
         """Computes the numbers of metrics.json.
 
         Args:
-            plan: What all observers share.
-            experience: What they held.
-            arrays: Of all repeats, stacked along the first axis.
+            plan: Plan that all observers share.
+            experience: Experience that observers gained beforehand.
+            arrays: Arrays of all repeats, stacked along the first axis.
         """
 
     def list_facts(self, plan: Any, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """What the section file names beside the numbers."""
+        """Returns the facts that the section file names in addition to the numbers."""
 
     def show(self, plan: Any, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """What is written beside the numbers."""
+        """Returns the outputs other than the numbers."""

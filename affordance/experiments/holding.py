@@ -1,4 +1,4 @@
-"""Protocols whose presentations are simulated: objects are held, released from a clamp, moved or looked at.
+"""Protocols with simulated presentations: objects are held, released from a clamp, moved or looked at.
 
 Simulations I and II of the paper (IV-A and IV-B) are two of them, models/protocols/weight.yaml and com.yaml.
 """
@@ -48,15 +48,15 @@ from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 
-_PREDICTED = 9  # in a seed: an object is observed and not held; the draws of a trial count from 0
+_PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a trial count from 0
 
 
 class Presented(NamedTuple):
-    """What one observer of one learner did.
+    """Presentations to one observer of one learner.
 
     Attributes:
-        done: In measured presentations, K of them.
-        memories: Before the first of these and after each, K + 1.
+        done: Measured presentations, K of them.
+        memories: Memories before the first of these and after each, K + 1.
         rows: Rows of all presentations.
     """
 
@@ -66,12 +66,12 @@ class Presented(NamedTuple):
 
 
 class Done(NamedTuple):
-    """What an observer did in a measured presentation.
+    """Measured presentation to an observer.
 
     Attributes:
-        presentation: Which.
-        record: The motion; None if the object was only looked at.
-        numbers: What was measured besides.
+        presentation: Presentation that was carried out.
+        record: Record of the motion; None if the object was only looked at.
+        numbers: Further measures, by name.
     """
 
     presentation: Presentation
@@ -81,11 +81,11 @@ class Done(NamedTuple):
 
 @dataclass(frozen=True)
 class HoldExperiment(PresentedExperiment):
-    """A protocol of simulated presentations.
+    """Experiment of a protocol with simulated presentations.
 
     Attributes:
-        expects: Whether what is expected of an object that is seen is kept.
-        paths: Paths of reaches, by the number of their block.
+        expects: True to store the inertial parameters that an observer predicts from sight.
+        paths: Paths of reaches, by the index of their block.
     """
 
     expects: bool = False
@@ -103,17 +103,17 @@ class HoldExperiment(PresentedExperiment):
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
-        """All objects."""
+        """All objects, as the camera sees each of them."""
         return self.tools
 
     @property
     def duration(self) -> float:
-        """How long an object is held in the last block in which one is, [s]."""
+        """Duration of a hold in the last block with holds, [s]."""
         return next((block.do.duration for block in self.blocks[::-1] if block.do.duration), 0.0)
 
     @property
     def experience(self) -> ExperienceConfig | None:
-        """What is learned in a first block that is not measured, which protocols share; None if there is none."""
+        """Experience gained in an unmeasured first block, which protocols share; None without such a block."""
         return build_experience(self.blocks[0], self.objects, self.learners, self.told, self.seed, self.settings)
 
     def with_tools(self, tools: Sequence[Tool], groups: Mapping[str, Sequence[int]]) -> "HoldExperiment":
@@ -125,12 +125,12 @@ class HoldExperiment(PresentedExperiment):
         return replace(self, blocks=change_holds(self.blocks, duration, repetitions))
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
-        """Lets observers learn in a first block that is not measured; None if there is none."""
+        """Lets observers learn in a first block that is not measured; returns None without such a block."""
         config = self.experience
         return None if config is None else collect_experience(config, folder, repeats=repeats, jobs=jobs)
 
     def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
-        """Presents the objects of the blocks after the first with what is believed; returns the motions."""
+        """Presents the objects of all blocks but the first under the given memory; returns the records."""
         presented = self._run_blocks(memory, list(enumerate(self.blocks))[1:], repeat)
         return [each.record for each in presented.done if each.record is not None]
 
@@ -152,7 +152,7 @@ class HoldExperiment(PresentedExperiment):
         return self._run_blocks(memory, blocks, repeat)
 
     def _run_blocks(self, memory: Memory, blocks: Sequence[tuple[int, BlockEntry]], repeat: int) -> Presented:
-        """Runs some of the blocks."""
+        """Runs the given blocks."""
         presented = Presented([], [memory], [])
         taught, tested = 0, 0
         for index, block in blocks:
@@ -191,10 +191,10 @@ class HoldExperiment(PresentedExperiment):
     def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with the first learner.
 
-        Returns: Arrays over the K measured presentations: ``times`` (N,), heights (K, N), what was counted and
-            measured (K,), ``presented`` (K,); over the K + 1 moments between them ``density_quantiles``
-            (K + 1, Q), ``density_mode`` (K + 1,) and at the first of them ``densities`` (Q, M); and rows of all
-            presentations, of which the names begin with ROW.
+        Returns: Arrays over the K measured presentations: ``times`` (N,), heights (K, N), counts and measures (K,),
+            ``presented`` (K,); over the K + 1 moments between them ``density_quantiles`` (K + 1, Q) and
+            ``density_mode`` (K + 1,), and at the first moment ``densities`` (Q, M); and rows of all presentations,
+            whose names begin with ROW.
         """
         done, memories, rows = self.run_presentations(experience, repeat, self.learners[0])
         if experience is not None:
@@ -214,7 +214,7 @@ class HoldExperiment(PresentedExperiment):
         }
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Names of the objects, and how they are presented."""
+        """Returns the names of the objects and the conditions of their presentation."""
         *_, before, last = (self.tools[0], *self.tools)
         looks_like = last.components[0].looks_like.name
         config = self.experience
@@ -232,7 +232,7 @@ class HoldExperiment(PresentedExperiment):
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """Figures, trajectories, Diagram, replay and lifts.csv."""
+        """Returns figures, trajectories, Diagram, replay and lifts.csv."""
         done = self.run_presentations(experience, OBSERVER_SHOWN, self.learners[0]).done
         held = [(self.tools[each.presentation.tool], each.record) for each in done if each.record is not None]
         figures = {**draw_figures(self, arrays), **draw_lift_figures(self, arrays)}
@@ -258,7 +258,7 @@ class HoldExperiment(PresentedExperiment):
     def _begin(
         self, experience: Experience | None, repeat: int, learner: Learner
     ) -> tuple[Memory, list[tuple[int, BlockEntry]]]:
-        """The memory of an observer before the first block that is still to run, and these blocks."""
+        """Returns the memory of an observer before the first block still to run, and the remaining blocks."""
         blocks = list(enumerate(self.blocks))
         if experience is not None:
             return experience.recall(repeat, experience.num_trials), blocks[1:]
@@ -270,14 +270,14 @@ class HoldExperiment(PresentedExperiment):
         return memory.add_colours(self.colours, self.settings.prior), blocks
 
     def _give_observer(self, memory: Memory, duration: float) -> Observer:
-        """An observer of holds; where there is one colour, whatever is seen is of it."""
+        """Builds an observer of holds; where all objects share one colour, everything it sees is taken to have it."""
         remembered = self.colours if len(self.colours) > 1 else ()
         return Observer(get_runner(self.settings), memory, duration=duration, remembered=remembered)
 
     def _present(
         self, index: int, tool: Tool, memory: Memory, seed: tuple[int, ...]
     ) -> tuple[TrialRecord, dict[str, Any]]:
-        """Presents an object of a block in any way but a hold that teaches."""
+        """Presents an object of a block in any way except a hold that teaches."""
         runner, action = get_runner(self.settings), self.blocks[index].do
         if action.clamp is not None:
             record, clamp = run_clamp_and_release(runner, tool, memory, duration=action.duration, seed=seed)
@@ -287,7 +287,7 @@ class HoldExperiment(PresentedExperiment):
         return runner.run_hold(tool, memory, duration=action.duration, seed=seed), {}
 
     def _expect(self, tool: Tool, memory: Memory, seed: tuple[int, ...]) -> dict[str, Any]:
-        """What is expected of an object that is seen, if that is asked for: inertial parameters (10,)."""
+        """Returns an object's weight, [N], and, if requested, its predicted and true inertial parameters, (10,)."""
         numbers: dict[str, Any] = {"weight": tool.mass * get_runner(self.settings).gravity}
         if self.expects:
             rng = np.random.default_rng([*seed, _PREDICTED])

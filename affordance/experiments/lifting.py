@@ -1,4 +1,4 @@
-"""Protocols of many lifts in closed form: forces against a clamp before release, for each learner, beside people's.
+"""Protocols of many lifts in closed form: forces against a clamp before release, for each learner and for people.
 
 Linear+ and Linear++ (Cesanek and others 2021) are two of them, models/protocols/linear_plus.yaml and
 linear_plus_plus.yaml.
@@ -31,10 +31,10 @@ from affordance.simulation.static_lifts import Lift, StaticLifter
 
 @dataclass(frozen=True)
 class LiftExperiment(PresentedExperiment):
-    """A protocol of lifts in closed form.
+    """Experiment of a protocol of lifts in closed form.
 
     Attributes:
-        kappa: Breadth of a category over its mean; None for the fitted one.
+        kappa: Breadth of a category relative to its mean; None for the fitted value.
     """
 
     kappa: float | None = None
@@ -43,7 +43,7 @@ class LiftExperiment(PresentedExperiment):
     drawn = ("lifts", "objects")
 
     def gain_experience(self, folder: Any, *, repeats: int, jobs: int) -> None:
-        """All that is learned is learned in the lifts."""
+        """Does nothing, as all learning happens in the lifts."""
 
     def draw_presentations(self, repeat: int) -> list[Presentation]:
         """Draws an observer's lifts, the same for each learner."""
@@ -57,9 +57,9 @@ class LiftExperiment(PresentedExperiment):
     def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with the first learner.
 
-        Returns: Arrays over the K measured lifts: ``presented``, which object was lifted, ``force`` and ``weight``,
-            [N], ``founds_a_kind`` and ``p_value``, (K,); over the K + 1 moments between them ``density_mode`` and
-            ``density_quantiles`` (K + 1, Q) of the first material; and rows of all lifts.
+        Returns: Arrays over the K measured lifts: ``presented``, the index of the lifted object, ``force`` and
+            ``weight``, [N], ``founds_a_kind`` and ``p_value``, (K,); over the K + 1 moments between them
+            ``density_mode`` and ``density_quantiles`` (K + 1, Q) of the first material; and rows of all lifts.
         """
         drawn = self.draw_presentations(repeat)
         lifts = []
@@ -99,7 +99,7 @@ class LiftExperiment(PresentedExperiment):
         }
 
     def _describe_beliefs(self, memories: list[Memory]) -> dict[str, Array]:
-        """Mode, and quantiles if they are asked for, of the density of the first material at each moment."""
+        """Computes mode, and quantiles if requested, of the density of the first material at each moment."""
         modes, quantiles = [], []
         for memory in memories:
             met, colour = memory.recognise(self.colours[0], 0.0, self.settings.prior)
@@ -109,13 +109,13 @@ class LiftExperiment(PresentedExperiment):
         return {"density_mode": np.array(modes), **({"density_quantiles": np.array(quantiles)} if quantiles else {})}
 
     def assemble(self, learners: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        """The numbers of the first learner; and ``learners``, ``people`` and ``kappa``."""
+        """Assembles the numbers of the first learner, with ``learners``, ``people`` and ``kappa``."""
         kappa = {learner.value: KAPPA[learner.pick] for learner in self.learners if learner.pick is not None}
         people = self.describe_people()
         return {**learners[self.learners[0].value], "learners": dict(learners), "people": people, "kappa": kappa}
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Names of objects and learners."""
+        """Returns the names of objects and learners."""
         return {
             "names": [tool.name for tool in self.tools],
             "rows": {
@@ -125,7 +125,7 @@ class LiftExperiment(PresentedExperiment):
         }
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """The figures that the protocol asks for, all forces, and lifts.csv."""
+        """Returns the figures that the protocol asks for, all forces, and lifts.csv."""
         axes = ("observer", "lift")
         variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "place of the object among the names")}
         for learner in self.learners:

@@ -1,4 +1,4 @@
-"""What learners predict of people who have not done a protocol yet: the numbers of every simulated observer."""
+"""Predictions of learners for people who have not done a protocol yet: the numbers of every simulated observer."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,19 +20,19 @@ from affordance.protocols.people import Spread, list_spreads
 from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.settings import Settings
 
-# File of what was predicted, in the folder of the protocol's results.
+# File of the predictions, in the folder of the protocol's results.
 FILE = "predictions.json"
 
 
 class Predicted(NamedTuple):
-    """What learners predict of a protocol.
+    """Predictions of learners for a protocol.
 
     Attributes:
-        predictions: Predictions by number and learner; a number that is a list is one number an entry.
+        predictions: Predictions by number and learner; a list counts as one number per entry.
         meanings: Meanings of the numbers, in words.
         spreads: Spreads between people by number, where they are known.
         contrasts: Comparisons of two learners by each number, the best first.
-        path: File that they were written to.
+        path: File of the predictions.
     """
 
     predictions: Mapping[str, Mapping[Learner, Prediction]]
@@ -53,23 +53,23 @@ def predict_protocol(
     jobs: int,
     changes: Changes = NO_CHANGES,
 ) -> Predicted:
-    """Simulates the observers of a protocol with each of its learners, or with all there are if it names but one.
+    """Simulates the observers of a protocol with each of its learners, or with every learner if it names only one.
 
-    Observers are kept where ``run_experiment`` keeps them, so that a run does not simulate them again.
+    Observers are cached where ``run_experiment`` caches them, so a later run does not simulate them again.
 
     Args:
         name: Name of the protocol, or its path.
-        models: The folder of models.
+        models: Folder of models.
         settings: Settings of all simulations.
         out: Folder for the results; the protocol has a subfolder of its name.
-        repeats: Observers, at least 2.
+        repeats: Number of observers, at least 2.
         seed: Root of every random draw.
-        jobs: Processes.
-        changes: Settings by name, which come after those of the protocol.
+        jobs: Number of processes.
+        changes: Settings by name, applied after those of the protocol.
 
     Raises:
-        BadValueError: The file is wrong, or the protocol is about choices, which every learner makes on a run of its
-            own, or tells observers what learners would have to learn.
+        BadValueError: The file is wrong, the protocol is about choices, which each learner makes in a run of its own,
+            or it gives observers the densities that learners would have to learn.
     """
     experiment = load_protocol_experiment(name, models, seed, settings, changes)
     if not isinstance(experiment, PresentedExperiment):
@@ -105,7 +105,7 @@ def predict_protocol(
 def sort_by_number(
     found: Mapping[Learner, Mapping[str, Array]], learners: Sequence[Learner]
 ) -> dict[str, dict[Learner, Array]]:
-    """Numbers of observers by number and learner, (R,); those with several entries as one number an entry."""
+    """Sorts the numbers of observers by number and learner, (R,); a list becomes one number per entry."""
     values: dict[str, dict[Learner, Array]] = {}
     for learner in learners:
         for key, array in found[learner].items():
@@ -121,7 +121,7 @@ def _describe(
     spreads: Mapping[str, Spread],
     contrasts: Sequence[Contrast],
 ) -> dict[str, Any]:
-    """The predictions as the file has them; what is not finite is left out."""
+    """Returns the predictions as written to the file; numbers that are not finite are null."""
     numbers = {
         number: {
             learner.value: {
@@ -155,7 +155,7 @@ def _describe(
 
 
 def _keep_finite(value: Any) -> Any:
-    """The same with null for every number that is not finite, as JSON has none."""
+    """Replaces every number that is not finite by null, as JSON has no such numbers."""
     if isinstance(value, Mapping):
         return {name: _keep_finite(entry) for name, entry in value.items()}
     if isinstance(value, list):

@@ -1,4 +1,4 @@
-"""From a protocol to the experiment that runs it: every file that it names is read and checked, none is run."""
+"""Construction of an experiment from its protocol: every file that it names is read and checked, nothing is run."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,11 +38,11 @@ from affordance.vision.features import FeatureSource
 def build_hold_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> HoldExperiment:
-    """Builds the experiment of a protocol of simulated presentations.
+    """Builds the experiment of a protocol with simulated presentations.
 
     Raises:
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     settings, learners = apply_observers(protocol, path, models, settings, changes)
     check_durations(protocol, path, settings)
@@ -71,8 +71,8 @@ def build_lift_experiment(
     """Builds the experiment of a protocol of lifts in closed form.
 
     Raises:
-        BadValueError: A file is wrong, or something is asked for that the closed form does not know.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        BadValueError: A file is wrong, or the closed form does not support what the protocol asks for.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     if protocol.observers.vision == FeatureSource.PIXELS.value:
         raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
@@ -92,11 +92,11 @@ def build_lift_experiment(
 def build_common(
     protocol: Protocol, path: Path, models: Path, settings: Settings, learners: tuple[Learner, ...]
 ) -> dict[str, Any]:
-    """What protocols share in which objects are presented; everything is read and checked.
+    """Reads and checks everything that experiments with presented objects have in common.
 
     Raises:
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     objects = build_objects(protocol.objects, path, models)
     check_blocks(path, protocol.blocks, objects)
@@ -120,10 +120,10 @@ def build_common(
 
 
 def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolObjects) -> People:
-    """What people did, from the files that a protocol names.
+    """Loads people's results from the files that a protocol names.
 
     Raises:
-        BadValueError: A file is missing or wrong, or is of numbers or objects that the protocol does not have.
+        BadValueError: A file is missing or wrong, or has numbers or objects that the protocol lacks.
     """
     table = lifts = None
     if protocol.published is not None:
@@ -136,10 +136,10 @@ def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolO
 
 
 def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
-    """Refuses measured motions that are not logged at the same times, which no figure could show side by side.
+    """Refuses measured motions logged at different times, which no figure could compare.
 
     Raises:
-        BadValueError: There are some.
+        BadValueError: The measured blocks differ in their action, duration or path.
     """
     courses: dict[tuple[str, object], int] = {}
     for index, block in enumerate(blocks):
@@ -161,8 +161,8 @@ def build_choice_experiment(
     """Builds the experiment of a protocol of choices.
 
     Raises:
-        BadValueError: A file is wrong, or objects or blocks are not as they must be.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     settings, learners = apply_observers(protocol, path, models, settings, changes)
     check_durations(protocol, path, settings)
@@ -192,10 +192,10 @@ def build_choice_experiment(
 
 
 def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:
-    """Refuses novel objects of a colour that no object held before has.
+    """Refuses novel objects with a colour that no object held before has.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: A novel object has such a colour.
     """
     known = {part.looks_like.colour for tool in objects.tools for part in tool.components}
     for tool in novel.tools:

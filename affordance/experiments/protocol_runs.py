@@ -1,4 +1,4 @@
-"""Protocols as experiments, by name or path: loaded, and tried out on made-up measurements before anything runs."""
+"""Protocols as experiments, by name or path: loaded, and rehearsed on made-up measurements before anything runs."""
 
 from pathlib import Path
 
@@ -38,11 +38,11 @@ def load_protocol_experiment(
     settings: Settings = DEFAULT_SETTINGS,
     changes: Changes = NO_CHANGES,
 ) -> Experiment:
-    """Loads a protocol, by its name or path; changes are settings by name, which come after those of the protocol.
+    """Loads a protocol by its name or path; changes are settings by name, applied after those of the protocol.
 
     Raises:
         BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     path = find_protocol(name, models)
     protocol = load_protocol(path)
@@ -75,7 +75,7 @@ def build_experiment(
 def load_hold_experiment(
     name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
 ) -> HoldExperiment:
-    """Loads a protocol of simulated presentations; see ``load_protocol_experiment``."""
+    """Loads a protocol with simulated presentations; see ``load_protocol_experiment``."""
     path = find_protocol(name, models)
     return build_hold_experiment(load_protocol(path), path, models, seed, settings)
 
@@ -89,13 +89,13 @@ def load_choice_experiment(
 
 
 def list_names(experiment: ProtocolExperiment) -> frozenset[str]:
-    """Names of the numbers and facts that the report of a protocol may name."""
+    """Lists the numbers and facts that the report of a protocol may name."""
     numbers = list_number_names(experiment.numbers) if isinstance(experiment, PresentedExperiment) else ()
     return list_given(experiment) | {*numbers}
 
 
 def list_given(experiment: ProtocolExperiment) -> frozenset[str]:
-    """Names of the numbers and facts that every protocol of this kind has, whatever numbers it names itself."""
+    """Lists the numbers and facts that every protocol of this type has, whatever numbers it defines itself."""
     if isinstance(experiment, ReachExperiment | HammerExperiment):
         second = (*OF_SECOND_TOOL, *experiment.names_of_second_tool) if len(experiment.novel) > 1 else ()
         return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.names_of_task, *second})

@@ -1,8 +1,8 @@
 """Simulation III (paper, IV-C): choosing a grip for reaching with a tool.
 
-Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
-moving its free end along a path takes the least absolute work. They never hold it. Which grip really is the
-cheaper one is found by simulating both with the true densities.
+Observers hold the objects of Simulation II, and after every trial choose the end by which to hold a novel tool so
+that moving its free end along a path takes the least absolute work. They never hold that tool. The grip that is truly
+cheaper is found by simulating both with the true densities.
 """
 
 from collections.abc import Mapping
@@ -44,12 +44,12 @@ from affordance.simulation.trial import get_runner
 
 
 class ReachPlan(NamedTuple):
-    """What all observers share.
+    """Plan that all observers share.
 
     Attributes:
-        choices: Of a grip, by tool.
-        simulated: The task under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
+        choices: Choice of a grip, by tool.
+        simulated: Simulations of the task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
     """
 
     choices: Mapping[str, Choice]
@@ -59,10 +59,10 @@ class ReachPlan(NamedTuple):
 
 @dataclass(frozen=True)
 class ReachExperiment(ChoiceExperiment):
-    """Simulation III.
+    """Experiment of Simulation III.
 
     Attributes:
-        task: The path to follow.
+        task: Path to follow.
     """
 
     task: Reach
@@ -74,7 +74,7 @@ class ReachExperiment(ChoiceExperiment):
 
         Raises:
             BadValueError: The path cannot be followed, or no grip is cheaper than the other.
-            SeeingError: A picture of a tool does not show what is needed.
+            SeeingError: The features cannot be extracted from a picture of a tool.
         """
         path = self.task_file
         try:
@@ -82,7 +82,7 @@ class ReachExperiment(ChoiceExperiment):
                 self.novel, self.task, self.settings, self.seed, jobs=jobs, description="reach: plans"
             )
             simulated = self.simulate(jobs)
-        except (SeeingError, UnavailableError):  # no matter of the path
+        except (SeeingError, UnavailableError):  # not caused by the path
             raise
         except AffordanceError as error:
             raise BadValueError(path, "points", f"cannot be followed: {error}") from error
@@ -127,7 +127,7 @@ class ReachExperiment(ChoiceExperiment):
         }
 
     def list_facts(self, plan: ReachPlan, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Names of tools and grips."""
+        """Returns the names of tools and grips."""
         return {
             **describe_tools(self.novel, numbers),
             "duration": self.task.duration,
@@ -137,7 +137,7 @@ class ReachExperiment(ChoiceExperiment):
     def show(
         self, plan: ReachPlan, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
     ) -> Outputs:
-        """Figures 7 and 8, the paths, trajectories, Diagram and replay."""
+        """Returns figures 7 and 8, the paths, trajectories, Diagram and replay."""
         first = self.novel[0]
         simulated, held = plan.simulated[first.name], first.list_gripped()
         correct = numbers["correct_grip"]
@@ -198,12 +198,12 @@ class ReachExperiment(ChoiceExperiment):
 
 
 def compute_reach_work(task: Reach, settings: Settings, held: Tool) -> float:
-    """Plans the task with a tool that is gripped, and returns its work, [J]."""
+    """Plans the task with a gripped tool, and returns its work, [J]."""
     cost = _plan_reach(task, settings, tuple(find_free_end(held.components).tolist()))
     return float(cost.compute(held.parameters[None]).work[0])
 
 
 @lru_cache(maxsize=4)
 def _plan_reach(task: Reach, settings: Settings, p_TF: tuple[float, float, float]) -> MotionCost:
-    """The motion of a free end: that of all tools that end there."""
+    """Plans the motion of a free end, which all tools with that end share."""
     return task.build_cost_of_end(ArmModel(load_arm(settings.arm)), np.array(p_TF), settings)

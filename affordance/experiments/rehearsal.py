@@ -1,4 +1,4 @@
-"""A protocol tried out before observers run: its names, its figures, and its claims on made-up numbers."""
+"""Rehearsal of a protocol before observers run: names, figures, and claims on made-up numbers."""
 
 import difflib
 from collections.abc import Collection, Mapping
@@ -14,25 +14,25 @@ from affordance.protocols.people import list_people
 from affordance.protocols.rehearsal import imagine, rehearse
 from affordance.reporting.claims import judge_claims
 
-# Keys of metrics.json that every run has, and that protocols of any kind may have.
+# Keys of metrics.json that every run has, and that any type of protocol may have.
 RESERVED = (
     *("seed", "repeats", "run_shown", "config", "versions", "wall_s", "finished"),
     *("learners", "people", "kappa"),
 )
-# Files of figures that are not drawn by the protocol's own entries: of simulations, and of pictures that were taken.
+# Figures that are not drawn by the protocol's own entries: Diagram of a simulation, and camera pictures.
 _OF_SIMULATION, _OF_PICTURES = "diagram", "seen"
 _SUFFIXES = (".png", ".svg")
 
 
 def check_number_names(experiment: PresentedExperiment, given: Collection[str]) -> None:
-    """Refuses numbers that are called as something else is.
+    """Refuses numbers whose name is already taken.
 
     Args:
-        experiment: Runs the protocol.
-        given: Names of numbers and facts that are not its own.
+        experiment: Experiment of the protocol.
+        given: Names of numbers and facts that the protocol does not define itself.
 
     Raises:
-        BadValueError: One would be overwritten, or would overwrite.
+        BadValueError: A number would overwrite another or be overwritten.
     """
     intervals = {f"{name}_ci95": name for name, entry in experiment.numbers.items() if entry.interval}
     for name in experiment.numbers:
@@ -46,12 +46,12 @@ def check_number_names(experiment: PresentedExperiment, given: Collection[str]) 
 
 
 def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
-    """Tries out figures and numbers.
+    """Computes figures and numbers of made-up measurements.
 
-    Returns: Numbers as metrics.json will have them, of the right shapes and of no meaning.
+    Returns: Numbers as metrics.json will have them, with the right shapes and meaningless values.
 
     Raises:
-        BadValueError: A figure or number cannot be made, or people's numbers cannot; names the key.
+        BadValueError: A figure, a number, or people's value of one cannot be computed; the key is named.
     """
     check_figures(experiment)
     layout = experiment.layout
@@ -69,11 +69,11 @@ def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
 
 
 def rehearse_claims(experiment: PresentedExperiment, numbers: Mapping[str, Any]) -> None:
-    """Tries out every criterion.
+    """Evaluates every criterion on made-up numbers.
 
     Args:
-        experiment: Runs the protocol.
-        numbers: Made up, from ``rehearse_experiment``.
+        experiment: Experiment of the protocol.
+        numbers: Made-up numbers, from ``rehearse_experiment``.
 
     Raises:
         BadValueError: An expression cannot be evaluated, or its value cannot be compared with its bound.
@@ -98,10 +98,10 @@ def rehearse_claims(experiment: PresentedExperiment, numbers: Mapping[str, Any])
 
 
 def check_figures(experiment: PresentedExperiment) -> None:
-    """Refuses figures that cannot be drawn, and captions of figures that nobody draws.
+    """Refuses figures that cannot be drawn, and captions of figures that are not drawn.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: The protocol has such a figure or caption.
     """
     layout = experiment.layout
     for name, entry in experiment.figures.items():
@@ -124,7 +124,7 @@ def check_figures(experiment: PresentedExperiment) -> None:
 
 
 def _check_captions(experiment: PresentedExperiment, *, moves: bool) -> None:
-    """Refuses files of the report that there will not be."""
+    """Refuses captions of files that will not exist."""
     names = [*experiment.figures]
     names += [_OF_SIMULATION] if moves else []
     names += [_OF_PICTURES] if experiment.tools_observed else []

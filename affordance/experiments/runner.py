@@ -1,6 +1,6 @@
-"""The one runner of all experiments: observers in processes, then numbers, figures, files and section.
+"""Runner of all experiments: observers in processes, then numbers, figures, files and section.
 
-Everything but the repeats of observers is written anew; ``metrics.json`` comes last, so where it is, the rest is too.
+Everything but the repeats of observers is rewritten; ``metrics.json`` is written last, so it marks a complete run.
 """
 
 import datetime
@@ -31,6 +31,7 @@ from affordance.reporting.formatting import ENOUGH_OBSERVERS
 from affordance.reporting.plain_report import render_report
 from affordance.reporting.report import write_section
 from affordance.reporting.section import Section, render_section
+from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, run_repeats
 from affordance.vision.features import FeatureSource
 
@@ -43,16 +44,17 @@ _CAMERA_CAPTION = (
 
 
 def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: int, jobs: int) -> None:
-    """Runs all observers and writes everything an experiment has to show.
+    """Runs all observers and writes all results of an experiment.
 
     Args:
-        experiment: The experiment.
-        plan: What ``experiment.plan`` returned.
-        folder: Receives the files; repeats that it holds already are not run again. Experience is kept beside it.
+        experiment: Experiment to run.
+        plan: Result of ``experiment.plan``.
+        folder: Folder for the files; repeats that it holds are not run again. Experience is cached in its parent
+            folder.
         repeats: Number of observers, at least 1.
         jobs: Number of processes, at least 1.
     """
-    start = time.perf_counter()
+    start, commit = time.perf_counter(), find_commit()  # of what runs, not of what may lie there when it ends
     settings = experiment.settings
     experience, arrays = run_observers(experiment, plan, folder, repeats=repeats, jobs=jobs)
     numbers = experiment.compute_metrics(plan, experience, arrays)
@@ -90,6 +92,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "config": experiment,
         "setup": describe_setup(experiment),
         "versions": list_versions(),
+        "commit": commit,
         "wall_s": time.perf_counter() - start,
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
@@ -101,7 +104,7 @@ def run_observers(
 ) -> tuple[Experience | None, Arrays]:
     """Runs the observers that a folder does not hold yet; arguments are those of ``run_experiment``.
 
-    Returns: Experience, None if there is none or if observers learn in different ways; and arrays of all observers.
+    Returns: Experience, None if they gain none or if they learn in different ways; and arrays of all observers.
     """
     parts = experiment.split()
     experience = None
@@ -121,14 +124,14 @@ def run_observers(
 
 
 def describe(experiment: Experiment, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """What an experiment reports: a protocol as its report says, others by their section file."""
+    """Renders the section of an experiment, from the protocol's report or from the section file."""
     if experiment.report is None:
         return render_section(experiment.section, numbers, facts)
     return render_report(experiment.report, numbers, facts)
 
 
 def describe_setup(experiment: Experiment) -> dict[str, Any]:
-    """What an experiment was run with, for the head of the report: arm, models, learners and changed settings."""
+    """Returns arm, models, learners and changed settings of an experiment, for the head of the report."""
     settings = experiment.settings
     folder = settings.arm.parent
     learners = getattr(experiment, "learners", (settings.learner,))
@@ -141,7 +144,7 @@ def describe_setup(experiment: Experiment) -> dict[str, Any]:
 
 
 def describe_faults(faults: Faults) -> str:
-    """Names the faults that were switched on; empty if none was."""
+    """Lists the faults that were switched on, in words; empty if there were none."""
     active = [
         f"{field.name} {getattr(faults, field.name)}"
         for field in fields(Faults)
@@ -156,14 +159,14 @@ def describe_faults(faults: Faults) -> str:
 
 
 def describe_few_observers(repeats: int) -> str:
-    """Warns of claims about few observers; empty if they are enough."""
+    """Returns a warning if claims rest on too few observers; else an empty text."""
     if repeats >= ENOUGH_OBSERVERS:
         return ""
     return f"Claims want about {ENOUGH_OBSERVERS} observers or more; these are of {repeats}."
 
 
 def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object]]:
-    """What is written, by name."""
+    """Lists the functions that write the outputs, by name."""
 
     def draw(name: str) -> None:
         save_figure(outputs.figures[name](), folder, name)
@@ -182,7 +185,7 @@ def _list_steps(outputs: Outputs, folder: Path) -> dict[str, Callable[[], object
 
 
 def _warn(name: str, numbers: Mapping[str, Any]) -> None:
-    """Says that samples were rejected, or that trials with honest objects were 5-sigma outliers; decoys come last."""
+    """Logs rejected samples, and 5-sigma outliers among the objects other than the decoy, which comes last."""
     rejected = numbers.get("samples_rejected_test", numbers.get("samples_rejected"))
     outliers = numbers.get("trials_outlier_test", numbers.get("trials_outlier"))
     if rejected is None or outliers is None or not hasattr(outliers, "__len__"):

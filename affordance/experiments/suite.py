@@ -1,4 +1,4 @@
-"""The experiments there are, and running some of them into one folder."""
+"""Catalogue of the experiments, and runs of several of them into one folder."""
 
 import importlib
 import logging
@@ -30,24 +30,24 @@ from affordance.vision.pixels.failed_frames import save_frame
 
 _LOG = logging.getLogger(__name__)
 
-# Those of `affordance run all`, in order; all but the last are protocols that come with the models.
+# Experiments of `affordance run all`, in order; all but the last are protocols that come with the models.
 EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
-# Observers that are simulated unless another number is asked for.
+# Number of simulated observers unless another is given.
 DEFAULT_REPEATS = 200
-# Modules with a function ``load``, by their names on the command line; no part of "all".
+# Modules with a function ``load``, by their names on the command line; not part of "all".
 STUDIES = {"robustness": "affordance.experiments.robustness.experiment"}
-# The study of vision, which is of "all".
+# Study of vision, which is part of "all".
 _VISION = "affordance.experiments.vision.experiment"
-# Tasks that an experiment needs; one that the import of an arm could not fit is not planned again.
+# Tasks that an experiment needs; if the import of an arm could not fit one, the experiment is not planned.
 _NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "path"), "hammer": ("objects", "blow")}
 
 
 class SuiteResult(NamedTuple):
-    """What became of the experiments that were asked for.
+    """Result of running several experiments.
 
     Attributes:
-        report: The report's path.
-        left_out: Why an experiment could not be done, by its name.
+        report: Path of the report.
+        left_out: Reasons for which experiments could not be done, by name.
     """
 
     report: Path
@@ -61,18 +61,18 @@ def load_experiment(
     settings: Settings = DEFAULT_SETTINGS,
     changes: Changes = NO_CHANGES,
 ) -> Experiment:
-    """Loads the study of vision, or a protocol by its name or path; imported here, as vision takes long.
+    """Loads the study of vision, or a protocol by its name or path; vision is imported only on demand, as it is slow.
 
     Args:
         name: Name of an experiment, or name or path of a protocol.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw.
-        settings: Settings that all simulations share; a protocol may change them.
-        changes: Settings by name, which come after those of the protocol.
+        settings: Settings of all simulations; a protocol may change them.
+        changes: Settings by name, applied after those of the protocol.
 
     Raises:
         BadValueError: A file or a setting is wrong, or the objects do not make the experiment.
-        ModelFileError: The arm cannot be loaded or is not fit.
+        ModelFileError: The arm cannot be loaded or is not usable.
     """
     name, models = str(check_path("name", name)), check_path("models", models)
     (seed,) = check_seed(check_kind("seed", seed, int))
@@ -100,30 +100,30 @@ def run_suite(
 ) -> SuiteResult:
     """Runs experiments and writes the report of all that the folder holds.
 
-    Of several experiments, those that cannot be done are left out: the log and the report name them.
+    If several experiments are run, those that cannot be done are left out and named in the log and the report.
 
     Args:
-        names: Names of EXPERIMENTS or STUDIES, or names or paths of protocols; one may stand alone.
+        names: Names of EXPERIMENTS or STUDIES, or names or paths of protocols; one may be given as a string.
         out: Folder for the results; each experiment has a subfolder of its name.
         models: Folder with arm, materials and tools.
         seed: Root of every random draw, at least 0.
-        repeats: Simulated observers, of robustness settings, at least 1.
-        jobs: Processes, at least 1; ignored with a cluster.
-        faults: Names of what is to be wrong, from faults.yaml of the models.
-        cluster: Address of a Dask scheduler that the repeats go to; None for processes of this machine.
-        changes: Settings that are not as they are by default, by name: ``{"learner": "kinds_map"}``.
+        repeats: Number of simulated observers, or of robustness settings, at least 1.
+        jobs: Number of processes, at least 1; ignored with a cluster.
+        faults: Names of the faults to switch on, from faults.yaml of the models.
+        cluster: Address of a Dask scheduler that runs the repeats; None for processes of this machine.
+        changes: Settings that differ from their defaults, by name: ``{"learner": "kinds_map"}``.
 
     Raises:
-        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not fit;
+        BadValueError: A file of the models is wrong, the folder cannot be written to, or the cluster is not usable;
             nothing was written.
-        ModelFileError: The arm cannot be loaded or is not fit; nothing was written.
-        SeeingError: A picture does not show what is needed; it was saved in OUT/frames.
-        AffordanceError: No experiment can be done; it says why the first of them cannot.
+        ModelFileError: The arm cannot be loaded or is not usable; nothing was written.
+        SeeingError: The features cannot be extracted from a picture; it was saved in OUT/frames.
+        AffordanceError: No experiment can be done; the message gives the reason for the first.
     """
     names = [names] if isinstance(names, str | Path) else list(names)
     out, models = check_path("out", out), check_path("models", models)
     repeats, jobs = check_whole("repeats", repeats, REPEATS), check_whole("jobs", jobs, JOBS)
-    check_folder(out)  # before plans are made, which takes minutes
+    check_folder(out)  # before planning, which takes minutes
     settings = Settings(arm=models / ARM.name)
     if faults:
         joint_names = load_arm(settings.arm).joint_names
@@ -153,7 +153,7 @@ def run_suite(
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
     for name in attempts.left_out:
-        remove_section(out / name)  # of another run, perhaps with other models
+        remove_section(out / name)  # from another run, perhaps with other models
     note_left_out(out, attempts.left_out, done=[experiment.name for experiment, _ in planned])
     compare_feature_sources(out)
     compare_tasks(out)
@@ -164,7 +164,7 @@ def _load_fitted(name: str, models: Path, seed: int, settings: Settings, changes
     """Loads an experiment unless the import of the arm has found that it cannot be done.
 
     Raises:
-        InfeasibleError: It has, or an object is too heavy.
+        InfeasibleError: The import found so, or an object is too heavy.
     """
     lacks = read_lacks(models)
     for need in _NEEDS.get(name, ()):
@@ -178,14 +178,14 @@ def _load_fitted(name: str, models: Path, seed: int, settings: Settings, changes
 
 
 class _Attempts:
-    """Keeps what goes wrong with some of several experiments, so that the others can be done.
+    """Collects the errors of some of several experiments, so that the others can be done.
 
     Attributes:
-        left_out: Why an experiment cannot be done, by its name.
+        left_out: Reasons for which experiments cannot be done, by name.
     """
 
     def __init__(self, number: int) -> None:
-        """Takes how many experiments there are."""
+        """Sets the number of experiments."""
         self.left_out: dict[str, str] = {}
         self._number = number
         self._first: AffordanceError | None = None
@@ -193,17 +193,17 @@ class _Attempts:
     def make[T](
         self, name: str, make: Callable[[], T], expected: type[AffordanceError] = AffordanceError
     ) -> tuple[T, ...]:
-        """Makes something of an experiment.
+        """Calls a function for an experiment, and leaves the experiment out if it fails.
 
         Args:
             name: Name of the experiment.
-            make: Makes it.
-            expected: Errors by which the experiment is left out; pictures that cannot be used are none of them.
+            make: Function to call.
+            expected: Type of errors that leave the experiment out; a SeeingError is always raised.
 
-        Returns: What was made; nothing if the experiment is left out.
+        Returns: Tuple of the function's result; empty if the experiment is left out.
 
         Raises:
-            AffordanceError: Another error, or the first one if it leaves no experiment.
+            AffordanceError: An unexpected error, or the first error if no experiment is left.
         """
         try:
             return (make(),)

@@ -1,6 +1,6 @@
-"""Both sources of features side by side: true features, and features from pictures.
+"""Comparison of both sources of features: true features, and features from pictures.
 
-Every run of an experiment keeps its numbers by the source of features; where a folder holds both, and they differ in
+Every run of an experiment saves its numbers by the source of features; where a folder holds both and they differ in
 nothing else, the report compares them.
 """
 
@@ -27,18 +27,18 @@ _LOG = logging.getLogger(__name__)
 
 NAME = "vision_comparison"
 _SECTION = Path(__file__).parent / "sections" / f"{NAME}.yaml"
-# Where the numbers from one source of features say what they share with those from the other.
+# Key of the conditions that the numbers from both sources must share.
 _SHARED = "shared"
 
 
 class Curve(NamedTuple):
-    """A number of an experiment that shows how fast is learned.
+    """Number of an experiment that shows the speed of learning.
 
     Attributes:
-        experiment: Its name.
-        key: Of metrics.json.
-        label: What it is, with its unit.
-        scale: From SI to that unit.
+        experiment: Name of the experiment.
+        key: Key of metrics.json.
+        label: Label of the number, with its unit.
+        scale: Factor from SI to that unit.
     """
 
     experiment: str
@@ -48,7 +48,7 @@ class Curve(NamedTuple):
 
     @property
     def is_judged(self) -> bool:
-        """Whether the report compares it with a bound."""
+        """True if the report compares the number with a bound."""
         return self.key in ("density_median", "p_correct")
 
 
@@ -62,11 +62,11 @@ CURVES = (
 
 
 class SavedRun(NamedTuple):
-    """What an experiment found with one source of features.
+    """Numbers of an experiment with one source of features.
 
     Attributes:
-        shared: What must be the same with both sources: faults, seed, repeats; models and program by their key.
-        values: Its curves, (K,) each.
+        shared: Conditions that must agree between the sources: faults, seed, repeats; models and program by hash key.
+        values: Curves of the experiment, (K,) each.
     """
 
     shared: dict[str, Any]
@@ -76,7 +76,7 @@ class SavedRun(NamedTuple):
 def save_vision_metrics(
     folder: Path, numbers: Mapping[str, Any], settings: Settings, *, seed: int, repeats: int
 ) -> None:
-    """Keeps the numbers of an experiment that is compared beside its metrics, by the source of features."""
+    """Saves the numbers of a compared experiment next to its metrics, by the source of features."""
     if folder.name not in {curve.experiment for curve in CURVES}:
         return
     models = compute_key("", settings.arm.parent)
@@ -85,7 +85,7 @@ def save_vision_metrics(
 
 
 def compare_feature_sources(out: Path) -> None:
-    """Writes the section that compares both sources, of those experiments that a folder holds in both."""
+    """Writes the section that compares both sources, for the experiments that a folder holds with both."""
     found: dict[Curve, dict[str, Array]] = {}
     for name, curves in itertools.groupby(CURVES, lambda curve: curve.experiment):
         found.update(_read_both(out / name, list(curves)))
@@ -102,14 +102,14 @@ def compare_feature_sources(out: Path) -> None:
 
 
 def _find_difference(curve: Curve, both: Mapping[str, Array]) -> float:
-    """Largest difference between both sources, of the last true value or, for proportions, of one."""
+    """Computes the largest difference between both sources, relative to the last true value unless a proportion."""
     told, seen = both[FeatureSource.FEATURES.value], both[FeatureSource.PIXELS.value]
     unit = 1.0 if curve.key == "p_correct" else float(told[-1])
     return float(np.abs(seen - told).max() / unit)
 
 
 def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, Array]]:
-    """Curves of an experiment from both sources; none if one is missing, or if they differ in more than that."""
+    """Reads the curves of an experiment from both sources; empty if one is missing or other conditions differ."""
     kept = {
         feature_source.value: _read_mode(folder / f"numbers_{feature_source.value}.json", curves)
         for feature_source in FeatureSource
@@ -127,7 +127,7 @@ def _read_both(folder: Path, curves: Sequence[Curve]) -> dict[Curve, dict[str, A
 
 
 def _read_mode(path: Path, curves: Sequence[Curve]) -> SavedRun | None:
-    """Reads what was kept; None if nothing was. A file that is no such thing is quarantined."""
+    """Reads saved numbers; None if there are none. A damaged file is quarantined."""
     try:
         numbers = json.loads(path.read_text(encoding="utf-8"))
         shared = {name: numbers[_SHARED][name] for name in ("faults", "seed", "repeats", "models")}

@@ -1,8 +1,8 @@
-"""Within a trial of Simulation I: the posterior as it narrows, and an arm that uses it before the trial is over.
+"""Narrowing of the posterior within a trial of Simulation I, and an arm that already uses it during the trial.
 
-One observer who knows nothing holds the first object. The paper's noise, one percept a trial, is shown beside the
-engineer's, an error of its own in every sample; and the paper's control, which believes the visual prior for the
-whole trial, beside one that uses the posterior as it grows.
+One observer without experience holds the first object. The paper's noise, one measurement per trial, is compared with
+the engineer's, an independent error in every sample; and the paper's control, which uses the visual prior for the
+whole trial, with control by the posterior as it narrows.
 """
 
 from collections.abc import Callable, Mapping
@@ -28,18 +28,18 @@ from affordance.simulation.trial import get_runner
 from affordance.simulation.trial_record import TrialRecord
 
 QUARTILES = (0.25, 0.5, 0.75)
-# One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].
+# One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
 WHITE = WhiteNoise(0.7)
 ONE_PERCEPT, EVERY_SAMPLE = "one percept a trial", "an error of its own in every sample"
 BY_PRIOR, BY_POSTERIOR = "the visual prior, as in the paper", "the posterior as it grows"
 
 
 class WithinTrial(NamedTuple):
-    """What happened within trials with one object.
+    """Trials with one object under two noise models and two controls.
 
     Attributes:
-        growth: How the belief about its density grew, by noise.
-        records: The trials, by what control believes.
+        growth: Posterior density over time, by noise.
+        records: Records of the trials, by the belief that control uses.
     """
 
     growth: Mapping[str, Growth]
@@ -47,10 +47,10 @@ class WithinTrial(NamedTuple):
 
 
 class WithinTrialStudy:
-    """Trials of one observer, run when they are first asked for."""
+    """Trials of one observer, run on first use."""
 
     def __init__(self, settings: Settings, tool: Tool, *, duration: float, seed: tuple[int, ...]) -> None:
-        """Takes settings, an object of one material, and duration, [s], and seed of every trial."""
+        """Sets settings, an object of one material, and the duration, [s], and seed of every trial."""
         self._settings = replace(settings, posterior_log_period=settings.sample_period)
         self._tool, self._duration, self._seed = tool, duration, seed
         self.run = cache(self._run)
@@ -67,7 +67,7 @@ class WithinTrialStudy:
         return WithinTrial(growth, records)
 
     def summarise(self) -> dict[str, Any]:
-        """The numbers of within_trial.json: standard deviations of the density and their theory, and heights."""
+        """Returns the numbers of within_trial.json: standard deviations of the density, their theory, and heights."""
         found = self.run()
         return {
             "posterior_sd": {name: growth.sd for name, growth in found.growth.items()},
@@ -77,11 +77,11 @@ class WithinTrialStudy:
         }
 
     def draw_growth(self) -> Figure:
-        """The posterior as it narrows."""
+        """Draws the posterior density as it narrows."""
         return draw_growth(self.run().growth, density_true=self._density, name=self._tool.name)
 
     def draw_sinking(self) -> Figure:
-        """The arm as it sinks and comes back."""
+        """Draws the arm's height as it sinks and recovers."""
         return draw_sinking(
             {name: self._follow(record, name) for name, record in self.run().records.items()},
             density_true=self._density,
@@ -102,20 +102,20 @@ class WithinTrialStudy:
         return Sinking(record.times, record.height_centre, times, used)
 
     def _measure_growth(self, record: TrialRecord, noise: NoiseModel) -> Growth:
-        """How the belief about the density of the object's material, the only one known of, grew."""
+        """Measures the posterior over time of the density of the object's material, the only one known."""
         times = np.array([entry.time for entry in record.posteriors])
         densities = [entry.belief.densities for entry in record.posteriors]
         sd = np.sqrt([belief.covariance[0, 0] for belief in densities])
         quartiles = np.array([belief.compute_percentiles(QUARTILES)[:, 0] for belief in densities])
-        # An entry has not heard of the sample of its own time; the last entry has.
+        # An entry conditions on the samples before its time; the last entry conditions on all.
         counts = np.append(np.arange(len(times) - 1) - 1, len(times) - 2).clip(0)
         return Growth(times, quartiles, sd, self._predict_sd(sd[0], noise, record.q[-1], counts))
 
     def _predict_sd(self, sd_before: float, noise: NoiseModel, q: Array, counts: Array) -> Array:
-        """Standard deviation after counts of samples that an arm at rest at q has taken, (N,), [kg/m^3].
+        """Computes the standard deviation after counts of samples by an arm at rest at q, (N,), [kg/m^3].
 
-        With h the torques that a unit of density adds, a sample whose error has the standard deviation s_j at joint j
-        says sum_j (h_j / s_j)^2 of precision. Samples of one percept say that once, independent ones every time.
+        With h the torques added per unit of density, a sample whose error has standard deviation s_j at joint j adds
+        the precision sum_j (h_j / s_j)^2. The paper's samples add it once per trial, independent ones every time.
         """
         hold = StaticHold(load_arm(self._settings.arm), q)
         load = hold.Y @ self._tool.parameters
@@ -129,7 +129,7 @@ class WithinTrialStudy:
 def draw_within_trial(
     entries: Mapping[str, FigureEntry], study: WithinTrialStudy
 ) -> tuple[dict[str, Callable[[], Figure]], dict[str, Callable[[Path], None]]]:
-    """What draws the figures of a protocol that show what happens within a trial, and what writes their numbers."""
+    """Returns the functions that draw a protocol's figures within a trial, and those that write their numbers."""
     draw = {"belief within a trial": study.draw_growth, "sinking": study.draw_sinking}
     figures = {name: draw[entry.draw] for name, entry in entries.items() if entry.draw in draw}
 

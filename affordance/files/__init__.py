@@ -1,1 +1,1 @@
-"""Files: where the models are, reading YAML, writing whole files."""
+"""File access: location of the models, readers with bounds on size, and atomic writing."""

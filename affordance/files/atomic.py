@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic writing of files: a file appears complete or not at all."""
 
 import json
 import logging
@@ -16,14 +16,14 @@ _TEMPORARY = ".writing."
 
 
 def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
-    """Lets a function write a temporary file, which then takes its place in one step.
+    """Lets a function write a temporary file, which then replaces the target in one step.
 
     Args:
-        path: Where the file is to appear; its folder is made if need be.
-        write: Writes the file at the path it is given, which has the same suffix.
+        path: Path of the target; its folder is created if necessary.
+        write: Function that writes the file at the given path, which has the same suffix.
 
     Raises:
-        OSError: The file cannot be written; names it, and not the temporary one.
+        OSError: The file cannot be written; names the target instead of the temporary file.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f"{_TEMPORARY}{os.getpid()}.{path.name}")
@@ -35,22 +35,22 @@ def write_atomic(path: Path, write: Callable[[Path], object]) -> None:
             raise
         raise OSError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        with suppress(OSError):  # of a folder that may not be written to; what went wrong is said already
+        with suppress(OSError):  # for a read-only folder; the error is reported already
             temporary.unlink(missing_ok=True)
 
 
 def write_text(path: Path, text: str) -> None:
-    """Writes a text file whole."""
+    """Writes a text file atomically."""
     write_atomic(path, lambda temporary: temporary.write_text(text, encoding="utf-8"))
 
 
 def write_json(path: Path, content: Mapping[str, Any]) -> None:
-    """Writes a JSON file whole; numbers keep all their digits."""
+    """Writes a JSON file atomically; numbers keep all their digits."""
     write_text(path, json.dumps(to_plain(content), indent=2, allow_nan=False) + "\n")
 
 
 def to_plain(value: Any) -> Any:
-    """Converts configurations and arrays to what JSON knows, but for fields of dataclasses marked ``reports``."""
+    """Converts configurations and arrays to JSON types, without dataclass fields marked ``reports``."""
     if is_dataclass(value) and not isinstance(value, type):
         kept = (each.name for each in fields(value) if not each.metadata.get("reports"))
         return {name: to_plain(getattr(value, name)) for name in kept}
@@ -78,7 +78,7 @@ def remove_leftovers(folder: Path) -> None:
 
 
 def quarantine(path: Path, problem: str) -> None:
-    """Renames a file that is not to be trusted, and says so."""
+    """Renames a corrupt or foreign file, and logs a warning."""
     aside = path.with_suffix(".broken")
     path.replace(aside)
     _LOG.warning("%s %s; set aside as %s", path, " ".join(problem.split()), aside.name)

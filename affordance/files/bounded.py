@@ -1,7 +1,7 @@
-"""Reading files of others whole, but none that is larger than its kind ever needs to be.
+"""Reading of external files with a bound on their size, which depends on the kind of file.
 
-Sizes are looked at before anything is read, so that a file of any size costs nothing. Each bound is a generous
-multiple of what such files have, and small enough that reading one takes some minutes and some gigabytes at most.
+Sizes are checked before reading, so that an oversized file costs nothing. Each bound is a generous multiple of the
+usual size, and small enough that reading a file takes some minutes and some gigabytes at most.
 """
 
 import json
@@ -12,23 +12,23 @@ from typing import Any
 from affordance.exceptions import BadValueError
 
 _MB = 1_000_000
-# Protocols, tools, materials and other settings in YAML, and tables of people: of ours the largest has 8 kB.
+# Protocols, tools, materials and other settings in YAML, and tables of human data: the largest of our own has 8 kB.
 SETTINGS = 1 * _MB
-# Descriptions of robots in XML, whose meshes are files of their own: a link takes some kB.
+# Descriptions of robots in XML, with meshes in separate files: a link takes some kB.
 ROBOT = 10 * _MB
 # Meshes: a scanner's 2 million triangles in binary STL have 100 MB.
 MESH = 200 * _MB
 # Recordings: 15 minutes of seven joints at 1 kHz as text have 200 MB.
 RECORDING = 200 * _MB
-# What a program of ours wrote: memories, sections, metrics, summaries.
+# Results of our own programs: memories, sections, metrics, summaries.
 RESULTS = 100 * _MB
 
 
 def read_bytes(path: Path, most: int) -> bytes:
-    """Reads a file of at most so many bytes.
+    """Reads a file of at most ``most`` bytes.
 
     Raises:
-        BadValueError: It cannot be read, is no file, or is larger.
+        BadValueError: The file cannot be read, is not a regular file, or is larger.
     """
     try:
         check_size(path, most)
@@ -36,16 +36,16 @@ def read_bytes(path: Path, most: int) -> bytes:
             content = file.read(most + 1)
     except OSError as error:
         raise BadValueError(path, "", f"cannot be read: {error.strerror}") from error
-    if len(content) > most:  # it grew, or its system does not know its size
+    if len(content) > most:  # it grew, or its file system does not report its size
         raise _complain(path, len(content), most)
     return content
 
 
 def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
-    """Reads a text of at most so many bytes; ends of lines are newlines, whichever it has.
+    """Reads a text of at most ``most`` bytes; line ends become newlines.
 
     Raises:
-        BadValueError: It cannot be read, is no file, is larger, or is no text in UTF-8.
+        BadValueError: The file cannot be read, is not a regular file, is larger, or is not text in the encoding.
     """
     try:
         text = read_bytes(path, most).decode(encoding)
@@ -55,10 +55,10 @@ def read_text(path: Path, most: int, encoding: str = "utf-8") -> str:
 
 
 def read_json(path: Path, most: int = RESULTS) -> Any:
-    """Reads a JSON file of at most so many bytes.
+    """Reads a JSON file of at most ``most`` bytes.
 
     Raises:
-        BadValueError: It cannot be read, is larger, or is not JSON.
+        BadValueError: The file cannot be read, is larger, or is not JSON.
     """
     try:
         return json.loads(read_text(path, most))
@@ -67,10 +67,10 @@ def read_json(path: Path, most: int = RESULTS) -> Any:
 
 
 def check_size(path: Path, most: int) -> None:
-    """Refuses a path that is no regular file of at most so many bytes; what waits for a writer would never end.
+    """Rejects devices, pipes and sockets, whose reading might never end, and files of more than ``most`` bytes.
 
     Raises:
-        BadValueError: It cannot be looked at, is a device, a pipe or a socket, or is larger.
+        BadValueError: The path is inaccessible, is a device, a pipe or a socket, or the file is larger.
     """
     try:
         found = path.stat()

@@ -1,4 +1,4 @@
-"""Tables of comma-separated values that users write: read with one line for every mistake."""
+"""Reader of users' tables of comma-separated values, with a one-line error for every mistake."""
 
 import csv
 import math
@@ -10,10 +10,10 @@ from affordance.files.bounded import SETTINGS, read_text
 
 
 def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
-    """Reads the rows of a table of at most so many bytes, that of the columns' names first.
+    """Reads the rows of a table of at most ``most`` bytes, starting with the row of column names.
 
     Raises:
-        BadValueError: The file cannot be read, is larger, or is no such table.
+        BadValueError: The file cannot be read, is larger, or is not such a table.
     """
     try:
         return list(csv.reader(StringIO(read_text(path, most)), strict=True))
@@ -22,10 +22,10 @@ def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
 
 
 def read_number(path: Path, row: int, column: str, text: str) -> float:
-    """Reads a cell.
+    """Parses a cell as a finite number.
 
     Raises:
-        BadValueError: It is not a finite number.
+        BadValueError: The cell is not a finite number.
     """
     try:
         value = float(text)

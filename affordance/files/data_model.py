@@ -1,7 +1,7 @@
-"""Files as pydantic models: what a key may hold stands beside its name, and every mistake ends in one line.
+"""Files as pydantic models: each key is declared with its bounds, and every mistake gives a one-line error.
 
-A model says which keys a mapping has and what each of them holds; ``load_model`` reads a file into it. The first
-mistake becomes a BadValueError that names file, key, value and bound, and the nearest name that fits.
+A model declares the keys of a mapping and their values; ``load_model`` reads a file into it. The first mistake
+becomes a BadValueError that names file, key, value and bound, and the nearest valid name.
 """
 
 import difflib
@@ -21,43 +21,43 @@ from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError, core_sc
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.yaml_reader import read_yaml, show_value
 
-# Kind of the errors that our own checks raise; their message is what is said of the value.
+# Type of the errors that our own checks raise, with their problem as message.
 _OURS = "ours"
 
 
 class DataModel(BaseModel):
-    """A mapping of a file: its keys are those of the class, and no others."""
+    """Mapping in a file, with the keys of the class and no others."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
 
 
 def complain(problem: str, at: str = "") -> PydanticCustomError:
-    """The error for a value that a check refuses.
+    """Builds the error for a value that a check rejects.
 
     Args:
-        problem: What it is and must be, as ``is 3, must be at most 2``.
-        at: Where below the value that was checked, as ``[1]`` or ``duration``; empty for the value itself.
+        problem: Value and bound, as ``is 3, must be at most 2``.
+        at: Place below the value that was checked, as ``[1]`` or ``duration``; empty for the value itself.
     """
     return PydanticCustomError(_OURS, "{problem}", {"problem": problem, "at": at})
 
 
 @dataclass(frozen=True)
 class Within:
-    """Says of a number that it is finite and from ``low`` to ``high``."""
+    """Constraint on a number: finite, and from ``low`` to ``high``."""
 
     low: float = -math.inf
     high: float = math.inf
 
     def check(self, value: Any, at: str = "") -> float:
-        """Returns the number.
+        """Returns the number if it is valid.
 
         Raises:
-            PydanticCustomError: It is none, or out of bounds.
+            PydanticCustomError: The value is not a number, or is out of bounds.
         """
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise complain(f"is {show_value(value)}, must be a number", at)
-        if not self.low <= value <= self.high:  # before float(), which a whole number of 400 digits would overflow
-            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # whole ones in full
+        if not self.low <= value <= self.high:  # before float(), which an integer of 400 digits would overflow
+            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # integers in full
             bounds = f"from {low} to {high}" if math.isfinite(self.high) else f"at least {low}"
             bounds = bounds if math.isfinite(self.low) else "finite"
             raise complain(f"is {show_value(value)}, must be {bounds}", at)
@@ -70,24 +70,24 @@ class Within:
         return number
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A number and nothing else: neither texts nor truth values are taken for one."""
+        """Builds a validator of numbers; neither texts nor booleans are accepted."""
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of a number, for editors."""
         bounds = {"minimum": self.low, "maximum": self.high}
         return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
 
 
 @dataclass(frozen=True)
 class Whole(Within):
-    """Says of a number that it is a whole one."""
+    """Constraint on a number: whole, and from ``low`` to ``high``."""
 
     def check(self, value: Any, at: str = "") -> int:
-        """Returns the number.
+        """Returns the number if it is valid.
 
         Raises:
-            PydanticCustomError: It is none, not whole, or out of bounds.
+            PydanticCustomError: The value is not a whole number, or is out of bounds.
         """
         number = super().check(value, at)
         if not number.is_integer():
@@ -95,48 +95,48 @@ class Whole(Within):
         return int(number)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of a whole number, for editors."""
         return super().__get_pydantic_json_schema__(schema, handler) | {"type": "integer"}
 
 
 @dataclass(frozen=True)
 class Vector:
-    """Says of a list that it has ``size`` numbers, each within bounds."""
+    """Constraint on a list: ``size`` numbers, each within bounds."""
 
     size: int
     each: Within
 
     def check(self, value: Any, at: str = "") -> tuple[float, ...]:
-        """Returns the numbers.
+        """Returns the numbers if they are valid.
 
         Raises:
-            PydanticCustomError: It is no such list, or a number is out of bounds.
+            PydanticCustomError: The value is not such a list, or a number is out of bounds.
         """
         if not isinstance(value, list) or len(value) != self.size:
             raise complain(f"is {show_value(value)}, must be a list of {self.size} numbers", at)
         return tuple(self.each.check(entry, f"{at}[{i}]") for i, entry in enumerate(value))
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A list of numbers and nothing else."""
+        """Builds a validator of lists of numbers."""
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of a list of numbers, for editors."""
         entry = self.each.__get_pydantic_json_schema__(schema, handler)
         return {"type": "array", "items": entry, "minItems": self.size, "maxItems": self.size}
 
 
 @dataclass(frozen=True)
 class Text:
-    """Says of a text that it is not empty, and not longer than texts are."""
+    """Constraint on a text: not empty, and at most ``longest`` characters."""
 
     longest: int = 20_000
 
     def check(self, value: Any) -> str:
-        """Returns the text.
+        """Returns the text if it is valid.
 
         Raises:
-            PydanticCustomError: It is none, or empty.
+            PydanticCustomError: The value is not a text, is empty, or is too long.
         """
         if not isinstance(value, str) or not value.strip():
             raise complain(f"is {show_value(value)}, must be a non-empty text")
@@ -145,25 +145,25 @@ class Text:
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A text and nothing else."""
+        """Builds a validator of texts."""
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of a text, for editors."""
         return {"type": "string", "minLength": 1, "maxLength": self.longest}
 
 
 @dataclass(frozen=True)
 class OneOf:
-    """Says of a text that it is the value of a member of an Enum."""
+    """Constraint on a text: the value of a member of an Enum."""
 
     kind: type[enum.Enum]
 
     def check(self, value: Any) -> enum.Enum:
-        """Returns the member.
+        """Returns the member with that value.
 
         Raises:
-            PydanticCustomError: There is none of that value.
+            PydanticCustomError: No member has that value.
         """
         known = {str(member.value): member for member in self.kind}
         if isinstance(value, self.kind):
@@ -173,11 +173,11 @@ class OneOf:
         return known[value]
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """A text and nothing else."""
+        """Builds a validator of values of the Enum."""
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of the Enum, for editors."""
         return {"enum": [member.value for member in self.kind]}
 
 
@@ -185,12 +185,12 @@ def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, A
     """Reads a file into a model.
 
     Args:
-        path: The file.
-        model: What it must hold.
-        context: What its checks need to know besides.
+        path: Path of the file.
+        model: Model of its content.
+        context: Further data that its checks need.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message says which and how.
     """
     return check_content(path, "", read_yaml(path), model, context)
 
@@ -198,7 +198,7 @@ def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, A
 def check_content[M: BaseModel](
     path: Path, key: str, content: Any, model: type[M], context: Mapping[str, Any] | None = None
 ) -> M:
-    """Reads what stands at a key of a file into a model; see ``load_model``."""
+    """Reads the content at a key of a file into a model; see ``load_model``."""
     try:
         return model.model_validate(content, context=dict(context or {}))
     except ValidationError as error:
@@ -206,7 +206,7 @@ def check_content[M: BaseModel](
 
 
 def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error: ValidationError) -> BadValueError:
-    """Turns the first mistake that pydantic found into ours."""
+    """Converts pydantic's first error to a BadValueError."""
     first, *_ = found = error.errors(include_url=False)
     place = list(first["loc"])
     at, problem = "", ""
@@ -214,7 +214,7 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
         at, problem = first["ctx"]["at"], first["ctx"]["problem"]
         if place[-1:] == ["[key]"]:
             place, problem = place[:-2], f"has a name that {problem}"
-    elif place[-1:] == ["[key]"]:  # a key of a mapping whose names are free to choose
+    elif place[-1:] == ["[key]"]:  # a key of a mapping with arbitrary names
         problem = f"the key {show_value(place[-2])} must be a text"
         place = place[:-2]
     elif first["type"] == "missing":
@@ -230,7 +230,7 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
 
 
 def join_key(parts: Sequence[int | str]) -> str:
-    """Writes where something stands as ``tools[2].components``."""
+    """Formats a place in a file as ``tools[2].components``."""
     text = ""
     for part in parts:
         if isinstance(part, int):
@@ -241,7 +241,7 @@ def join_key(parts: Sequence[int | str]) -> str:
 
 
 def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
-    """The keys that a mapping at a place of a model may have."""
+    """Lists the keys that a mapping at a place of a model may have."""
     annotation: Any = model
     for part in place:
         annotation = _strip(annotation)
@@ -253,14 +253,14 @@ def list_keys(model: type[BaseModel], place: Sequence[int | str]) -> list[str]:
             annotation = next(
                 field.annotation for name, field in annotation.model_fields.items() if part in (name, field.alias)
             )
-        else:  # of a list or of a mapping of names
+        else:  # entries of a list or of a mapping of names
             annotation = next(each for each in typing.get_args(annotation)[::-1] if each is not Ellipsis)
     annotation = _strip(annotation)
     return [field.alias or name for name, field in annotation.model_fields.items()]
 
 
 def _strip(annotation: Any) -> Any:
-    """Takes what is optional or annotated for what it is."""
+    """Removes Optional and Annotated from an annotation."""
     while True:
         origin = typing.get_origin(annotation)
         if origin is typing.Annotated:
@@ -272,7 +272,7 @@ def _strip(annotation: Any) -> Any:
 
 
 def _suggest(place: Sequence[int | str], found: Sequence[ErrorDetails]) -> str:
-    """Names the unknown key that may have been meant by one that is missing."""
+    """Suggests an unknown key that may be a misspelling of a missing one."""
     others = [str(each["loc"][-1]) for each in found if each["type"] == "extra_forbidden"]
     near = difflib.get_close_matches(str(place[-1]), others, n=1)
     return f"; is {near[0]!r} misspelt?" if near else ""
@@ -285,7 +285,7 @@ def _describe_unknown(name: str, known: Sequence[str]) -> str:
 
 
 def _describe_bound(error: ErrorDetails) -> str:
-    """Says what a value must be, in the words of our own checks."""
+    """Describes the bound of a value in the words of our own checks."""
     kind, context = error["type"], error.get("ctx", {})
     bounds = {
         "model_type": "must be a mapping of keys to values",

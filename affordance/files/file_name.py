@@ -1,4 +1,4 @@
-"""Names in files that become names of files: they stay in the folder that the program chose, on every system."""
+"""File names given in files: restricted so that they stay in the folder that the program chose, on every system."""
 
 import re
 from dataclasses import dataclass
@@ -11,21 +11,21 @@ from pydantic_core import CoreSchema
 from affordance.files.data_model import Text, complain
 from affordance.files.yaml_reader import show_value
 
-# Names of files: portable ones of POSIX (3.282, Portable Filename Character Set), short enough to get a suffix.
+# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough to get a suffix.
 _FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")
-# Names that are devices on Windows, whatever their suffix (Naming Files, Paths, and Namespaces, Microsoft).
+# Names that are devices on Windows, with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
 _RESERVED = {"con", "prn", "aux", "nul", *(f"{kind}{digit}" for kind in ("com", "lpt") for digit in range(10))}
 
 
 @dataclass(frozen=True)
 class FileName(Text):
-    """Says of a text that it names a file in a folder that the program chooses, on every system."""
+    """Constraint on a text: the name of a file in a folder that the program chooses, on every system."""
 
     def check(self, value: Any) -> str:
-        """Returns the name.
+        """Returns the name if it is valid.
 
         Raises:
-            PydanticCustomError: It is none, leads elsewhere, or is reserved by a system.
+            PydanticCustomError: The value is not a text, points elsewhere, or is reserved by a system.
         """
         text = super().check(value)
         if not _FILE_NAME.fullmatch(text) or text.split(".")[0].lower() in _RESERVED:
@@ -36,5 +36,5 @@ class FileName(Text):
         return text
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Builds the JSON schema of a file name, for editors."""
         return {"type": "string", "pattern": f"^{_FILE_NAME.pattern}$"}

@@ -1,8 +1,8 @@
-"""Reading triangles and their colours from OBJ, PLY and STL files, in the units and the order of the file.
+"""Reader of triangles and their colours from OBJ, PLY and STL files, in the units and the order of the file.
 
-trimesh reads them. What a file can make it do beyond that is looked at before: sizes that its head promises and it
-does not hold, pieces without number, entities and repeated nodes of Collada. Files it names are opened in its own
-folder only.
+trimesh parses the files. Content that could make it exceed its resources is checked before: sizes in the header
+beyond those of the file, numbers of pieces, and entities and repeated nodes of Collada. Referenced files are opened
+only in the file's own folder or below.
 """
 
 import re
@@ -21,11 +21,11 @@ from affordance.exceptions import BadValueError
 from affordance.files.bounded import MESH, check_size, read_bytes
 from affordance.files.xml_file import check_xml
 
-# Formats that hold triangles and nothing that moves, scales or smooths them.
+# Formats with triangles only, without motion, scaling or smoothing.
 FORMATS = (".obj", ".ply", ".stl")
-# And one more, which robots' visual meshes are in.
+# Additional format, of robots' visual meshes.
 COLLADA = ".dae"
-# Pieces of an OBJ file, each a mesh of its own, and elements of a Collada file, counted as often as they are named.
+# Most pieces of an OBJ file, each a separate mesh, and most elements of a Collada file, counted with repetitions.
 _MOST_PIECES = 10_000
 _MOST_REPEATED = 400_000
 _PLY_COUNT = re.compile(rb"^element[ \t]+\S+[ \t]+(\d+)", re.MULTILINE)
@@ -33,13 +33,13 @@ _OBJ_PIECE = re.compile(rb"^(?:o|g|usemtl)[ \t]", re.MULTILINE)
 
 
 class Triangles(NamedTuple):
-    """What a mesh file holds.
+    """Triangles of a mesh file.
 
     Attributes:
-        vertices: Shape (n, 3), in the units of the file.
-        faces: Three corners a face, shape (m, 3).
-        colours: Red, green and blue of each face in [0, 1], shape (m, 3); NaN where the file gives none, or an image
-            (a texture), which is not read.
+        vertices: Corners, shape (n, 3), in the units of the file.
+        faces: Three corners per face, shape (m, 3).
+        colours: Red, green and blue of each face in [0, 1], shape (m, 3); NaN where the file gives none, or a texture
+            image, which is not read.
     """
 
     vertices: Array
@@ -51,7 +51,7 @@ def read_triangles(path: Path) -> Triangles:
     """Reads a mesh file.
 
     Raises:
-        BadValueError: The file cannot be read, is of another format, or holds no triangle or no finite corner.
+        BadValueError: The file cannot be read, has another format, no triangles, or corners that are not finite.
     """
     if path.suffix.lower() not in FORMATS:
         problem = f"is a {path.suffix or 'file without suffix'}, must be one of {', '.join(FORMATS)}"
@@ -64,11 +64,11 @@ def read_triangles(path: Path) -> Triangles:
             loaded = load_scene(path, process=False, maintain_order=True, group_material=False)
         geometries = [each for each in loaded.geometry.values() if hasattr(each, "faces")]
         if path.suffix.lower() == ".obj":
-            geometries.reverse()  # it reads the last piece of the file first (trimesh 5.2)
+            geometries.reverse()  # trimesh 5.2 lists the last piece first
         parts = [_take(geometry) for geometry in geometries]
     except BadValueError:
         raise
-    except Exception as error:  # the library raises whatever a spoilt file makes its parsers stumble over
+    except Exception as error:  # parsers raise all kinds of errors on corrupt files
         raise BadValueError(path, "", f"is no readable {path.suffix[1:].upper()} file: {error}") from error
     parts = [part for part in parts if len(part.faces)]
     if not parts:
@@ -83,24 +83,24 @@ def read_triangles(path: Path) -> Triangles:
 
 
 def load_scene(path: Path, **options: Any) -> Any:
-    """Loads a mesh file by trimesh, as a Scene.
+    """Loads a mesh file with trimesh, as a Scene.
 
     Args:
-        path: The file, in one of FORMATS or COLLADA.
+        path: Path of the file, in one of FORMATS or COLLADA.
         options: Options of trimesh.load_scene.
 
     Raises:
-        BadValueError: It cannot be read, is too large, or promises more than it holds.
-        Exception: trimesh cannot make sense of it.
+        BadValueError: The file cannot be read, is too large, or would expand to more than its size.
+        Exception: trimesh cannot parse the file.
     """
     content = read_bytes(path, MESH)
     suffix = path.suffix.lower()
     _check_promises(path, content, suffix)
-    import trimesh  # here, because it takes most of a second and few runs read a mesh
+    import trimesh  # imported here: it takes most of a second, and few runs need it
     from trimesh.resolvers import FilePathResolver
 
     class Beside(FilePathResolver):
-        """Opens what a mesh names: files in its folder or below, of bearable size."""
+        """Resolver of files that a mesh names, restricted to its folder and below, and to a bounded size."""
 
         def get(self, name: str) -> Any:
             try:
@@ -113,10 +113,10 @@ def load_scene(path: Path, **options: Any) -> Any:
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:
-    """Refuses a mesh whose reading would take more than its size.
+    """Rejects a mesh whose reading would take more resources than its size suggests.
 
     Raises:
-        BadValueError: It is one.
+        BadValueError: The mesh announces or repeats too many elements, or is not XML.
     """
     if suffix == ".ply":
         head = content.partition(b"end_header")[0]
@@ -136,7 +136,7 @@ def _check_promises(path: Path, content: bytes, suffix: str) -> None:
 
 
 def _check_nodes(path: Path, root: Element) -> None:
-    """Refuses Collada whose nodes stand for too many, each counted as often as others name it, or for themselves."""
+    """Rejects Collada with too many nodes, counted as often as they are referenced, or with recursive ones."""
     nodes = {element.get("id"): element for element in root.iter() if element.tag.endswith("}node")}
     sizes: dict[str, int] = {}
 

@@ -1,4 +1,4 @@
-"""Files of a folder of models that the program reads: those that numbers depend on, and no stray ones beside them."""
+"""Files of a folder of models that the program reads and that results depend on, without unrelated ones."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -6,13 +6,13 @@ from pathlib import Path
 
 from affordance.files.bounded import MESH, read_bytes
 
-# Files and folders of a folder of models, but for protocols and people's values: what of them decides stands in the
+# Files and folders of a folder of models, except protocols and human data, whose relevant values are in the
 # configuration of an experiment.
 _ARM = "arm.dmd.yaml"
 _FILES = ("materials.yaml", "faults.yaml", "nail.yaml")
 _FOLDERS = ("tools", "paths", "workshop")
 _PACKAGE = "package.xml"
-# Files that name others: package://NAME/FILE in descriptions of robots, and in materials and tools of their meshes.
+# Files that reference others: package://NAME/FILE in descriptions of robots, and in materials and tools of meshes.
 _DESCRIPTIONS = (".yaml", ".yml", ".sdf", ".urdf", ".xml")
 _URI = re.compile(r"package://[^/\s\"'<>]+/([^\s\"'<>?#]+)")
 _RELATIVE = re.compile(r"(?:<uri>|filename=[\"'])\s*(?!\w+://)([^<\"'\s]+)")
@@ -21,7 +21,7 @@ _LIBRARY = re.compile(r"^\s*(?:mtllib|map_\w+)\s+(\S+)\s*$", re.MULTILINE)
 
 
 def list_arm_files(directives: Path) -> tuple[Path, ...]:
-    """The files of an arm: its directives, the package, and what they name, and these in turn; sorted."""
+    """Lists the files of an arm: directives, package, and everything that they reference, recursively; sorted."""
     package = directives.parent / _PACKAGE
     found: dict[Path, None] = {}
     waiting = [directives, package]
@@ -35,7 +35,7 @@ def list_arm_files(directives: Path) -> tuple[Path, ...]:
 
 
 def list_model_files(folder: Path) -> tuple[Path, ...]:
-    """The files of a folder of models that anything reads, meshes of tools included; sorted."""
+    """Lists the files of a folder of models that the program reads, meshes of tools included; sorted."""
     tasks = [folder / name for name in _FILES]
     tasks += [path for name in _FOLDERS for path in (folder / name).glob("*.yaml")]
     there = [path for path in tasks if path.is_file()]
@@ -44,7 +44,7 @@ def list_model_files(folder: Path) -> tuple[Path, ...]:
 
 
 def _list_named(path: Path, package: Path) -> Iterable[Path]:
-    """Files that a file names, of its package or beside it."""
+    """Lists the files that a file references, in its package or relative to its own folder."""
     if path.suffix in _DESCRIPTIONS:
         text = _read(path)
         return [

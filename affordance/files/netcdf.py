@@ -14,13 +14,13 @@ from affordance.files.atomic import write_atomic
 
 
 class LabelledArray(NamedTuple):
-    """An array with its meaning.
+    """Array with its dimensions, units and meaning.
 
     Attributes:
         dimensions: Name of each axis.
-        values: The numbers; booleans and integers are stored as floating-point numbers.
-        units: SI.
-        meaning: In words.
+        values: Values; booleans and integers are stored as floating-point numbers.
+        units: SI units.
+        meaning: Description in words.
     """
 
     dimensions: tuple[str, ...]
@@ -30,13 +30,13 @@ class LabelledArray(NamedTuple):
 
 
 class Trajectories(NamedTuple):
-    """What a file of trajectories holds.
+    """Content of a file of trajectories.
 
     Attributes:
-        variables: Arrays by name; those that share a dimension agree in its length. One whose only dimension has its
-            own name is the coordinate of that dimension.
-        names: Names of entries, in any script: of a dimension without such a coordinate, or, where no array has that
-            dimension, of what an array of indices refers to; the latter stand in an attribute, as JSON.
+        variables: Arrays by name; dimensions of the same name have the same length. An array whose only dimension has
+            its own name is the coordinate of that dimension.
+        names: Names of the entries along a dimension without coordinate, in any script, or, where no array has that
+            dimension, of the entries that an array of indices refers to; the latter are stored as a JSON attribute.
     """
 
     variables: Mapping[str, LabelledArray]

@@ -1,7 +1,7 @@
-"""Taking values out of a YAML file one by one, so that every mistake is named by file, key, value and bound.
+"""Reader of single values from a YAML file, whose errors name file, key, value and bound.
 
-A Record is a mapping of a file together with where it stands there. Each value is taken with its bound; ``finish``
-then rejects keys nobody asked for, so that a misspelt optional key is not ignored.
+A Record is a mapping of a file together with its key. Each value is read with its bounds; ``finish`` then rejects
+keys that were never read, so that a misspelt optional key is not ignored.
 """
 
 import math
@@ -20,16 +20,16 @@ def read_record(path: Path) -> "Record":
     """Reads a YAML file whose top level is a mapping.
 
     Raises:
-        BadValueError: The file cannot be read, is not YAML, names a key twice, or is not a mapping.
+        BadValueError: The file cannot be read, is not YAML, repeats a key, or is not a mapping.
     """
     return Record(path, "", read_yaml(path))
 
 
 class Record:
-    """A mapping inside a YAML file, with the file's path and the key that leads to it."""
+    """Mapping in a YAML file, with the file's path and the mapping's key."""
 
     def __init__(self, path: Path, key: str, content: Any) -> None:
-        """Takes the parsed content found at a key of a file.
+        """Stores the parsed content at a key of a file.
 
         Raises:
             BadValueError: The content is not a mapping.
@@ -46,18 +46,18 @@ class Record:
         return BadValueError(self.path, self._key_of(name), problem)
 
     def has(self, name: str) -> bool:
-        """Says whether an optional key is given."""
+        """Returns True if an optional key is given."""
         return name in self._content
 
     def holds_list(self, name: str) -> bool:
-        """Says whether a key holds a list."""
+        """Returns True if a key holds a list."""
         return isinstance(self._content.get(name), list)
 
     def names(self, name: str) -> tuple[str, ...]:
-        """Takes a list of non-empty texts, at least one.
+        """Reads a list of non-empty texts, at least one.
 
         Raises:
-            BadValueError: The key is missing, not such a list, or one of its entries is no text.
+            BadValueError: The key is missing, not such a list, or an entry is not a non-empty text.
         """
         values = self._take_list(name)
         for i, value in enumerate(values):
@@ -66,7 +66,7 @@ class Record:
         return tuple(values)
 
     def text(self, name: str) -> str:
-        """Takes a non-empty text.
+        """Reads a non-empty text.
 
         Raises:
             BadValueError: The key is missing or not a non-empty text.
@@ -77,10 +77,10 @@ class Record:
         return value
 
     def texts(self, name: str) -> list[str]:
-        """Takes a non-empty list of non-empty texts.
+        """Reads a non-empty list of non-empty texts.
 
         Raises:
-            BadValueError: The key is missing, not such a list, or one of its entries is no non-empty text.
+            BadValueError: The key is missing, not such a list, or an entry is not a non-empty text.
         """
         values = self._take_list(name)
         for i, value in enumerate(values):
@@ -89,7 +89,7 @@ class Record:
         return [str(value) for value in values]
 
     def number(self, name: str, *, low: float = -math.inf, high: float = math.inf) -> float:
-        """Takes a finite number from ``low`` to ``high``.
+        """Reads a finite number from ``low`` to ``high``.
 
         Raises:
             BadValueError: The key is missing, not a finite number, or out of bounds.
@@ -97,7 +97,7 @@ class Record:
         return self._check_number(name, self._take(name), low, high)
 
     def vector(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> Array:
-        """Takes a list of ``size`` finite numbers, each from ``low`` to ``high``.
+        """Reads a list of ``size`` finite numbers, each from ``low`` to ``high``.
 
         Raises:
             BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
@@ -105,7 +105,7 @@ class Record:
         return self._check_vector(name, self._take(name), size, low, high)
 
     def vectors(self, name: str, size: int, *, low: float = -math.inf, high: float = math.inf) -> Array:
-        """Takes a non-empty list of such lists, shape (count, size).
+        """Reads a non-empty list of lists of ``size`` finite numbers from ``low`` to ``high``, shape (count, size).
 
         Raises:
             BadValueError: The key is missing, not such a list, or one of its numbers is out of bounds.
@@ -114,7 +114,7 @@ class Record:
         return np.array([self._check_vector(f"{name}[{i}]", row, size, low, high) for i, row in enumerate(values)])
 
     def record(self, name: str) -> "Record":
-        """Takes a mapping.
+        """Reads a mapping.
 
         Raises:
             BadValueError: The key is missing, or not a mapping.
@@ -122,10 +122,10 @@ class Record:
         return Record(self.path, self._key_of(name), self._take(name))
 
     def numbers(self, *, low: float = -math.inf, high: float = math.inf) -> dict[str, float]:
-        """Takes every entry of this mapping as a named finite number from ``low`` to ``high``.
+        """Reads every entry of this mapping as a named finite number from ``low`` to ``high``.
 
         Raises:
-            BadValueError: A name is not a text, or a value not such a number.
+            BadValueError: A name is not a text, or a value is not such a number.
         """
         for name in self._content:
             if not isinstance(name, str):
@@ -133,7 +133,7 @@ class Record:
         return {name: self.number(name, low=low, high=high) for name in self._content}
 
     def records(self, name: str) -> Iterator["Record"]:
-        """Takes a non-empty list of mappings.
+        """Reads a non-empty list of mappings.
 
         Raises:
             BadValueError: The key is missing, not a list, empty, or holds something that is not a mapping.
@@ -142,7 +142,7 @@ class Record:
             yield Record(self.path, self._key_of(f"{name}[{i}]"), value)
 
     def named_records(self) -> Iterator[tuple[str, "Record"]]:
-        """Takes every entry of this mapping as a named mapping.
+        """Reads every entry of this mapping as a named mapping.
 
         Raises:
             BadValueError: The mapping is empty, or a name is not a text, or a value not a mapping.
@@ -155,10 +155,10 @@ class Record:
             yield name, Record(self.path, self._key_of(name), self._take(name))
 
     def finish(self) -> None:
-        """Rejects keys that were never taken.
+        """Rejects keys that were never read.
 
         Raises:
-            BadValueError: A key is left over.
+            BadValueError: There is such a key.
         """
         for name in sorted(map(str, self._unread)):
             known = ", ".join(sorted(str(key) for key in self._content if key not in self._unread))
@@ -187,7 +187,7 @@ class Record:
     def _check_number(self, name: str, value: Any, low: float, high: float) -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(name, f"is {show_value(value)}, must be a number")
-        if not low <= value <= high:  # before float(), which a whole number of 400 digits would overflow
+        if not low <= value <= high:  # before float(), which an integer of 400 digits would overflow
             bounds = f"must be from {low:g} to {high:g}" if math.isfinite(high) else f"must be at least {low:g}"
             raise self.error(name, f"is {show_value(value)}, {bounds if math.isfinite(low) else 'must be finite'}")
         try:

@@ -1,4 +1,4 @@
-"""Reading XML of others: without entities, which may stand for more than fits into memory or for other files."""
+"""Reader of external XML without entities, which could expand beyond memory or include other files."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -9,20 +9,20 @@ from xml.parsers import expat
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import read_bytes
 
-# Levels and elements: a chain of a hundred bodies, each inside the one before, and some ten elements a body.
+# Most levels and elements: a chain of a hundred nested bodies, and some ten elements per body.
 _MOST_DEEP, _MOST_ELEMENTS = 200, 200_000
 
 
 def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementTree.fromstring) -> Element:
-    """Reads a file of XML.
+    """Reads an XML file.
 
     Args:
-        path: The file.
-        most: Size that it may have, in bytes.
-        parse: Parser of what was found to be harmless.
+        path: Path of the file.
+        most: Largest size, [bytes].
+        parse: Parser of the content, called after the checks.
 
     Raises:
-        BadValueError: It cannot be read, is larger, is not XML, defines entities, or has too many elements.
+        BadValueError: The file cannot be read, is larger, is not XML, defines entities, or has too many elements.
     """
     content = read_bytes(path, most)
     try:
@@ -37,13 +37,13 @@ def read_xml(path: Path, most: int, parse: Callable[[bytes], Element] = ElementT
 
 
 def check_xml(content: bytes, path: Path) -> None:
-    """Makes sure that XML is what our files are: elements, not too many nor too deep, and no entities.
+    """Checks that XML has no entities, and neither too many nor too deeply nested elements.
 
     Raises:
-        BadValueError: It is not; names the line.
-        ExpatError: It is not XML.
-        LookupError: It is in an encoding that is not known.
-        ValueError: Likewise.
+        BadValueError: The check fails; the message names the line.
+        ExpatError: The content is not XML.
+        LookupError: The encoding is unknown.
+        ValueError: The encoding is unsupported.
     """
     parser = expat.ParserCreate()
     depth = elements = 0

@@ -1,4 +1,4 @@
-"""Reading YAML files: a key twice is a mistake, and so is more than files of settings need."""
+"""Reader of YAML files that rejects duplicate keys and excessive size."""
 
 import re
 from collections.abc import Iterator
@@ -11,20 +11,20 @@ import yaml
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import SETTINGS, read_text
 
-# Entries and levels of a file: of ours the largest has 720 and 10, and 100000 entries take seconds to read. A text
-# counts as one more entry for every so many letters.
+# Most entries and levels of a file, and the characters of a text that count as one more entry. The largest of our own
+# files has 720 entries and 10 levels; 100000 entries take seconds to read.
 _MOST_ENTRIES, _MOST_DEEP, _ENTRY_LENGTH = 100_000, 40, 100
-# Characters that steer a terminal, or turn a line around: a text with them does not show what it says.
+# Characters that control a terminal, or reverse a line: a text with them does not display its true content.
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u200e\u200f\u202a-\u202e\u2066-\u2069]")
-# Characters of a number: the largest double, written without an exponent, has 309.
+# Most characters of a number: the largest double, written without an exponent, has 309.
 _MOST_DIGITS = 1000
 
 
 def read_yaml(path: Path) -> Any:
-    """Parses a YAML file; what it holds is checked by ``files.data_model``, or taken out of a ``Record``.
+    """Parses a YAML file; the content must be checked by ``files.data_model`` or read from a ``Record``.
 
     Raises:
-        BadValueError: The file cannot be read, is not YAML, names a key twice, or is larger or deeper than files are.
+        BadValueError: The file cannot be read, is not YAML, repeats a key, or exceeds the limits on entries or depth.
     """
     loader = _open(path)
     with _translate(path):
@@ -32,10 +32,10 @@ def read_yaml(path: Path) -> Any:
 
 
 def check_yaml(path: Path) -> None:
-    """Makes sure that a file that another program reads, with tags of its own, is YAML of a reasonable size.
+    """Checks that a file with tags for another program is YAML within the limits on size.
 
     Raises:
-        BadValueError: As of ``read_yaml``.
+        BadValueError: The file is invalid, as in ``read_yaml``.
     """
     loader = _open(path)
     with _translate(path):
@@ -50,7 +50,7 @@ def _open(path: Path) -> "_Loader":
 
 @contextmanager
 def _translate(path: Path) -> Iterator[None]:
-    """Turns what PyYAML raises into our error."""
+    """Converts PyYAML's errors to BadValueError."""
     try:
         yield
     except yaml.MarkedYAMLError as error:
@@ -63,14 +63,14 @@ def _translate(path: Path) -> Iterator[None]:
 
 
 class _Refusal(yaml.MarkedYAMLError):
-    """YAML as it may be, but more of it than files of settings need."""
+    """Error raised for valid YAML that exceeds the limits on size."""
 
 
 class _Loader(yaml.SafeLoader):
-    """Reads numbers such as 1e-3 as YAML 1.2 does, rejects a key given twice, and what is too much or too deep.
+    """Loader that reads numbers such as 1e-3 as in YAML 1.2, and rejects duplicate keys and excessive content.
 
-    An alias stands for all that its anchor holds. Nine lines of them stand for more than fits into any memory, so
-    entries are counted as often as they are named.
+    An alias repeats the content of its anchor. Nine lines of aliases can expand beyond any memory, so entries are
+    counted as often as they are referenced.
     """
 
     def __init__(self, stream: str) -> None:
@@ -79,7 +79,7 @@ class _Loader(yaml.SafeLoader):
         self._sizes: dict[int, int] = {}
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
-        """Composes a node, and counts the entries that it stands for."""
+        """Composes a node, and counts its entries, aliases expanded."""
         mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
         is_alias = self.check_event(yaml.events.AliasEvent)
         before, self._depth = self._entries, self._depth + 1
@@ -107,7 +107,7 @@ class _Loader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             try:
                 twice = key in seen
-            except TypeError:  # a list or a mapping, which PyYAML refuses below
+            except TypeError:  # a list or a mapping, which PyYAML rejects below
                 break
             if twice:
                 raise yaml.constructor.ConstructorError(
@@ -117,7 +117,7 @@ class _Loader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
     def construct_number(self, node: yaml.ScalarNode) -> int | float:
-        """Takes a number of any size that has a meaning."""
+        """Reads a number, unless it has too many digits."""
         if len(node.value) > _MOST_DIGITS:
             problem = f"is a number of {len(node.value)} characters, must have at most {_MOST_DIGITS}"
             raise _Refusal(problem=problem, problem_mark=node.start_mark)
@@ -134,11 +134,11 @@ _Loader.add_implicit_resolver(
 
 
 def show_value(value: Any) -> str:
-    """Describes a value in a few words, however long it is."""
+    """Formats a value in at most 60 characters."""
     if value is None:
         return "empty"
     try:
         text = repr(value)
-    except ValueError:  # Python does not write whole numbers of more than 4300 digits
+    except ValueError:  # Python does not format integers of more than 4300 digits
         text = "a whole number of thousands of digits"
     return text if len(text) <= 60 else f"{text[:57]}..."

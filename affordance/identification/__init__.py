@@ -1,1 +1,1 @@
-"""Identification: from what a real robot recorded to a belief about what it held."""
+"""Identification of a held payload from the recordings of a real robot."""

@@ -1,6 +1,6 @@
-"""Two runs of one motion, once with an empty hand and once with a load: how much later is the second?
+"""Time alignment of two runs of one motion, one with an empty hand and one with a load.
 
-Found by matching joint angles, to a fraction of a sample.
+The lag is found to a fraction of a sample by matching joint angles.
 """
 
 from typing import NamedTuple
@@ -13,19 +13,19 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.identification.run import Run
 
-# Of the loaded run's motion, this share must be repeated.
+# Share of the loaded run's moving time that the common part must span.
 _SHARE = 0.5
-_MOVING = 0.01  # slower than this is rest, [rad/s]
+_MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 
 
 class Alignment(NamedTuple):
-    """How two runs lie.
+    """Alignment of two runs in time.
 
     Attributes:
-        lag: By how much the loaded run is later than the empty one by their own clocks, [s].
-        start: Of the common part, by the empty run's clock, [s].
-        end: Of the same.
-        difference: Largest difference of a joint angle there, [rad].
+        lag: Lag of the loaded run behind the empty one, by their own clocks, [s].
+        start: Start of the common part by the empty run's clock, [s].
+        end: End of the common part by the empty run's clock, [s].
+        difference: Largest difference of a joint angle over the common part, [rad].
     """
 
     lag: float
@@ -38,12 +38,13 @@ def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
     """Finds the lag between two runs of one motion.
 
     Args:
-        empty: The run that is taken for reference.
-        loaded: The run with the load, of the same joints.
-        tolerance: Largest difference of a joint angle, [rad].
+        empty: Reference run, with an empty hand.
+        loaded: Run with the load, of the same joints.
+        tolerance: Largest permitted difference of a joint angle, [rad].
 
     Raises:
-        BadValueError: The loaded run is no repetition of the empty one; names the row and joint that differ most.
+        BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
+            and joint that differ most.
     """
     step = max(1.0 / empty.rate, 1.0 / loaded.rate)
     reference, moved = (_sample_velocity(run, step) for run in (empty, loaded))
@@ -85,13 +86,13 @@ def _overlap(empty: Run, loaded: Run, lag: float, step: float) -> tuple[float, f
 
 
 def _measure_motion(run: Run) -> float:
-    """Time between the first and last motion, [s]."""
+    """Returns the time between the first and last motion, [s]."""
     moving = np.flatnonzero(np.abs(np.gradient(run.q, run.times, axis=0)).max(axis=1) > _MOVING)
     return float(run.times[moving[-1]] - run.times[moving[0]]) if moving.size else 0.0
 
 
 def _sample_velocity(run: Run, step: float) -> Array:
-    """Differences of angles at even times: what moves is matched, not where the arm rests; without rest's noise."""
+    """Computes velocities at even times from angles, zero at rest, so that motion is matched, not poses or noise."""
     times = np.arange(run.times[0], run.times[-1], step)
     v = np.gradient(_sample(run, times), step, axis=0)
     return np.where(np.abs(v) > _MOVING, v, 0.0)

@@ -1,4 +1,4 @@
-"""What an identification assumed, said in sentences beside its result."""
+"""Assumptions of an identification as sentences, reported with its result."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 
 
 def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> tuple[str, ...]:
-    """Lists what was assumed of everything but the payload."""
+    """Lists the assumptions about everything but the payload."""
     prior = settings.get_prior(evidence.kind)
     unit = evidence.kind.unit
     sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]

@@ -1,7 +1,7 @@
-"""Posterior of a held body that no camera has seen: the most probable one, then weighted samples around it.
+"""Posterior of a held body that no camera has seen: its mode, and weighted samples around it.
 
-Every sample is a possible body, and weights are exact: the likelihood with gains and friction integrated out, over
-the density the sample was proposed with.
+Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
+integrated out, over the density of the proposal.
 """
 
 from typing import NamedTuple
@@ -17,32 +17,35 @@ from affordance.identification.payload_likelihood import BodyLikelihood, Payload
 from affordance.identification.solid_prior import SolidPrior
 from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
 
-# Of the proposal, a multivariate t: heavier tails than the posterior's, so that no sample weighs all.
+# Degrees of freedom of the proposal, a multivariate t: its tails are heavier than the posterior's, so that no single
+# sample dominates.
 _DEGREES_OF_FREEDOM = 8.0
-# Samples are good when this share of them counts.
+# Effective sample size that suffices, as a share of the samples.
 _ENOUGH = 0.2
-# Share of the proposal that is the prior.
+# Share of the proposal's samples that is drawn from the prior.
 _DEFENSIVE = 0.05
-# Moves of every sample in each distribution in between, and the step of a random walk that is best in ten dimensions,
+# Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
 # 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
 _NUM_MOVES, _WALK = 6, 0.75
+# Largest number of rounds of moves in the posterior itself, which decorrelate samples of one ancestor.
+_MAX_ROUNDS = 10
 _MAX_ITERATIONS = 60
-# Of a climb, after which the likelihood is linearised anew.
+# Gauss-Newton steps before the likelihood is linearised again.
 _STEPS_A_ROUND = 5
 _TOLERANCE = 1e-8
 _LONGEST_STEP = 5.0
-# Least eigenvalue of a guessed pseudo-inertia over the largest.
+# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest.
 _LEAST_SHARE = 1e-3
 
 
 class Mode(NamedTuple):
-    """The most probable body.
+    """Most probable body.
 
     Attributes:
         theta: Log-Cholesky coordinates, shape (10,).
-        covariance: Of theta, by the curvature there, shape (10, 10).
-        pi: The ten parameters, shape (10,).
-        load: The same with what the arm's model gets wrong, as it is most probable then, shape (10,).
+        covariance: Covariance of theta by the curvature at the mode, shape (10, 10).
+        pi: Ten inertial parameters, shape (10,).
+        load: Most probable load, which is pi plus the phantom payload of model errors, shape (10,).
     """
 
     theta: Array
@@ -52,29 +55,41 @@ class Mode(NamedTuple):
 
 
 class WeightedBodies(NamedTuple):
-    """Samples of a posterior.
+    """Weighted samples of a posterior.
 
     Attributes:
-        pi: Ten parameters each, shape (N, 10).
-        weights: Shape (N,), sum one.
+        pi: Ten parameters of each sample, shape (N, 10).
+        weights: Weights of the samples, shape (N,); their sum is one.
+        ancestors: Index of the sample from which each descends, shape (N,); its own index without resampling.
     """
 
     pi: Array
     weights: Array
+    ancestors: NDArray[np.intp]
 
     @property
     def effective_size(self) -> float:
-        """How many equally weighted samples say as much (Kish)."""
-        return float(1.0 / np.sum(self.weights**2))
+        """Number of independent samples that would estimate the means as well, for the worst of the ten parameters.
+
+        The variance of a weighted mean is estimated from sums over the samples of each ancestor, which may be
+        correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
+        """
+        away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
+        sums = np.zeros_like(away)
+        np.add.at(sums, self.ancestors, away)
+        variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
+        # The scatter over a few ancestors is unreliable, so their number is an upper bound.
+        most = float(len(np.unique(self.ancestors)))
+        return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
 
 
 def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
-    """Finds the most probable body by Gauss-Newton, with Levenberg's damping.
+    """Finds the most probable body by Gauss-Newton iteration with Levenberg's damping.
 
     Args:
-        likelihood: Of the run.
-        prior: Before it.
-        start: Theta to start from, shape (10,); None for the possible body nearest to a linear guess.
+        likelihood: Likelihood of the run.
+        prior: Prior of the body.
+        start: Theta to start from, shape (10,); None for the result of ``guess_theta``.
     """
     theta = guess_theta(likelihood, prior) if start is None else start
     load = parameters_from_theta(theta)
@@ -87,7 +102,7 @@ def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | N
 
 
 def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
-    """Goes from theta, shape (10,), to the most probable body of the quadratic the likelihood is at a load, (10,)."""
+    """Improves theta, shape (10,), with the likelihood approximated by a quadratic at a load, shape (10,)."""
     quadratic = likelihood.linearise(load)
     phantom = likelihood.prior.phantom_covariance
     theta, covariance = _climb(quadratic.widen(phantom), prior, theta)
@@ -96,7 +111,7 @@ def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array,
 
 
 def measure_step(step: Array, mode: Mode) -> float:
-    """Squared length of a step in standard deviations: theta has no unit of its own."""
+    """Computes the squared length of a step in posterior standard deviations, as theta has no unit of its own."""
     return float(step @ np.linalg.solve(mode.covariance, step))
 
 
@@ -105,9 +120,9 @@ def draw_bodies(
 ) -> WeightedBodies:
     """Draws weighted samples of the posterior.
 
-    From a proposal about the mode, refitted to its own samples if too few of them count. Posteriors as bent as those
-    of hardly felt bodies are reached from there by degrees: by a sequence of distributions in between, each sample
-    moved about in each (annealed, sequential Monte Carlo; Del Moral, Doucet & Jasra 2006).
+    The proposal is centred at the mode, and refitted to its own samples if their effective size is too small. The
+    strongly curved posteriors of bodies that a run hardly constrains are reached by annealed sequential Monte Carlo:
+    a sequence of intermediate distributions, in each of which every sample is moved (Del Moral, Doucet & Jasra 2006).
     """
     of_body = BodyLikelihood(likelihood, mode.load)
 
@@ -119,15 +134,15 @@ def draw_bodies(
         theta = proposal.draw(rng, num_samples)
         log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
         bodies = _weigh(theta, log_ratios)
-        if bodies.effective_size >= _ENOUGH * num_samples:
+        if 1.0 / np.sum(bodies.weights**2) >= _ENOUGH * num_samples:
             return bodies
         if attempt == 0:
             centre = bodies.weights @ theta
             away = theta - centre
-            # A share of the curvature's keeps it from collapsing onto a few samples of great weight.
+            # A share of the mode's covariance keeps it from collapsing onto a few samples of large weight.
             covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
             proposal = _Proposal(centre, covariance, prior)
-    exponent = 0.0
+    exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
     while exponent < 1.0:
         step = _find_step(log_ratios, 1.0 - exponent, num_samples)
         exponent += step
@@ -135,22 +150,26 @@ def draw_bodies(
         chosen = _resample(weights, rng)
         centre = weights @ theta
         root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
-        theta, log_ratios = theta[chosen], log_ratios[chosen]
+        theta, log_ratios, ancestors = theta[chosen], log_ratios[chosen], ancestors[chosen]
         log_proposals = proposal.compute_log_density(theta)
-        for move in range(_NUM_MOVES):
-            # Scales of random walks in ten dimensions, from the best in theory downwards.
-            moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
-            moved_proposals = proposal.compute_log_density(moved)
-            moved_ratios = evaluate(moved) - moved_proposals
-            gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
-            accepted = np.log(rng.random(num_samples)) < gain
-            theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
-            log_proposals[accepted] = moved_proposals[accepted]
-    return WeightedBodies(parameters_from_theta(theta), np.full(num_samples, 1.0 / num_samples))
+        for _ in range(_MAX_ROUNDS):
+            for move in range(_NUM_MOVES):
+                # Step sizes of the random walk, from the theoretical optimum downwards.
+                moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
+                moved_proposals = proposal.compute_log_density(moved)
+                moved_ratios = evaluate(moved) - moved_proposals
+                gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
+                accepted = np.log(rng.random(num_samples)) < gain
+                theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
+                log_proposals[accepted] = moved_proposals[accepted]
+            bodies = WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+            if exponent < 1.0 or bodies.effective_size >= _ENOUGH * num_samples:
+                break
+    return bodies
 
 
 class _Proposal:
-    """A multivariate t about a centre, and with a small probability the prior, so that no weight is without bound."""
+    """Mixture of a multivariate t about a centre and, with small weight, the prior, which bounds the weights."""
 
     def __init__(self, centre: Array, covariance: Array, prior: SolidPrior) -> None:
         self.covariance = covariance
@@ -175,7 +194,7 @@ class _Proposal:
         return drawn
 
     def compute_log_density(self, theta: Array) -> Array:
-        """Up to a constant that both parts share, shape (N,)."""
+        """Computes the log density up to a constant that both components share, shape (N,)."""
         standard = np.linalg.solve(self._root, (theta - self._centre).T)
         squared = (standard**2).sum(axis=0)
         power = 0.5 * (_DEGREES_OF_FREEDOM + len(self._centre))
@@ -192,11 +211,11 @@ def _normalise(log_weights: Array) -> Array:
 
 
 def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
-    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights))
+    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights), np.arange(len(theta)))
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
-    """The longest step of the exponent, up to ``most``, after which half of the samples still count."""
+    """Finds the longest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
 
     def count(step: float) -> float:
         return float(1.0 / np.sum(_normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
@@ -205,19 +224,19 @@ def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
 
 
 def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
-    """Indices of samples, each as often as its weight says, but for less than one (systematic resampling)."""
+    """Draws indices of samples by systematic resampling."""
     positions = (rng.random() + np.arange(len(weights))) / len(weights)
     return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
 
 
 def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
-    """The mean of a normal posterior of the parameters, made possible; to start from, shape (10,)."""
+    """Guesses theta, shape (10,): the mean of a normal posterior of the parameters, made physically consistent."""
     pi = parameters_from_theta(prior.mean)
     D = compute_jacobian(prior.mean)
     quadratic = likelihood.linearise(pi)
     spread = D @ prior.covariance @ D.T
     quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
-    spread[0, 0] += pi[0] ** 2  # masses may be many times the mean's; no other coordinate is a logarithm
+    spread[0, 0] += pi[0] ** 2  # the mass may be many times the prior mean's, as its logarithm is normal
     pi = np.linalg.solve(
         np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
     )
@@ -228,7 +247,7 @@ def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
 
 
 def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array, Array]:
-    """The most probable theta of a quadratic likelihood, and its covariance."""
+    """Returns the most probable theta under a quadratic likelihood, and its covariance."""
     H, b = quadratic.precision, quadratic.information
 
     def evaluate(theta: Array) -> tuple[float, Array]:
@@ -244,7 +263,7 @@ def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array
         before = cost
         for _ in range(20):
             step = np.linalg.solve(A + damping * np.diag(np.diag(A)), gradient)
-            # Longer steps leave the numbers a computer has before they help.
+            # Longer steps overflow before they help.
             new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
             if new_cost <= cost:
                 theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping

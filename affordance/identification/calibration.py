@@ -1,4 +1,4 @@
-"""Gains from a load that was weighed: its mass is known, its centre of mass and its moments are found on the way."""
+"""Gains from a load of known mass, whose centre of mass and moments are estimated along with them."""
 
 import numpy as np
 
@@ -12,23 +12,23 @@ from affordance.identification.payload_likelihood import ChannelPrior
 from affordance.identification.settings import IdentificationSettings
 from affordance.identification.solid_prior import SolidPrior
 
-# A kitchen scale is good to a thousandth.
+# Relative error of a kitchen scale.
 SCALE_SD = 1e-3
-# Before calibration a gain may be anything of the size that signal over torque has at the joints, either sign.
+# SD of a gain before calibration, of either sign, as a multiple of the typical ratio of signal to torque.
 _BROAD = 3.0
 _NUM_PASSES = 3
-_STEP = 1e-4  # of the differences by which a gain's dependence on the body is found, as a fraction of its mass
+_STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
-    """Finds gains and load friction of each joint from a load of known mass.
+    """Estimates gains and load friction of each joint from a load of known mass.
 
     Args:
-        evidence: A run with the load.
-        reference_mass: Its mass, [kg]; None if the load is in the evidence's tau_arm, and known whole.
-        settings: Priors of friction.
+        evidence: Evidence of a run with the load.
+        reference_mass: Mass of the load, [kg]; None if the load is fully known and part of the evidence's tau_arm.
+        settings: Identification settings, for the priors of friction.
 
-    Returns: The gains, with the uncertainty of the load's centre of mass and moments in theirs.
+    Returns: The gains; their covariance includes the uncertainty of the load's centre of mass and moments.
     """
     solid = SolidPrior.for_hand()
     if reference_mass is not None:
@@ -48,7 +48,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
         )
         fit = fit_payload(evidence, prior, solid, settings)
         found, _ = fit.likelihood.estimate_gains(fit.mode.load)
-        scale = found[:, 0]  # now the size of mu g is known
+        scale = found[:, 0]  # the priors of mu g scale with the gains
     load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
     return Gains(
         evidence.channel_names,
@@ -64,7 +64,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 
 
 def _estimate_friction_sd(fit: PayloadFit) -> Array:
-    """Standard deviations of friction given the load and gains, shape (n, 3)."""
+    """Computes the standard deviations of friction given the load and gains, shape (n, 3)."""
     products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
     prior_precision = fit.likelihood.prior.friction_sd**-2.0
     covariance = np.linalg.inv(products + prior_precision[:, :, None] * np.eye(3))
@@ -72,7 +72,7 @@ def _estimate_friction_sd(fit: PayloadFit) -> Array:
 
 
 def _guess_scale(evidence: Evidence, mass: float) -> float:
-    """The size of signal over torque, with a point mass at the tip, over all joints."""
+    """Guesses the ratio of signal to torque as the joints' median, with a point mass at the tip."""
     torque = evidence.samples.tau_arm + evidence.samples.Y[..., 0] * mass
     signal = evidence.samples.signal
     by_joint = np.sqrt((signal**2).mean(axis=0)) / np.maximum(np.sqrt((torque**2).mean(axis=0)), 1e-9)
@@ -80,10 +80,10 @@ def _guess_scale(evidence: Evidence, mass: float) -> float:
 
 
 def _propagate(fit: PayloadFit) -> Array:
-    """Covariance of the gains: given the body, and what the body's own uncertainty adds."""
+    """Computes the covariance of the gains: that given the body, plus the part due to the body's uncertainty."""
     gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
     D = compute_jacobian(fit.mode.theta)
-    root = D @ np.linalg.cholesky(fit.mode.covariance)  # one standard deviation of the body a column
+    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one standard deviation of the body
     steps = []
     for column in root.T:
         displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)

@@ -1,6 +1,6 @@
-"""How loggers name their columns: maps to time, q_1.., v_1.., vdot_1.., tau_1.., current_1.., fx..tz.
+"""Column names of loggers, mapped to time, q_1.., v_1.., vdot_1.., tau_1.., current_1.., fx..tz.
 
-A map is a list of patterns; what stands in its parenthesis is the joint's number, counted from ``first``.
+A map is a set of patterns, whose group in parentheses is the joint's number, counted from ``first``.
 """
 
 import re
@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 
 class ColumnMap(NamedTuple):
-    """Names of one logger.
+    """Column names of one logger.
 
     Attributes:
-        patterns: Our name of each column, by a regular expression of theirs; a group is the joint's number.
+        patterns: Regular expression of the logger's names, by our name of the column; a group is the joint's number.
         first: Number of the first joint.
-        time_unit: Seconds in their unit of time.
+        time_unit: Logger's unit of time, [s].
     """
 
     patterns: dict[str, str]
@@ -37,7 +37,7 @@ COLUMN_MAPS = {
         1,
         1.0,
     ),
-    # franka::logToCSV of any version; tau_J is the link-side sensors' torque, from which nothing was taken out.
+    # franka::logToCSV of any version; tau_J is the torque of the link-side sensors, without any compensation.
     "libfranka": ColumnMap(
         {
             "time": r"time|duration",
@@ -48,7 +48,7 @@ COLUMN_MAPS = {
         0,
         1e-3,
     ),
-    # The record script of Universal Robots' RTDE client; targets are no measurement and are left alone.
+    # The record script of Universal Robots' RTDE client; targets are not measurements and are ignored.
     "ur_rtde": ColumnMap(
         {
             "time": "timestamp",
@@ -63,7 +63,7 @@ COLUMN_MAPS = {
 
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
-    """Our name of each column of a table, such as q_1; None for those that are not wanted."""
+    """Returns our name of each column of a table, such as q_1; None for columns that are not used."""
     ours: list[str | None] = []
     for name in names:
         found = None

@@ -1,4 +1,4 @@
-"""What does an empty hand seem to hold? If that is not zero within its error, other results are not to be trusted."""
+"""Apparent payload of an empty hand; unless it is zero within its error, other results cannot be trusted."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -17,16 +17,16 @@ from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
 
-# Before it is felt, what an empty hand seems to hold may be of any sign: SDs of mass, first moment, moments.
+# Prior SDs of an apparent payload, which may be of either sign: mass, first moment, moments of inertia.
 _SD = np.array([5.0, *[0.5] * 3, *[0.1] * 6])
 
 
 class ApparentPayload(NamedTuple):
-    """What an empty hand seems to hold; of any sign, and no possible body.
+    """Apparent payload of an empty hand, of either sign and in general not a physically consistent body.
 
     Attributes:
         parameters: Mean of the ten parameters, shape (10,).
-        covariance: Shape (10, 10).
+        covariance: Covariance of the ten parameters, shape (10, 10).
     """
 
     parameters: Array
@@ -39,13 +39,13 @@ class ApparentPayload(NamedTuple):
 
 
 def weigh_empty_hand(robot: RobotChain, run: Run, gains: Gains, settings: IdentificationSettings) -> ApparentPayload:
-    """Takes an empty run for a loaded one: every stretch of it less what an arm fitted to the others predicts.
+    """Estimates the apparent payload of an empty run, each stretch predicted by an arm fitted to the others.
 
     Args:
-        robot: The arm.
-        run: With an empty hand.
-        gains: Of the joints, drift included.
-        settings: Of noise and nuisances.
+        robot: Model of the arm.
+        run: Run with an empty hand.
+        gains: Gains of the joints, drift included.
+        settings: Identification settings.
     """
     run = run.arrange(robot.joint_names)
     robot = robot.with_gravity(run.description.gravity)

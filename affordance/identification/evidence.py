@@ -1,6 +1,6 @@
-"""What a loaded run says, once what the empty arm does is taken off: samples ready for the sums.
+"""Evidence of a loaded run: its samples, with the empty arm subtracted or modelled.
 
-Whatever the analysis (a repeated motion, a fitted arm, the arm's file, a wrist sensor), what follows sees only this.
+Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds it, and inference uses nothing else.
 """
 
 import itertools
@@ -17,12 +17,12 @@ from affordance.objects.inertia import NUM_PARAMETERS
 
 
 class ErrorModel(NamedTuple):
-    """What is known of a run's errors before it is looked at.
+    """Prior knowledge of a run's errors.
 
     Attributes:
-        alike: Neighbouring samples that the filter made alike; 1 for none.
-        correlated: Whether errors may agree for longer than that.
-        least_variance: What earlier runs say a long-run variance is at least, shape (C,).
+        alike: Number of neighbouring samples that the filter correlates; 1 for none.
+        correlated: True if errors may be correlated over longer times.
+        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared].
     """
 
     alike: float
@@ -32,25 +32,25 @@ class ErrorModel(NamedTuple):
 
 @dataclass(frozen=True)
 class Evidence:
-    """Samples of a loaded run, and how far they can be trusted.
+    """Samples of a loaded run and the model of their errors.
 
     Attributes:
         source: File of the loaded run.
-        analysis: How the empty arm was taken off, in words.
-        kind: What the signal is.
-        channel_names: Joints, or components of the wrench.
-        times: Shape (N,), [s].
-        samples: Signals without the empty arm.
-        motion: The motion they were taken in.
-        arm_torque: The arm's own torque, for the sign of the load, shape (N, C), [N m].
-        is_difference: Whether the signal is what a load added to the same motion.
-        rate: Samples a second.
-        cutoff: Of the filter they went through, [Hz].
-        least_variance: What earlier runs say a long-run variance is at least, shape (C,), in its unit squared.
-        phantom: What the empty hand seems to hold, shape (10,).
-        phantom_covariance: Its uncertainty and what does not average out, shape (10, 10).
-        friction_scale: Friction in the signal over what two runs differ in.
-        notes: What was found on the way, in words.
+        analysis: Treatment of the empty arm, in words.
+        kind: Kind of the signal.
+        channel_names: Names of the joints, or of the components of the wrench.
+        times: Times of the samples, shape (N,), [s].
+        samples: Samples of all channels; the empty arm is subtracted, or modelled by tau_arm.
+        motion: Joint motion at the samples.
+        arm_torque: Torque of the arm alone, for the sign of the load, shape (N, C), [N m].
+        is_difference: True if the signal is what the load added to the same motion.
+        rate: Sampling rate, [Hz].
+        cutoff: Cut-off of the low-pass filter, [Hz].
+        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared].
+        phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
+        phantom_covariance: Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
+        friction_scale: Ratio of the friction in the signal to its change between two runs.
+        notes: Findings of the analysis, in words.
     """
 
     source: str
@@ -71,7 +71,7 @@ class Evidence:
     notes: tuple[str, ...] = ()
 
     def select(self, rows: slice) -> "Evidence":
-        """A part of the run."""
+        """Returns a part of the run."""
         return replace(
             self,
             times=self.times[rows],
@@ -81,24 +81,24 @@ class Evidence:
         )
 
     def split(self, length: float) -> list["Evidence"]:
-        """Stretches of about a length, [s]."""
+        """Splits the run into stretches of about the given length, [s]."""
         parts = max(1, round(len(self.times) / (length * self.rate)))
         edges = np.linspace(0, len(self.times), parts + 1).astype(int)
         return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
 
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
-        """What is known of this run's errors beforehand."""
+        """Builds the error model of this run."""
         return describe_errors(self.rate, self.cutoff, self.least_variance, settings)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
-        """The sums over the run."""
+        """Computes the sums over the run."""
         return compute_statistics(self.samples, max(1, round(settings.block * self.rate)))
 
     def with_load(self, pi: Array) -> "Evidence":
-        """The same with the sign of the load as a payload makes it, pi of shape (10,).
+        """Returns the evidence with the load signs that a payload causes, pi of shape (10,).
 
-        Friction is mu |tau| along the motion. Of a difference of two runs it is mu (|tau_arm + Y pi| - |tau_arm|), so
-        s is that over Y pi: between -1 and 1, and d sign(tau_arm) where the arm's torque is the larger.
+        Friction is mu |tau| along the motion. In a difference of two runs it is mu (|tau_arm + Y pi| - |tau_arm|), so
+        s is d times the bracket over Y pi: between -1 and 1, and d sign(tau_arm) if the arm's torque is the larger.
         """
         payload = self.samples.Y @ pi
         total = self.arm_torque + payload
@@ -114,11 +114,11 @@ class Evidence:
 def describe_errors(
     rate: float, cutoff: float, least_variance: Array, settings: IdentificationSettings
 ) -> ErrorModel:
-    """What is known of errors of signals at a rate, [Hz], low-passed at a cut-off, [Hz]."""
+    """Builds the error model of signals sampled at a rate, [Hz], and low-passed at a cut-off, [Hz]."""
     alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
     return ErrorModel(alike, settings.correlated_noise, least_variance)
 
 
 def no_phantom() -> tuple[Array, Array]:
-    """An arm whose model is right: mean and covariance of nothing."""
+    """Returns zero mean and covariance: the phantom payload of an exact arm model."""
     return np.zeros(NUM_PARAMETERS), np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))

@@ -1,7 +1,7 @@
-"""The empty arm by its file, where there is no run with an empty hand; and gains by the arm's own weight.
+"""Evidence by the arm's file, for lack of a run with an empty hand; and gains from the arm's own weight.
 
-Files are wrong by some ten per cent, and a wrist that is a hundred grams heavier than its file says looks like a load
-of a hundred grams. That is carried over: what the links may be off by, seen through the arm's motion as a payload.
+Inertias in files are wrong by some ten per cent, and a wrist a hundred grams heavier than in its file looks like a
+load of a hundred grams. This error is carried over: the uncertainty of the links is projected onto the payload.
 """
 
 from dataclasses import replace
@@ -21,18 +21,18 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
 
-# All of the friction is in the signal, not what changed between two runs.
+# Friction scale: the signal contains all of the friction, not only its change between two runs.
 _WHOLE_FRICTION = 10.0
-# Rotors behind gears, which no file has: a few tenths to a few kg m^2 on arms of ten kilograms of payload.
+# Reflected rotor inertia, which files lack, [kg m^2]: a few tenths to a few on arms for ten kilograms of payload.
 _ROTOR_INERTIA = 1.0
-# A gain that is this uncertain, as a fraction, is not known at all.
+# Relative uncertainty at which a gain counts as unknown.
 _NO_GAIN = 10.0
 
 
 def build_file_evidence(
     robot: RobotChain, loaded: Run, prepared: PreparedRun, gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a loaded run alone."""
+    """Builds the evidence of a loaded run without an empty run."""
     gain = gains.mean[:, 0]
     signal = restore_compensated(robot, loaded, prepared, gain)
     arm_torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
@@ -63,7 +63,7 @@ def build_file_evidence(
 
 
 def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
-    """Estimates gains from the weight of the arm itself; good to some 20 %, at light wrists to nothing at all."""
+    """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
     arm_torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
     samples = build_joint_samples(
         robot, prepared, signal=prepared.signal, tau_arm=arm_torque, arm_torque=arm_torque, settings=settings
@@ -103,7 +103,7 @@ def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings:
 
 
 def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
-    """How far off gains are if links and rotors are not as the file has them, as a fraction, shape (n,)."""
+    """Computes the relative errors of gains due to errors of links and rotors in the file, shape (n,)."""
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * build_link_scale(robot)
     W = np.concatenate([W, _ROTOR_INERTIA * prepared.vdot[..., None]], axis=2) * samples.used[..., None]
     torque = samples.tau_arm * samples.used

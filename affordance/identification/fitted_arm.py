@@ -1,11 +1,11 @@
-"""The empty arm by regression: its links' inertias and its friction, fitted to runs with an empty hand.
+"""Regression model of the empty arm: link inertias and friction, fitted to runs with an empty hand.
 
     x_j = g_j (tau_file,j + W_j dpi + F_j f_j) + e
 
-with tau_file the torques by the arm's file, W the links' regressors, dpi what the file's inertias are off by, one set
-for all joints, and F_j friction of joint j. Everything has a normal prior, so this is one linear solve, and the last
-link takes up what an empty hand seems to hold (the tare). Sums of products are kept in cells of half a second, so
-that a fit that leaves some of them out costs no second look at the samples.
+with tau_file the torques by the arm's file, W the links' regressors, dpi the errors of the file's inertias, shared by
+all joints, and F_j the friction columns of joint j. All unknowns have normal priors, so the fit is one linear solve;
+the last link absorbs the apparent payload of an empty hand (the tare). Sums of products are kept in cells of half a
+second, so that a fit without some of them needs no second pass over the samples.
 """
 
 from collections.abc import Sequence
@@ -21,26 +21,26 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
 
 CELL = 0.5  # [s]
-# Files give inertias of links to some ten per cent. On a Panda's empty run errors of prediction hardly depend on it
-# for shares from 0.1 to 1. Lengths make a share of a mass one of a first moment and of a moment of inertia.
+# Relative SD of link masses in a file, and the length that scales it to first moments and moments of inertia, [m].
+# Files are right to some ten per cent; prediction errors of a Panda's empty run hardly depend on it from 0.1 to 1.
 _SHARE, _LENGTH = 0.3, 0.2
-# Friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
+# Columns of friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
 _NUM_FRICTION = 7
 _NUM_PASSES = 3
-# Samples of a band-limited signal that agree, where a first fit has yet to say how many do, [s].
+# Correlation time of errors that is assumed until a first fit gives residuals, [s].
 _FIRST_AGREEMENT = 0.5
 
 
 @dataclass(frozen=True)
 class FittedArm:
-    """A fitted empty arm.
+    """Empty arm fitted to runs.
 
     Attributes:
-        robot: The arm.
-        gain: Unit of the signal per N m, shape (n,).
-        link_change: dpi, shape (10 n,).
-        friction: f, shape (n, 7), [N m and its derivatives].
-        link_root: Square root of the covariance of dpi, L L^T, shape (10 n, 10 n).
+        robot: Model of the arm by its file.
+        gain: Gain of each joint, shape (n,), [unit of the signal per N m].
+        link_change: Change dpi of the links' parameters, shape (10 n,).
+        friction: Friction coefficients f, shape (n, 7), [N m per unit of the column].
+        link_root: Square root L of the covariance of dpi, L L^T, shape (10 n, 10 n).
     """
 
     robot: RobotChain
@@ -59,7 +59,7 @@ class FittedArm:
 
 
 class ArmRegression:
-    """Sums of products of empty runs, ready to be solved with any cells left out."""
+    """Sums of products of empty runs, to which an arm can be fitted with any cells left out."""
 
     def __init__(
         self,
@@ -69,17 +69,17 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Sums up.
+        """Computes the sums of products of all cells.
 
         Args:
-            robot: The arm, its gravity that of the runs.
+            robot: Model of the arm, with gravity as in the runs.
             runs: Motions with an empty hand.
-            signals: Of each, shape (N, n).
-            gains: Of the joints; only their means are used.
-            settings: The least speed.
+            signals: Signals of each run, shape (N, n).
+            gains: Gains of the joints; only their means are used.
+            settings: Identification settings, for the least speed.
 
         Raises:
-            BadValueError: The runs are too short.
+            BadValueError: A joint never moves faster than the least speed.
         """
         self.robot = robot
         self.gain = gains.mean[:, 0]
@@ -97,7 +97,7 @@ class ArmRegression:
         self._products, self._sums = np.concatenate(products), np.concatenate(sums)
         self._counts = np.concatenate(counts)
         self.run_of_cell = np.array(run_of_cell)
-        # Rows of a run that make one cell, by run.
+        # Rows per cell of each run.
         self.cell_lengths = [round(CELL * run.rate) for run in runs]
         if not self._counts.sum(axis=0).all():
             still = [
@@ -112,7 +112,7 @@ class ArmRegression:
         return len(self.run_of_cell)
 
     def fit(self, kept: Mask) -> FittedArm:
-        """Fits the arm to some of the cells, shape (num_cells,)."""
+        """Fits the arm to the kept cells, a mask of shape (num_cells,)."""
         products = self._products[kept].sum(axis=0)  # (n, P + 1, P + 1)
         counts = np.maximum(self._counts[kept].sum(axis=0), 1.0)
         num_joints, num_links = self.robot.num_joints, len(self._scale)
@@ -140,7 +140,7 @@ class ArmRegression:
         return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
 
     def _measure_variance(self, kept: Mask, weights: Array) -> Array:
-        """Long-run variance of a residual, in blocks of four cells, (n,), [(N m)^2]."""
+        """Computes the long-run variance of a residual in blocks of four cells, shape (n,), [(N m)^2]."""
         sums = np.einsum("kji,ji->kj", self._sums, weights) * kept[:, None]
         starts = np.arange(0, len(sums), 4)
         blocks = np.add.reduceat(sums, starts, axis=0)
@@ -153,7 +153,7 @@ class ArmRegression:
         return float(np.mean(self.cell_lengths))
 
     def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
-        """Columns W, F and the signal less the file's torque, joint by joint, (n, N, P + 1), and which count."""
+        """Builds columns W, F and signal less file torque by joint, (n, N, P + 1), and the mask of used samples."""
         W = self.robot.compute_link_regressors(run.q, run.v, run.vdot)
         tau_file = W @ self.robot.link_parameters.ravel()
         rest = signal / self.gain - tau_file
@@ -165,20 +165,20 @@ class ArmRegression:
 
 
 def predict_friction(fitted: FittedArm, v: Array, vdot: Array, tau_file: Array) -> Array:
-    """Predicts friction and rotor inertia at one state, velocities, accelerations and file torques (n,); [N m]."""
+    """Predicts friction and rotor torques at one state from v, vdot and file torques, shape (n,), [N m]."""
     torque: Array = (_list_friction(v, vdot, tau_file) * fitted.friction).sum(axis=-1)
     return torque
 
 
 def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
-    """Columns of friction and rotor inertia, shape (..., n, 7)."""
+    """Builds the columns of friction and rotor inertia, shape (..., n, 7)."""
     direction = np.sign(v)
     columns = [direction, v, np.ones_like(v), np.abs(tau_file) * direction, v * np.abs(v), np.cbrt(v), vdot]
     return np.stack(columns, axis=-1)
 
 
 def build_link_scale(robot: RobotChain) -> Array:
-    """Standard deviations of what a file's inertias are off by, link by link, shape (10 n,)."""
+    """Returns the prior standard deviations of a file's errors of inertia, link by link, shape (10 n,)."""
     masses = robot.link_parameters[:, 0]
     masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)
     unit = np.array([1.0, *[_LENGTH] * 3, *[_LENGTH**2] * 6])

@@ -1,7 +1,7 @@
-"""Gains: how much signal a joint gives for a newton metre, and how much of the load it loses in friction.
+"""Gains of joints: signal per newton metre, and the share of the load that is lost in friction.
 
-Torque sensors come with them. Those of motor currents cannot be read off a robot's file: they are found with a load
-that was weighed, or, where there is none, from the arm's own weight, badly.
+Torque sensors are calibrated by their makers. Gains of motor currents stand in no robot's file: they are found with a
+load of known mass or, less accurately, from the arm's own weight.
 """
 
 from collections.abc import Mapping
@@ -21,19 +21,19 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 
 @dataclass(frozen=True)
 class Gains:
-    """Gains of an arm's joints.
+    """Gains and friction of an arm's joints.
 
     Attributes:
-        joint_names: The joints.
-        kind: Of the signal.
-        mean: g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
-        covariance: Of both, joint by joint, shape (n, 2, 2).
-        common_sd: Of a factor on all of them, as a fraction.
-        friction: c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit; zero where they were taken off.
-        friction_sd: Their standard deviations, shape (n, 3); None where friction was taken off and is as the kind of
-            signal has it.
-        least_variance: Long-run variance of the error in the runs they come from, shape (n,).
-        source: Where they come from, in words.
+        joint_names: Names of the joints.
+        kind: Kind of the signal.
+        mean: Means of g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
+        covariance: Covariance of g and h, joint by joint, shape (n, 2, 2).
+        common_sd: Relative standard deviation of a factor common to all gains.
+        friction: Means of c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit.
+        friction_sd: Standard deviations of friction, shape (n, 3); None if friction was not calibrated, so that the
+            prior of the signal's kind applies in its place.
+        least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
+        source: Origin of the gains, in words.
     """
 
     joint_names: tuple[str, ...]
@@ -52,17 +52,17 @@ class Gains:
 
     @property
     def load_friction(self) -> Array:
-        """Mu of each joint, shape (n,)."""
+        """Load friction mu of each joint, shape (n,)."""
         mu: Array = self.mean[:, 1] / self.mean[:, 0]
         return mu
 
     def with_drift(self, settings: IdentificationSettings) -> "Gains":
-        """The same in another run: gains and load friction have drifted."""
+        """Returns the gains for another run, their uncertainty widened by drift."""
         prior = settings.get_prior(self.kind)
         drift = np.zeros_like(self.covariance)
         g = self.mean[:, 0]
         drift[:, 0, 0] = (prior.gain_sd * g) ** 2
-        # Of signals in which gear friction is.
+        # Only signals that contain gear friction.
         if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
             drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
         friction_sd = self.friction_sd
@@ -72,7 +72,7 @@ class Gains:
 
 
 def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
-    """Gains of signals that are torques, as far as they are known before any calibration."""
+    """Builds the gains of signals that are torques, before any calibration."""
     prior = settings.get_prior(kind)
     num = len(joint_names)
     covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
@@ -82,10 +82,10 @@ def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings
 
 
 def write_gains(path: StrPath, gains: Gains) -> None:
-    """Writes gains as YAML, whole, for ``read_gains``.
+    """Writes gains as YAML, in full precision, for ``read_gains``.
 
     Raises:
-        BadArgumentError: They are no gains.
+        BadArgumentError: The argument is not of class Gains.
     """
     check_kind("gains", gains, Gains)
     lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
@@ -113,7 +113,7 @@ def _list(values: Array) -> str:
 
 
 def read_gains(path: StrPath) -> Gains:
-    """Reads what ``write_gains`` wrote.
+    """Reads gains that ``write_gains`` wrote.
 
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
@@ -158,10 +158,10 @@ def read_gains(path: StrPath) -> Gains:
 
 
 def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
-    """The same gains in the order of an arm's joints.
+    """Returns the gains in the order of an arm's joints.
 
     Raises:
-        BadValueError: A joint of the arm has none.
+        BadValueError: A joint of the arm has no gain.
     """
     missing = [name for name in joint_names if name not in gains.joint_names]
     if missing:

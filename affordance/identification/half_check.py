@@ -1,4 +1,4 @@
-"""A check that needs one weighed load and no second: gains from one half of a run, the mass from the other."""
+"""Check with a single weighed load: gains from one half of a run, the mass from the other."""
 
 from typing import NamedTuple
 
@@ -12,14 +12,14 @@ from affordance.identification.settings import IdentificationSettings
 
 
 class HalfCheck(NamedTuple):
-    """Masses by gains of the other half, the first half's mass first, shape (2,) each.
+    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first.
 
     Attributes:
-        mass: Means, [kg].
-        sd: Standard deviations, [kg].
-        error: Relative to the reference mass.
-        inside: Whether the 90 % interval holds the reference mass, 0 or 1.
-        centre_of_mass: Means, shape (2, 3), [m].
+        mass: Means of the mass, [kg].
+        sd: Standard deviations of the mass, [kg].
+        error: Relative errors of the mass.
+        inside: 1 where the 90 % interval contains the reference mass, else 0.
+        centre_of_mass: Means of the centre of mass, shape (2, 3), [m].
     """
 
     mass: Array
@@ -33,9 +33,9 @@ def check_halves(evidence: Evidence, reference_mass: float, settings: Identifica
     """Identifies the mass of each half of a run with gains found in the other.
 
     Args:
-        evidence: A run with a load that was weighed.
-        reference_mass: Its mass, [kg].
-        settings: Of the identification.
+        evidence: Evidence of a run with a weighed load.
+        reference_mass: Mass of the load, [kg].
+        settings: Identification settings.
     """
     middle = len(evidence.times) // 2
     halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, len(evidence.times)))

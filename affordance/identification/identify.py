@@ -1,4 +1,4 @@
-"""Given recorded q, v, vdot and tau: what do I hold?"""
+"""Identification of a held payload from recorded q, v, vdot and tau."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -22,7 +22,7 @@ from affordance.identification.solid_prior import SolidPrior
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
 from affordance.identification.wrist_sensor import build_wrist_evidence, build_wrist_gains
 
-# A load that is weighed, and the largest spread of densities within a material, [kg], [kg/m^3].
+# Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _DEVIATION_MAX = 1e6
 
@@ -31,8 +31,8 @@ class Runs(NamedTuple):
     """Recordings of one arm.
 
     Attributes:
-        loaded: With the load in the hand.
-        empty: With an empty hand: the same motion once (paired), or any motions (unpaired); none if there is none.
+        loaded: Run with the load in the hand.
+        empty: Runs with an empty hand: the same motion once (paired), any motions (unpaired), or an empty tuple.
     """
 
     loaded: Run
@@ -51,20 +51,21 @@ def identify(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
-    """Identifies a payload.
+    """Identifies a payload from recorded runs.
 
     Args:
-        arm: The robot, to the tip that carries the payload.
-        runs: The recordings; joints are found by name.
-        paired: Whether the loaded run repeats the empty one, if there is one.
-        gains: Found before, with a load that was weighed; None to find them here.
-        reference_mass: What the load weighs on a scale, [kg]; finds the gains of currents, and checks others.
-        seen: What a camera and a memory of materials say of the object; None without a camera.
-        solid_prior: Of a body no camera has seen; None for some solid that a hand could hold.
+        arm: Robot up to the tip that carries the payload.
+        runs: Recordings, whose joints are matched by name.
+        paired: True if the loaded run repeats the empty one; ignored without an empty run.
+        gains: Gains found before with a weighed load; None to find them here.
+        reference_mass: Mass of the load by a scale, [kg], which calibrates currents and checks other signals; None
+            for that of the loaded run's description.
+        seen: Belief about the object by a camera and a memory of materials; None without a camera.
+        solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-        settings: Nuisances, filters, samples.
+        settings: Settings of nuisances, filters and samples.
 
-    Returns: The belief.
+    Returns: The posterior of the payload.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind or out of bounds.
@@ -95,7 +96,7 @@ def identify_in_detail(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> Identification:
-    """The same as ``identify``, with the fit beside the belief."""
+    """Identifies a payload like ``identify``, and returns the fit as well."""
     _check_arguments(arm, runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
     loaded = runs.loaded.arrange(arm.joint_names)
@@ -124,10 +125,10 @@ def identify_in_detail(
 
 
 def check_reference_mass(name: str, mass: float) -> None:
-    """Checks what a load is said to weigh, [kg].
+    """Checks the given mass of a load, [kg].
 
     Raises:
-        BadArgumentError: It is out of bounds.
+        BadArgumentError: The mass is out of bounds.
     """
     check_number(name, mass, *_MASSES, "kg")
 
@@ -156,7 +157,7 @@ def _build_evidence(
     reference_mass: float | None,
     settings: IdentificationSettings,
 ) -> tuple[Evidence, Gains]:
-    """Takes the empty arm off, and says which gains hold."""
+    """Builds the evidence, and the gains as known before the loaded run."""
     kind = loaded.description.kind
     if kind is SignalKind.WRENCH:
         cutoff = max(find_cutoff(run, settings) for run in (loaded, *empty))
@@ -184,7 +185,7 @@ def _build_evidence(
 def _find_gains(
     arm: RobotChain, run: Run, gains: Gains | None, reference_mass: float | None, settings: IdentificationSettings
 ) -> Gains:
-    """Gains as they are known before the loaded run."""
+    """Returns the gains as known before the loaded run."""
     kind = run.description.kind
     if gains is not None:
         if gains.kind is not kind:

@@ -1,4 +1,4 @@
-"""From evidence to belief: the part of identification that no longer knows of runs."""
+"""Inference of a payload from evidence, whatever the runs and the analysis that it comes from."""
 
 from dataclasses import replace
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.assumptions import list_assumptions
-from affordance.identification.body_posterior import WeightedBodies, draw_bodies
+from affordance.identification.body_posterior import draw_bodies
 from affordance.identification.evidence import Evidence
 from affordance.identification.gains import Gains
 from affordance.identification.part_posterior import NotTheSeenObjectError, PlacedObject, SeenObject, infer_parts
@@ -20,12 +20,12 @@ _NUM_PRIOR_BODIES = 1000
 
 
 class Identification(NamedTuple):
-    """A belief, and what it was made of, for plots and for gains to be kept.
+    """Belief about a payload with the fit behind it, for plots and for storing gains.
 
     Attributes:
-        belief: What is held.
-        fit: The run as it was fitted.
-        gains: As they were before the run.
+        belief: Posterior of the payload.
+        fit: Fit of the run.
+        gains: Gains before the run.
     """
 
     belief: PayloadBelief
@@ -51,29 +51,29 @@ def infer(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> Identification:
-    """From evidence to belief.
+    """Infers the belief about a payload from evidence.
 
     Args:
-        evidence: Samples of a loaded run without the empty arm.
-        gains: Of this run (drift included).
+        evidence: Evidence of a loaded run.
+        gains: Gains for this run, drift included.
         calibration: Gains found in this very run with its reference mass; None if they come from elsewhere.
-        reference_mass: What the load weighs on a scale, [kg].
-        seen: The object a camera saw.
+        reference_mass: Mass of the load by a scale, [kg]; None if unknown.
+        seen: Object that a camera saw; None without a camera.
         X_GT: Pose of the seen object in the tip, shape (4, 4); None for the identity.
-        solid_prior: Of a body no camera has seen.
-        deviation_sd: Of an object's density about its material's mean, [kg/m^3].
-        settings: Nuisances and samples.
+        solid_prior: Prior of a body that no camera has seen; None for any solid that a hand could hold.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        settings: Settings of nuisances and samples.
     """
     evidence = replace(evidence, least_variance=np.maximum(evidence.least_variance, gains.least_variance))
     solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
     if calibration is not None and reference_mass is not None:
         solid = solid.with_mass(reference_mass, 1e-3 * reference_mass)
-    # Torques say what the body is, but for a factor that all gains share.
+    # Torques determine the body up to a factor common to all gains.
     felt = solid.with_common_factor(gains.common_sd)
     fit = fit_payload(evidence, build_channel_prior(evidence, gains, settings), felt, settings)
     rng = np.random.default_rng(settings.seed)
     bodies = draw_bodies(fit.likelihood, felt, fit.mode, rng, settings.num_samples)
-    bodies = WeightedBodies(solid.remove_common_factor(bodies.pi, gains.common_sd, rng), bodies.weights)
+    bodies = bodies._replace(pi=solid.remove_common_factor(bodies.pi, gains.common_sd, rng))
     after, _ = fit.likelihood.estimate_gains(fit.mode.load)
     counts = np.maximum(fit.statistics.counts, 1.0)
     single = fit.statistics.sum_squares(fit.weights) / counts
@@ -108,7 +108,7 @@ def _see(
     settings: IdentificationSettings,
     rng: np.random.Generator,
 ) -> PayloadBelief:
-    """The belief with what was seen of the object; without, and warned, if what is held is another one."""
+    """Returns the belief updated by the seen object; with a note instead if another object is held."""
     try:
         parts = infer_parts(
             fit.likelihood,

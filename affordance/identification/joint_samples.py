@@ -1,4 +1,4 @@
-"""Samples of joints along a recorded motion, and signals as they were before a controller took something out."""
+"""Samples of joints along a recorded motion, with signals as they were before a controller's compensation."""
 
 import numpy as np
 
@@ -19,15 +19,15 @@ def build_joint_samples(
     arm_torque: Array,
     settings: IdentificationSettings,
 ) -> ChannelSamples:
-    """Builds the samples of joints.
+    """Builds the samples of all joints.
 
     Args:
-        robot: The arm.
-        prepared: Its motion.
-        signal: x, shape (N, n).
-        tau_arm: Torque of the arm in the signal, shape (N, n); None if it was subtracted.
-        arm_torque: The arm's own torque, for the sign of the load, shape (N, n).
-        settings: The least speed at which friction has a direction.
+        robot: Model of the arm.
+        prepared: Motion of the arm.
+        signal: Signal x, shape (N, n), in its own unit.
+        tau_arm: Torque of the arm in the signal, shape (N, n), [N m]; None if it was subtracted.
+        arm_torque: Torque of the arm alone, for the sign of the load, shape (N, n), [N m].
+        settings: Identification settings, for the least speed at which friction has a direction.
     """
     direction = np.sign(prepared.v)
     return ChannelSamples(
@@ -42,13 +42,13 @@ def build_joint_samples(
 
 
 def restore_compensated(robot: RobotChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
-    """Adds to a signal what the controller had taken out of it.
+    """Adds the torques that the controller had subtracted back to a signal.
 
     Args:
-        robot: The arm.
-        run: Says what that is.
-        prepared: The run's even samples.
-        gain: Unit of the signal per N m, shape (n,).
+        robot: Model of the arm.
+        run: Run, whose description states the compensation.
+        prepared: Even samples of the run.
+        gain: Gain of each joint, shape (n,), [unit of the signal per N m].
 
     Returns: The signal, shape (N, n).
     """

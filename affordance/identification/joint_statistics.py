@@ -1,4 +1,4 @@
-"""What a run says of a payload, joint by joint: sums of products, exact and recursive.
+"""Sufficient statistics of a run for its payload, joint by joint: sums of products, exact and recursive.
 
 A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
 is modelled as
@@ -8,7 +8,7 @@ is modelled as
 with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), and c friction.
 Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, x], 26 numbers, so for any values of the unknowns
 the residual is w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and nothing
-is lost. The same sum over blocks of some seconds says how far errors of neighbouring samples agree.
+is lost. The same sum over blocks of some seconds measures how far errors of neighbouring samples are correlated.
 """
 
 from dataclasses import dataclass
@@ -17,10 +17,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.objects.inertia import NUM_PARAMETERS
 
 # Columns of z.
-ARM, PAYLOAD = 0, slice(1, 1 + NUM_PARAMETERS)
+ARM = 0
 LOAD = slice(0, 22)  # tau_arm and Y, then both times s
 FRICTION = slice(22, 25)
 SIGNAL = 25
@@ -32,12 +31,12 @@ class ChannelSamples(NamedTuple):
 
     Attributes:
         Y: Payload regressors, shape (N, C, 10).
-        tau_arm: Torque of the arm as far as it is in the signal, shape (N, C), [N m]; zero if it was subtracted.
-        load_sign: s, shape (N, C), from -1 to 1.
-        direction: d, -1, 0 or 1, shape (N, C).
+        tau_arm: Torque of the arm in the signal, shape (N, C), [N m]; zero if it was subtracted.
+        load_sign: Factor s of load friction, shape (N, C), from -1 to 1.
+        direction: Direction of motion d, -1, 0 or 1, shape (N, C).
         velocity: Joint velocities, shape (N, C), [rad/s].
-        signal: x, shape (N, C), in its own unit.
-        used: Which samples count, shape (N, C).
+        signal: Signal x, shape (N, C), in its own unit.
+        used: True where a sample is used, shape (N, C).
     """
 
     Y: Array
@@ -49,7 +48,7 @@ class ChannelSamples(NamedTuple):
     used: Mask
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
-        """The samples of some rows."""
+        """Returns the samples of some rows."""
         return ChannelSamples(
             self.Y[rows],
             self.tau_arm[rows],
@@ -61,7 +60,7 @@ class ChannelSamples(NamedTuple):
         )
 
     def build_columns(self) -> Array:
-        """Builds z, zero where a sample does not count, shape (C, N, 26)."""
+        """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""
         s = self.load_sign[..., None]
         load = np.concatenate([self.tau_arm[..., None], self.Y], axis=-1)
         one = np.ones_like(self.velocity)
@@ -72,15 +71,15 @@ class ChannelSamples(NamedTuple):
 
 @dataclass(frozen=True)
 class JointStatistics:
-    """Sums over all samples so far; adding returns a new object.
+    """Sums over all samples so far; adding samples returns a new object.
 
     Attributes:
         products: Sum of z z^T of each channel, shape (C, 26, 26).
-        block_products: Sum of b b^T with b the sum of z over one whole block, shape (C, 26, 26).
-        block_sum: Sum of z over the block not yet whole, shape (C, 26).
-        counts: How many samples count, shape (C,).
-        block_length: Rows in a block.
-        num_rows: Rows so far, those that do not count included.
+        block_products: Sum of b b^T with b the sum of z over one complete block, shape (C, 26, 26).
+        block_sum: Sum of z over the block that is not yet complete, shape (C, 26).
+        counts: Number of used samples of each channel, shape (C,).
+        block_length: Number of rows in a block.
+        num_rows: Number of rows so far, unused ones included.
     """
 
     products: Array
@@ -92,7 +91,7 @@ class JointStatistics:
 
     @classmethod
     def empty(cls, num_channels: int, block_length: int) -> "JointStatistics":
-        """Sums over no samples."""
+        """Returns the sums over no samples."""
         square = np.zeros((num_channels, NUM_COLUMNS, NUM_COLUMNS))
         return cls(square, square, np.zeros((num_channels, NUM_COLUMNS)), np.zeros(num_channels), block_length, 0)
 
@@ -102,12 +101,12 @@ class JointStatistics:
         return len(self.counts)
 
     def add(self, samples: ChannelSamples) -> "JointStatistics":
-        """Returns the sums with more samples, one or many; the order matters, how they are divided does not."""
+        """Returns the sums with more samples, one or many; their order matters, how they are divided does not."""
         z = samples.build_columns()
         num_new = z.shape[1]
         if num_new == 0:
             return self
-        # Rows after which a block is whole.
+        # First new row of each block.
         first = self.block_length - self.num_rows % self.block_length
         starts = np.array([0, *range(first, num_new, self.block_length)])
         sums = np.add.reduceat(z, starts, axis=1)  # (C, blocks, 26)
@@ -124,27 +123,27 @@ class JointStatistics:
         )
 
     def sum_squares(self, w: Array) -> Array:
-        """Sum of squared residuals w^T z of each channel, w of shape (C, 26), result (C,)."""
+        """Computes the sum of squared residuals w^T z of each channel, w of shape (C, 26), result (C,)."""
         total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
         return total
 
     def sum_block_squares(self, w: Array) -> Array:
-        """Sum of squared sums of residuals over blocks, the unfinished one included, shape (C,)."""
+        """Computes the sum of squared block sums of residuals, the incomplete block included, shape (C,)."""
         whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
         unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
         return whole + unfinished
 
 
 class RunningSums(NamedTuple):
-    """The same sums as arrays that are written into, for one sample after the other; see JointStatistics."""
+    """Sums of JointStatistics as mutable arrays, updated sample by sample."""
 
     products: Array  # (C, 26, 26)
     block_products: Array  # (C, 26, 26)
     block_sum: Array  # (C, 26)
-    counts: Array  # (C + 1,), rows last
+    counts: Array  # (C + 1,), the last for all rows
 
     def add(self, z: Array, used: Mask, block_length: int) -> None:
-        """Adds one sample, its columns of shape (C, 26), zero where it does not count."""
+        """Adds one sample, its columns of shape (C, 26), zero where it is not used."""
         self.products[:] += z[:, :, None] * z[:, None, :]
         self.block_sum[:] += z
         self.counts[:-1] += used
@@ -154,12 +153,12 @@ class RunningSums(NamedTuple):
             self.block_sum[:] = 0.0
 
     def freeze(self, block_length: int) -> JointStatistics:
-        """The sums so far."""
+        """Returns the sums so far."""
         return JointStatistics(
             self.products, self.block_products, self.block_sum, self.counts[:-1], block_length, int(self.counts[-1])
         )
 
 
 def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:
-    """The sums over a whole run."""
+    """Computes the sums over a whole run."""
     return JointStatistics.empty(samples.used.shape[1], block_length).add(samples)

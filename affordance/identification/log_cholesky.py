@@ -1,10 +1,10 @@
-"""Ten parameters that are always physically possible: log-Cholesky coordinates of the pseudo-inertia.
+"""Log-Cholesky coordinates of the pseudo-inertia: ten parameters that are always physically consistent.
 
     J = m [[S S^T + c c^T, c], [c^T, 1]],    theta = (ln m, c, ln diag S, s12, s13, s23)
 
 with S upper triangular. Every theta is a body of positive mass whose second moments about its centre of mass form a
 positive definite matrix, and every such body has one theta (Rucker & Wensing 2022, IEEE RA-L 7:2932-2939). Mass and
-centre of mass are coordinates themselves, so what is known of them is easily said.
+centre of mass are coordinates themselves, so priors on them are easily stated.
 """
 
 import numpy as np
@@ -29,10 +29,10 @@ def parameters_from_theta(theta: Array) -> Array:
 
 
 def theta_from_parameters(pi: Array) -> Array:
-    """Converts ten physically possible parameters, shape (..., 10), to theta.
+    """Converts ten physically consistent parameters, shape (..., 10), to theta.
 
     Raises:
-        numpy.linalg.LinAlgError: They are not those of a body of positive volume.
+        numpy.linalg.LinAlgError: The parameters are not those of a body of positive volume.
     """
     J = pseudo_inertia_from_parameters(pi)
     m = J[..., 3, 3]
@@ -49,7 +49,7 @@ def theta_from_parameters(pi: Array) -> Array:
 
 
 def compute_jacobian(theta: Array) -> Array:
-    """Derivative of the ten parameters by theta at one theta, shape (10, 10)."""
+    """Computes the derivative of the ten parameters with respect to theta, at one theta, shape (10, 10)."""
     m, c = np.exp(theta[0]), theta[1:4]
     S = _build_root(theta)
     D = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
@@ -65,7 +65,7 @@ def compute_jacobian(theta: Array) -> Array:
 
 
 def is_possible(pi: Array) -> Mask:
-    """Says which parameters, shape (N, 10), have a positive definite pseudo-inertia, shape (N,)."""
+    """Returns a mask, shape (N,), of parameters, shape (N, 10), whose pseudo-inertia is positive definite."""
     possible: Mask = np.linalg.eigvalsh(pseudo_inertia_from_parameters(pi))[:, 0] > 0.0
     return possible
 
@@ -78,7 +78,7 @@ def _build_root(theta: Array) -> Array:
 
 
 def _list_moments(G: Array) -> Array:
-    """Ixx, Iyy, Izz, Ixy, Ixz, Iyz of second moments G, shape (..., 3, 3)."""
+    """Computes Ixx, Iyy, Izz, Ixy, Ixz, Iyz from second moments G, shape (..., 3, 3)."""
     diagonal = G[..., _DIAGONAL, _DIAGONAL]
     moments = diagonal.sum(axis=-1, keepdims=True) - diagonal
     return np.concatenate([moments, -G[..., _OFF[0], _OFF[1]]], axis=-1)

@@ -1,8 +1,8 @@
-"""What does not average out: how much an empty hand seems to hold, from one stretch of time to another.
+"""Model error that does not average out: the apparent payload of an empty hand in different stretches of time.
 
-The error of an arm's model depends on where the arm is, not on chance: over ten seconds an empty Panda seems to hold
-as much as over two. So it is found from stretches of empty runs, each predicted by an arm fitted to the others, and
-added to every identification as a phantom: a mass of unknown sign somewhere near the tip.
+The error of an arm's model depends on its configuration, not on chance: over ten seconds an empty Panda appears to
+hold as much as over two. The error is estimated from stretches of empty runs, each predicted by an arm fitted to the
+others, and added to every identification as a phantom payload: a mass of unknown sign somewhere near the tip.
 """
 
 import numpy as np
@@ -14,21 +14,21 @@ from affordance.identification.preparation import PreparedRun
 from affordance.identification.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS
 
-# The phantom lies so far from the tip, one SD in each direction, [m].
+# SD of the phantom's position about the tip in each direction, [m].
 _REACH_SD = 0.15
-# A phantom as broad as this is no prior: the regression of link errors on the payload wants some, [kg].
+# Mass SD of an uninformative phantom, which regularises the regression of link errors on the payload, [kg].
 _BROAD_MASS = 10.0
-# Standard deviations of its mass that are compared, evenly in the logarithm, as nothing is known of its size, [kg].
+# Grid of the phantom's mass SD, even in the logarithm as its size is unknown, [kg].
 _SMALLEST, _LARGEST, _NUM_SIZES = 1e-3, 1.0, 60
 
 
 def build_phantom_covariance(mass_sd: float) -> Array:
-    """Covariance of the ten parameters of a mass of unknown sign near the tip, shape (10, 10)."""
+    """Builds the covariance of the ten parameters of a mass of unknown sign near the tip, shape (10, 10)."""
     a = _REACH_SD**2
     C = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
     C[0, 0] = 1.0
     C[1:4, 1:4] = a * np.eye(3)
-    # Of y^2 + z^2 and its like, with y and z normal.
+    # Moments of y^2 + z^2 and its permutations, with x, y and z normal.
     C[0, 4:7] = C[4:7, 0] = 2.0 * a
     C[4:7, 4:7] = a**2 * (6.0 * np.ones((3, 3)) + 2.0 * np.eye(3))
     C[7:, 7:] = a**2 * np.eye(3)
@@ -36,13 +36,13 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 
 
 def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
-    """Covariance of the payload that errors of the links look like, by least squares along a motion, (10, 10).
+    """Projects errors of the links onto the payload by least squares along a motion: its covariance, shape (10, 10).
 
     Args:
-        robot: The arm.
-        prepared: The motion.
-        samples: Of the payload along it.
-        root: Square root of the covariance of the links' parameters, L L^T, shape (10 n, 10 n).
+        robot: Model of the arm.
+        prepared: Motion of the arm.
+        samples: Samples of the payload along the motion.
+        root: Square root L of the covariance of the links' parameters, L L^T, shape (10 n, 10 n).
     """
     Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * samples.used[..., None]
@@ -53,13 +53,13 @@ def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: Chann
 
 
 def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
-    """Estimates the phantom's mass from what empty stretches seem to hold, [kg].
+    """Estimates the SD of the phantom's mass from the apparent payloads of empty stretches, [kg].
 
-    Each stretch is p(signals | delta) with delta ~ N(0, s^2 C); s is found by Bayes' rule, and the square root of the
-    mean of s^2 is returned, so that few stretches give a larger one.
+    Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The root mean square of s under its
+    posterior is returned, so that few stretches give a larger one.
 
     Args:
-        stretches: Likelihood of the ten parameters of each.
+        stretches: Likelihood of the ten parameters of each stretch.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
     log_evidence = np.zeros(_NUM_SIZES)

@@ -1,6 +1,6 @@
-"""The empty arm by repetition: the same motion once without and once with the load, one taken off the other.
+"""Evidence by repetition: the same motion without and with the load, one run subtracted from the other.
 
-Whatever the arm does in both runs cancels, friction included; no model of it is needed.
+All that both runs share cancels, friction included; no model of the arm is needed.
 """
 
 import numpy as np
@@ -15,13 +15,13 @@ from affordance.identification.settings import IdentificationSettings
 
 
 def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Takes an empty run off a loaded one.
+    """Subtracts an empty run from a loaded one.
 
     Args:
-        robot: The arm, its gravity that of the runs.
-        empty: With an empty hand.
-        loaded: The same motion with the load.
-        settings: Filters and tolerance.
+        robot: Model of the arm, with gravity as in the runs.
+        empty: Run with an empty hand.
+        loaded: Run of the same motion with the load.
+        settings: Identification settings, for filters and tolerance.
 
     Raises:
         BadValueError: The loaded run does not repeat the empty one.

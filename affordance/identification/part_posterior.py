@@ -1,10 +1,10 @@
-"""Posterior of a held body whose parts a camera has seen: their densities, and what it did not see.
+"""Posterior of a held body whose parts a camera has seen: their densities, and the unseen rest.
 
     pi = Phi rho + delta,    delta ~ N(0, C)
 
-with Phi the geometry of what was seen and delta the discrepancy: a mass of unknown sign (a screw, a hollow) anywhere
+with Phi the geometry of the seen parts and delta the discrepancy: a mass of unknown sign (a screw, a cavity) anywhere
 in the box that the parts fill, and errors of measuring them. The run is a likelihood of rho like any other, so it
-teaches the densities of materials as a hold in simulation does. Samples of an impossible body are left out.
+updates the densities of materials as a hold in simulation does. Physically inconsistent samples are discarded.
 """
 
 from collections.abc import Sequence
@@ -27,18 +27,18 @@ from affordance.objects.tool import PosedShape
 _MAX_ITERATIONS = 50
 _TOLERANCE = 1e-6
 _MAX_BATCHES = 50
-# Eigenvalues of a precision below this share of the largest say nothing.
+# Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
 _SEEN = 1e-12
 
 
 @dataclass(frozen=True)
 class SeenObject:
-    """What a camera and a memory of materials say of an object.
+    """Belief about an object by a camera and a memory of materials.
 
     Attributes:
-        belief: About its densities, with its geometry in the tool's frame T.
-        low: Least coordinates of the box its parts fill, in T, shape (3,), [m].
-        high: Largest coordinates of the same.
+        belief: Belief about the object's densities, with its geometry in the tool's frame T.
+        low: Least coordinates of the box that the parts fill, in T, shape (3,), [m].
+        high: Largest coordinates of the box, in T, shape (3,), [m].
     """
 
     belief: ObjectBelief
@@ -46,7 +46,7 @@ class SeenObject:
     high: Array
 
     def place(self, X_GT: Array) -> "PlacedObject":
-        """The same in another frame G, X_GT of shape (4, 4)."""
+        """Returns the object in another frame G, X_GT of shape (4, 4)."""
         to_G = build_transform_map(X_GT)
         geometry = self.belief.geometry
         unseen = to_G @ _build_unit_discrepancy(self.low, self.high) @ to_G.T
@@ -55,16 +55,16 @@ class SeenObject:
 
 
 class NotTheSeenObjectError(AffordanceError):
-    """A load that no densities of the parts that were seen explain.
+    """Load that no densities of the seen parts explain.
 
     Attributes:
-        num_possible: How many samples were possible bodies.
-        num_tried: Of how many.
-        p_value: Probability of a run as surprising as this, under what was believed.
+        num_possible: Number of samples that were physically consistent.
+        num_tried: Number of samples drawn.
+        p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Keeps its parts as arguments, so that it survives the way from one process to another."""
+        """Keeps the attributes as arguments, so that the error can be pickled between processes."""
         super().__init__(num_possible, num_tried, p_value)
         self.num_possible = num_possible
         self.num_tried = num_tried
@@ -76,24 +76,24 @@ class NotTheSeenObjectError(AffordanceError):
 
 
 class PlacedObject(NamedTuple):
-    """A seen object in the frame of the tip.
+    """Seen object in the frame of the tip.
 
     Attributes:
-        belief: About its densities, geometry at the tip.
-        unseen: Covariance of the parameters of one kilogram (one standard deviation) anywhere in the box, (10, 10).
+        belief: Belief about the object's densities, with its geometry in the frame of the tip.
+        unseen: Covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10).
     """
 
     belief: ObjectBelief
     unseen: Array
 
     def compute_discrepancy(self, rho: Array, share: float) -> Array:
-        """Covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
+        """Computes the covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
         mass = float((self.belief.geometry.Phi @ rho)[0])
         covariance: Array = (share * mass) ** 2 * self.unseen + self.belief.geometry.compute_covariance(rho)
         return covariance
 
     def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
-        """Draws possible bodies before anything was felt, about num_samples of them, shape (N, 10)."""
+        """Draws physically consistent bodies from the prior, at most num_samples of them, shape (N, 10)."""
         rho = self.belief.densities.draw_samples(rng, num_samples)
         root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
         pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
@@ -102,13 +102,13 @@ class PlacedObject(NamedTuple):
 
 
 class PartPosterior(NamedTuple):
-    """What a run says of a seen object.
+    """Posterior of a seen object after a run.
 
     Attributes:
         bodies: Samples of the ten parameters.
-        belief: About the object, and in its memory about all materials.
-        likelihood: Of the densities, for whoever keeps beliefs of his own.
-        p_value: Probability of a run as surprising as this, under what was believed.
+        belief: Belief about the object, with an updated memory of all materials.
+        likelihood: Likelihood of the densities, for callers that keep beliefs of their own.
+        p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     bodies: WeightedBodies
@@ -118,7 +118,7 @@ class PartPosterior(NamedTuple):
 
 
 def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
-    """The box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
+    """Finds the box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
     corners = []
     for part in parts:
         R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
@@ -139,16 +139,16 @@ def infer_parts(
     """Applies Bayes' rule to a run with a seen object.
 
     Args:
-        likelihood: Of the run.
-        placed: The object in the frame of the tip.
+        likelihood: Likelihood of the run.
+        placed: Object in the frame of the tip.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
-        common_gain_sd: Of a factor on all gains, as a fraction; to first order.
-        rng: Of the samples.
-        num_samples: How many.
+        common_gain_sd: Relative standard deviation of a factor common to all gains; treated to first order.
+        rng: Random number generator of the samples.
+        num_samples: Number of samples.
 
     Raises:
-        NotTheSeenObjectError: Hardly any sample is a possible body.
+        NotTheSeenObjectError: Hardly any sample is physically consistent, fewer than one in 50.
     """
     prior, Phi = placed.belief, placed.belief.geometry.Phi
     phantom = likelihood.prior.phantom_covariance
@@ -171,17 +171,17 @@ def infer_parts(
     pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
     if len(pi) < num_samples:
         raise NotTheSeenObjectError(len(pi), num_tried, p_value)
-    # What the quadratic leaves out; to first order only where a factor on all gains is uncertain.
+    # Weights correct the quadratic approximation, which stands uncorrected if a common factor of gains is uncertain.
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
     weights = np.exp(log_weights - log_weights.max())
-    bodies = WeightedBodies(pi, weights / weights.sum())
+    bodies = WeightedBodies(pi, weights / weights.sum(), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, p_value)
 
 
 def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
-    """The likelihood of densities, its constant that of the parameters that fit best."""
+    """Restricts a quadratic to densities; the constant is that of the parameters that fit best."""
     H, b = quadratic.precision, quadratic.information
     values, vectors = np.linalg.eigh(H)
     seen = values > _SEEN * values[-1]
@@ -192,7 +192,7 @@ def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
 def _draw(
     quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
 ) -> tuple[Array, int]:
-    """Draws densities, then what was not seen given them; at most num_samples possible bodies, and how many tries."""
+    """Draws densities, then the unseen rest given them; returns up to num_samples bodies and the number of draws."""
     root = factor(discrepancy)
     inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
     spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
@@ -208,7 +208,7 @@ def _draw(
 
 
 def _build_unit_discrepancy(low: Array, high: Array) -> Array:
-    """Covariance of the parameters of a mass of one kilogram, one SD, anywhere in a box; exact."""
+    """Computes the exact covariance of the parameters of a mass of 1 kg (one SD) anywhere in a box."""
     nodes, weights = np.polynomial.legendre.leggauss(3)
     points = 0.5 * (low + high) + 0.5 * np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3) * (
         high - low

@@ -1,4 +1,4 @@
-"""What is believed of a held body after a run, and what of it the run could not see."""
+"""Belief about a held body after a run, and the quantities that the run left undetermined."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -13,11 +13,11 @@ from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.gains import Gains
 from affordance.notebook import build_table
 
-# Standard deviations above this share of the prior's: the run said next to nothing.
+# A quantity is undetermined if its SD exceeds this share of the prior's,
 _UNSEEN = 0.8
-# So are those of positive quantities above this share of their mean.
+# or, for a positive quantity, this share of its mean.
 _VAGUE = 0.4
-# Samples that count for less than this are too few for the tails of an interval.
+# Effective sample size below which the tails of an interval are unreliable.
 _FEW_SAMPLES = 100.0
 QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
 UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
@@ -25,9 +25,9 @@ _MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(
 
 
 class Marginals(NamedTuple):
-    """Mass, centre of mass and moments of inertia about it, one by one, shape (10,) each.
+    """Marginals of mass, centre of mass and moments of inertia about it, shape (10,) each.
 
-    In the order of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
+    The order is that of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
     """
 
     mean: Array
@@ -40,26 +40,26 @@ class Marginals(NamedTuple):
 
 @dataclass(frozen=True)
 class PayloadBelief:
-    """The posterior of a payload at the tip T.
+    """Posterior of a payload at the tip T.
 
     Attributes:
         source: File of the run.
-        analysis: How the empty arm was taken off.
-        bodies: Weighted samples of the ten parameters about To, expressed in T; every one a possible body.
-        prior_bodies: Bodies believed in before the run, shape (N, 10).
-        channel_names: Joints, or components of the wrench.
-        unit: Of the signal.
-        gains: Gains and load friction as this run left them, shape (C, 2).
-        load_friction: mu of each channel, shape (C,).
+        analysis: Treatment of the empty arm, in words.
+        bodies: Weighted samples of the ten parameters about To, expressed in T, each physically consistent.
+        prior_bodies: Samples of the prior, shape (N, 10).
+        channel_names: Names of the joints, or of the components of the wrench.
+        unit: Unit of the signal.
+        gains: Posterior means of g and h = mu g of each channel, shape (C, 2).
+        load_friction: Load friction mu of each channel, shape (C,).
         noise_sd: Standard deviation of a residual, shape (C,), in the signal's unit.
-        agreement: Time over which errors agree, shape (C,), [s].
-        assumptions: What was assumed, a sentence each.
-        notes: What was found on the way, a sentence each.
-        calibration: Gains found with a load that was weighed; None if they were given.
-        reference_mass: What the load weighs on a scale, if that is known, [kg].
-        seen: Posterior of the parts a camera saw, its memory having learned; None without one.
-        likelihood: Of the densities of those parts.
-        p_value: Probability of a run as surprising as this, had the object been what it looks like; None without.
+        agreement: Correlation time of the errors, shape (C,), [s].
+        assumptions: Assumptions, a sentence each.
+        notes: Findings of the analysis, a sentence each.
+        calibration: Gains found in this run with a weighed load; None if they come from elsewhere.
+        reference_mass: Mass of the load by a scale, [kg]; None if unknown.
+        seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
+        likelihood: Likelihood of the densities of those parts; None without a camera.
+        p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
     """
 
     source: str
@@ -98,7 +98,7 @@ class PayloadBelief:
 
     @cached_property
     def parameters(self) -> Array:
-        """Mean of the ten parameters, shape (10,); itself a possible body."""
+        """Mean of the ten parameters, shape (10,); itself physically consistent."""
         mean: Array = self.bodies.weights @ self.bodies.pi
         return mean
 
@@ -111,7 +111,7 @@ class PayloadBelief:
 
     @cached_property
     def marginals(self) -> Marginals:
-        """Mass, centre of mass and moments about it, one by one."""
+        """Marginals of mass, centre of mass and moments of inertia about it."""
         return summarise(describe_bodies(self.bodies.pi), self.bodies.weights)
 
     @property
@@ -121,12 +121,12 @@ class PayloadBelief:
 
     @property
     def mass_sd(self) -> float:
-        """Its standard deviation, [kg]."""
+        """Standard deviation of the mass, [kg]."""
         return float(self.marginals.sd[0])
 
     @property
     def mass_interval90(self) -> tuple[float, float]:
-        """The 90 % interval of the mass, [kg]."""
+        """Credible interval of the mass that holds 90 %, [kg]."""
         return float(self.marginals.low90[0]), float(self.marginals.high90[0])
 
     @property
@@ -136,11 +136,11 @@ class PayloadBelief:
 
     @cached_property
     def unseen(self) -> tuple[str, ...]:
-        """What could not be seen from this motion, a sentence each."""
+        """Quantities that this motion left undetermined, a sentence each."""
         prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
         m = self.marginals
         share = m.sd / np.maximum(prior_sd, np.finfo(float).tiny)
-        # What is positive is also unseen if it is known to a factor only.
+        # Positive quantities are also undetermined if known only to a factor.
         vague = np.zeros(len(share), dtype=bool)
         vague[_MASS], vague[_MOMENTS] = (
             m.sd[_MASS] > _VAGUE * m.mean[_MASS],
@@ -148,7 +148,7 @@ class PayloadBelief:
         )
         parts = [("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)]
         if self.calibration is not None:
-            parts = parts[1:]  # the scale saw the mass
+            parts = parts[1:]  # the scale determined the mass
         sentences = []
         for name, part in parts:
             hidden = [i for i in range(part.start, part.stop) if share[i] > _UNSEEN or vague[i]]
@@ -163,7 +163,7 @@ class PayloadBelief:
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
-        """What the reader should know before using the numbers, a sentence each."""
+        """Warnings to heed before the numbers are used, a sentence each."""
         sentences = []
         if self.bodies.effective_size < _FEW_SAMPLES:
             sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
@@ -178,7 +178,7 @@ class PayloadBelief:
         return tuple(sentences)
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything as plain numbers and texts, for JSON; SI units, at the tip."""
+        """Returns all results as plain numbers and texts, for JSON; SI units, at the tip."""
         m = self.marginals
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         moments = slice(4, 10)
@@ -224,7 +224,7 @@ class PayloadBelief:
 
 
 def describe_bodies(pi: Array) -> Array:
-    """Mass, centre of mass and moments about it of bodies, pi of shape (N, 10), in the order of QUANTITIES."""
+    """Computes mass, centre of mass and moments about it, in the order of QUANTITIES, from pi of shape (N, 10)."""
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
     x, y, z = c.T
     shift = np.stack([y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z], axis=1)
@@ -232,7 +232,7 @@ def describe_bodies(pi: Array) -> Array:
 
 
 def summarise(values: Array, weights: Array) -> Marginals:
-    """Summarises weighted samples, (N, 10) and (N,)."""
+    """Computes the marginals of weighted samples, values of shape (N, 10) and weights of shape (N,)."""
     mean = weights @ values
     sd = np.sqrt(weights @ (values - mean) ** 2)
     order = np.argsort(values, axis=0)

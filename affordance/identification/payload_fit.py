@@ -1,4 +1,4 @@
-"""The most probable payload of a run, and how noisy the run is: each decides the other, to a fixed point."""
+"""Fit of a run: the most probable payload and the noise, each estimated given the other, to a fixed point."""
 
 from typing import NamedTuple
 
@@ -16,26 +16,26 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 from affordance.identification.solid_prior import SolidPrior
 
 _MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
-# Of a variance, as a fraction, and of a body, in squared standard deviations.
+# Tolerances of a variance, as a fraction, and of a body, in squared standard deviations.
 _VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
-# Numbers a run is fitted with, that its residual lacks: ten, shared by the channels, and friction of each.
+# Degrees of freedom that the fit takes from the residual: ten, shared by the channels, and friction of each.
 _SHARED, _OWN = 10.0, 3.0
-# Fewer independent samples than this say little about their own variance.
+# Residual degrees of freedom are taken as at least this, or as the number of samples if that is less.
 _FEWEST = 2.0
-# Of a wrist sensor, offsets of moments over those of forces, by the arms its forces have, [m].
+# Ratio of moment offsets to force offsets of a wrist sensor, by the lever arms of its forces, [m].
 MOMENT_SHARE = 0.1
 
 
 class PayloadFit(NamedTuple):
-    """A fitted run.
+    """Fit of a run.
 
     Attributes:
-        evidence: Its samples, the sign of the load as the payload makes it.
-        statistics: Their sums.
-        likelihood: Of the ten parameters.
-        mode: The most probable body.
-        long_run_variance: Of each channel, shape (C,).
-        weights: w with w^T z the residual, shape (C, 26).
+        evidence: Evidence of the run, with the load signs of the fitted payload.
+        statistics: Sums over the evidence.
+        likelihood: Likelihood of the ten parameters.
+        mode: Most probable body.
+        long_run_variance: Long-run variance of each channel, shape (C,).
+        weights: Weights w with w^T z the residual, shape (C, 26).
     """
 
     evidence: Evidence
@@ -47,9 +47,9 @@ class PayloadFit(NamedTuple):
 
 
 def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
-    """What is known before a run of all but the payload, gains drifted since they were found."""
+    """Builds the prior of all unknowns but the payload from gains that include drift."""
     friction_sd = list_friction_sds(evidence, settings)
-    # Friction that was calibrated is no use where a second run took it off.
+    # Calibrated friction does not apply where a second run was subtracted.
     carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
     return ChannelPrior(
         gains.mean,
@@ -62,7 +62,7 @@ def build_channel_prior(evidence: Evidence, gains: Gains, settings: Identificati
 
 
 def list_friction_sds(evidence: Evidence, settings: IdentificationSettings) -> Array:
-    """Standard deviations of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets alone."""
+    """Returns prior SDs of Coulomb and viscous friction and offset, (C, 3); a wrist sensor has offsets only."""
     sd = evidence.friction_scale * settings.get_prior(evidence.kind).friction_sd
     if evidence.kind is not SignalKind.WRENCH:
         return np.full((len(evidence.channel_names), 3), sd)
@@ -72,16 +72,16 @@ def list_friction_sds(evidence: Evidence, settings: IdentificationSettings) -> A
 def fit_payload(
     evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
 ) -> PayloadFit:
-    """Fits the most probable body and the noise, and the sign of the load as that body makes it.
+    """Fits the most probable body, the noise, and the sign of the load that this body causes.
 
     Args:
-        evidence: The run.
-        prior: Of gains, friction and the arm's model.
-        solid: Of the body.
-        settings: Of the noise.
+        evidence: Evidence of the run.
+        prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body.
+        settings: Identification settings, for the noise.
 
     Raises:
-        BadValueError: No sample counts.
+        BadValueError: No sample is used, as no joint moves fast enough.
     """
     errors = evidence.describe_errors(settings)
     statistics = evidence.compute_statistics(settings)
@@ -102,13 +102,13 @@ def fit_payload(
 
 
 class StatisticsFit(NamedTuple):
-    """What sums over samples alone say.
+    """Fit to sums over samples alone.
 
     Attributes:
-        likelihood: Of the ten parameters.
-        mode: The most probable body.
+        likelihood: Likelihood of the ten parameters.
+        mode: Most probable body.
         variance: Long-run variance of each channel, shape (C,).
-        weights: w with w^T z the residual, shape (C, 26).
+        weights: Weights w with w^T z the residual, shape (C, 26).
     """
 
     likelihood: PayloadLikelihood
@@ -125,15 +125,15 @@ def fit_statistics(
     start: Array | None = None,
     max_iterations: int = _MAX_ITERATIONS,
 ) -> StatisticsFit:
-    """Fits the most probable body and the noise, each of which decides the other, to a fixed point.
+    """Fits the most probable body and the noise, each given the other, to a fixed point.
 
     Args:
         statistics: Sums over the samples.
-        errors: What is known of the noise beforehand.
-        prior: Of gains, friction and the arm's model.
-        solid: Of the body.
+        errors: Error model of the run.
+        prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body.
         start: Theta to start from, shape (10,); None for a guess.
-        max_iterations: Rounds of body and noise.
+        max_iterations: Largest number of rounds of body and noise.
     """
     likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
     theta = guess_theta(likelihood, solid) if start is None else start
@@ -154,8 +154,9 @@ def fit_statistics(
 def estimate_variance(statistics: JointStatistics, weights: Array, errors: ErrorModel) -> Array:
     """Estimates the long-run variance of each channel's error from a residual, shape (C,).
 
-    Squared sums of the residual over blocks, over the number of samples: the variance of one times the number of
-    samples that share it. No less than if only what the filter joined were alike, and than earlier runs say.
+    The estimate is the sum of squared block sums of the residual over the number of samples: the variance of one
+    sample times the number of samples that share its error. Its lower bounds are the variance with correlation by the
+    filter alone, and that of earlier runs.
     """
     count = np.maximum(statistics.counts, 1.0)
     single = np.maximum(statistics.sum_squares(weights) / count, np.finfo(float).tiny)
@@ -169,6 +170,6 @@ def estimate_variance(statistics: JointStatistics, weights: Array, errors: Error
 
 
 def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:
-    """As if a tenth of the signal were error, alike over what the filter joined."""
+    """Returns a starting variance: a tenth of the signal is error, correlated by the filter alone."""
     signal = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
     return np.maximum(0.01 * signal * errors.alike, np.maximum(errors.least_variance, np.finfo(float).tiny))

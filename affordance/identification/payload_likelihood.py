@@ -1,11 +1,11 @@
-"""The likelihood of ten parameters, with everything else that is unknown integrated out.
+"""Likelihood of the ten parameters, with all other unknowns integrated out.
 
-Given the load, all the rest enters the signal linearly and has a normal prior: the gain and the load friction of a
-channel, and its friction. So their integral is known in closed form, however large their uncertainty (nothing is
+Given the load, all other unknowns enter the signal linearly and have normal priors: the gain, the load friction and
+the friction of each channel. Their integral is thus known in closed form, however large their uncertainty (nothing is
 linearised), and costs a few products of small matrices, for a thousand loads at once.
 
-What the arm's model gets wrong is a phantom payload delta beside the body pi, delta ~ N(0, C), and the load is both.
-With Q the quadratic that log L is near the most probable load, and Q_C the same with delta integrated out,
+Errors of the arm's model are a phantom payload delta, delta ~ N(0, C), and the load is the sum of body pi and delta.
+With Q the quadratic approximation of log L near the most probable load, and Q_C that with delta integrated out,
 
     log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],    delta ~ N(0, C) exp Q(pi + .)
 
@@ -21,21 +21,21 @@ from affordance.identification.joint_statistics import FRICTION, LOAD, NUM_COLUM
 from affordance.objects.inertia import NUM_PARAMETERS
 
 _NUM_LOAD = 22  # columns of z that the load fills
-_HALF = 11  # of these, without and with s
+_HALF = 11  # half of these columns, without or with the factor s
 _KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
 
 
 @dataclass(frozen=True)
 class ChannelPrior:
-    """What is known before a run of all but the payload.
+    """Prior of all unknowns but the payload.
 
     Attributes:
         gain: Means of g and h of each channel, shape (C, 2), [unit of the signal per N m].
-        gain_covariance: Their covariance, channel by channel, shape (C, 2, 2).
+        gain_covariance: Covariance of g and h, channel by channel, shape (C, 2, 2).
         friction: Means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s).
-        friction_sd: Their standard deviations, shape (C, 3).
-        phantom: Mean of the phantom payload: what an empty hand seems to hold, shape (10,).
-        phantom_covariance: Its covariance, shape (10, 10).
+        friction_sd: Standard deviations of friction, shape (C, 3).
+        phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
+        phantom_covariance: Covariance of the phantom payload, shape (10, 10).
     """
 
     gain: Array
@@ -48,43 +48,43 @@ class ChannelPrior:
 
 @dataclass(frozen=True)
 class Quadratic:
-    """log L(pi) = -pi^T precision pi / 2 + information^T pi + constant.
+    """Quadratic log likelihood, log L(pi) = -pi^T H pi / 2 + b^T pi + constant.
 
     Attributes:
-        precision: H, shape (10, 10); may be singular.
-        information: b, shape (10,).
+        precision: Precision matrix H, shape (10, 10); may be singular.
+        information: Information vector b, shape (10,).
     """
 
     precision: Array
     information: Array
 
     def widen(self, covariance: Array) -> "Quadratic":
-        """The same after an error of the parameters with this covariance, shape (10, 10)."""
+        """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
         A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
         precision = A @ self.precision
         return Quadratic(0.5 * (precision + precision.T), A @ self.information)
 
     def find_load(self, pi: Array, covariance: Array) -> Array:
-        """The most probable load given a body, shape (10,), that it differs from with a covariance, (10, 10)."""
+        """Finds the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
         missing = self.information - self.precision @ pi
         load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
         return load
 
     def evaluate(self, pi: Array) -> Array:
-        """Its value at N points, shape (N, 10), but for the constant; shape (N,)."""
+        """Computes the value at N points, shape (N, 10), without the constant; shape (N,)."""
         value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
         return value
 
     def about(self, origin: Array) -> "Quadratic":
-        """The same as a function of pi - origin, origin of shape (10,)."""
+        """Returns the quadratic as a function of pi - origin, origin of shape (10,)."""
         return Quadratic(self.precision, self.information - self.precision @ origin)
 
 
 class PayloadLikelihood:
-    """log p(signals of a run | pi), but for a constant.
+    """Log likelihood log p(signals of a run | pi) up to a constant.
 
-    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load, the
-    load being tau_arm + Y pi.
+    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load, where
+    the load is tau_arm + Y pi.
     """
 
     def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
@@ -92,12 +92,12 @@ class PayloadLikelihood:
 
         Args:
             statistics: Sums over the run.
-            prior: What is known of everything but the payload.
-            long_run_variance: Variance of an error times the number of samples that share it, of each channel, shape
-                (C,): as if that many fewer samples had been taken, each independent.
+            prior: Prior of all unknowns but the payload.
+            long_run_variance: Long-run variance of each channel, shape (C,): the variance of an error times the
+                number of samples that share it.
         """
         self.prior = prior
-        # About the mean of friction: x - f^T c in place of x.
+        # Centred on the mean of friction: x - f^T c in place of x.
         shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
         shift[:, FRICTION, SIGNAL] = -prior.friction
         products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
@@ -110,7 +110,7 @@ class PayloadLikelihood:
         self._K = K[:, :_NUM_LOAD, :_NUM_LOAD].reshape(-1, 2, _HALF, 2, _HALF)
         self._Kx = K[:, :_NUM_LOAD, _NUM_LOAD].reshape(-1, 2, _HALF)
         self._xx = K[:, _NUM_LOAD, _NUM_LOAD]
-        # The same as matrices from products of two coefficients of the load, or from one.
+        # K and Kx as matrices that act on products of two coefficients of the load, or on one.
         self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
         self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
         self._L = factor(prior.gain_covariance)
@@ -118,7 +118,7 @@ class PayloadLikelihood:
     def compute_log_likelihood(self, pi: Array) -> Array:
         """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
 
-        A load is the body and what the arm's model gets wrong, beyond the mean of that.
+        A load is the body plus the deviation of the phantom payload from its mean.
         """
         g, L = self.prior.gain, self._L
         AKA, AKx = self._project(pi)
@@ -131,7 +131,7 @@ class PayloadLikelihood:
         return log_likelihood
 
     def linearise(self, pi: Array) -> Quadratic:
-        """Builds the quadratic that log L is near a load, shape (10,), products of two errors dropped."""
+        """Builds the quadratic approximation of log L near a load, shape (10,), without products of two errors."""
         gain, _ = self.estimate_gains(pi)
         g, L = self.prior.gain, self._L
         load = self._extend(pi[None])[0]
@@ -149,7 +149,7 @@ class PayloadLikelihood:
         return Quadratic(0.5 * (H + H.T), b + H @ pi)
 
     def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
-        """Posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
+        """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
         g, L = self.prior.gain, self._L
         AKA, AKx = (each[0] for each in self._project(pi[None]))
         inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
@@ -158,7 +158,7 @@ class PayloadLikelihood:
         return g + (covariance @ residual[..., None])[..., 0], covariance
 
     def build_residual_weights(self, pi: Array) -> Array:
-        """Builds w such that w^T z is the residual, all unknowns at their best given a load; shape (C, 26)."""
+        """Builds w, (C, 26), with w^T z the residual at the most probable unknowns given a load, shape (10,)."""
         gain, _ = self.estimate_gains(pi)
         load = self._extend(pi[None])[0]
         w = np.zeros((len(gain), NUM_COLUMNS))
@@ -168,11 +168,11 @@ class PayloadLikelihood:
         return w
 
     def _extend(self, pi: Array) -> Array:
-        """The load's coefficients [1, pi + phantom], shape (N, 11)."""
+        """Returns the load's coefficients [1, pi + phantom], shape (N, 11)."""
         return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
 
     def _project(self, pi: Array) -> tuple[Array, Array]:
-        """Products with A = d x / d (g, h): A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2)."""
+        """Computes A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2), with A = d x / d (g, h)."""
         load = self._extend(pi)
         num, channels = len(pi), len(self._xx)
         pairs = (load[:, :, None] * load[:, None, :]).reshape(num, -1)
@@ -182,7 +182,7 @@ class PayloadLikelihood:
 
 
 class BodyLikelihood:
-    """log p(run | pi) of bodies, the phantom integrated out."""
+    """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out."""
 
     def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
         """Prepares the quadratics about a load of high likelihood, shape (10,)."""
@@ -197,7 +197,7 @@ class BodyLikelihood:
         self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
 
     def compute(self, pi: Array, rng: np.random.Generator) -> Array:
-        """Computes it at N bodies, shape (N, 10), up to one constant for all; shape (N,)."""
+        """Computes the log likelihood at N bodies, shape (N, 10), up to one constant for all; shape (N,)."""
         if not self._has_phantom:
             return self._likelihood.compute_log_likelihood(pi)
         delta = (self.of_load.information - pi @ self.of_load.precision) @ self._share
@@ -207,14 +207,14 @@ class BodyLikelihood:
 
 
 def factor(covariance: Array) -> Array:
-    """Square roots of covariances that may be singular, L L^T."""
+    """Computes square roots L of covariances L L^T that may be singular."""
     values, vectors = np.linalg.eigh(covariance)
     root: Array = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
     return root
 
 
 def _invert_2x2(M: Array) -> tuple[Array, Array]:
-    """Inverses and determinants of many 2 by 2 matrices, several times faster than a solver."""
+    """Computes inverses and determinants of many 2 by 2 matrices, several times faster than a solver."""
     a, b, c, d = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
     determinant = a * d - b * c
     inverse = (

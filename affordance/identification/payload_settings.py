@@ -1,7 +1,7 @@
-"""Lines that tell a robot what it holds, ready to be pasted.
+"""Lines that set the payload of a robot, ready to be pasted.
 
-Centre of mass from, and axes along, those of the tip; moments about the centre of mass. Makers differ in order and
-unit, and all of them want the tip to be their flange.
+The centre of mass is measured from the tip, axes are those of the tip, and moments are about the centre of mass.
+Makers differ in order and unit, and all of them expect the tip to be their flange.
 """
 
 import numpy as np
@@ -11,7 +11,7 @@ from affordance.identification.payload_belief import describe_bodies
 
 
 def list_payload_settings(pi: Array) -> dict[str, str]:
-    """Writes the settings of a payload, ten parameters at the flange, shape (10,), by robot."""
+    """Writes payload settings, by robot, from ten parameters at the flange, shape (10,)."""
     m, *c = (float(value) for value in describe_bodies(pi[None])[0][:4])
     xx, yy, zz, xy, xz, yz = (float(value) for value in describe_bodies(pi[None])[0][4:])
     # Elements of the inertia matrix; with Ixy = -integral(x y dm) the matrix holds them as they are.

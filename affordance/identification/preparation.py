@@ -1,6 +1,7 @@
-"""From a recorded run to even samples: one zero-phase filter for all signals alike, then derivatives.
+"""Preparation of a recorded run: even samples, one zero-phase filter for all signals, then derivatives.
 
-Filtered alike, signals that obey a linear equation still do. Accelerations are differences of filtered velocities.
+Signals that obey a linear equation still do if all are filtered alike. Accelerations are differences of filtered
+velocities.
 """
 
 from typing import NamedTuple
@@ -15,10 +16,10 @@ from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
 
 _ORDER = 4
-# Share of the velocity's power that its bandwidth holds.
+# Share of the velocity's power that lies within its bandwidth.
 _POWER = 0.999
-# Filters slower than this would leave nothing of a run of some seconds; faster than this share of half the rate, they
-# would let everything pass, [Hz].
+# Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds; and largest one as a share of
+# half the rate, above which everything would pass.
 _SLOWEST, _FASTEST = 0.5, 0.8
 
 
@@ -31,15 +32,15 @@ class Motion(NamedTuple):
 
 
 class PreparedRun(NamedTuple):
-    """Even samples.
+    """Even samples of a filtered run.
 
     Attributes:
-        times: Shape (N,), [s].
+        times: Times of the samples, shape (N,), [s].
         q: Joint angles, shape (N, n), [rad].
         v: Joint velocities, shape (N, n), [rad/s].
         vdot: Joint accelerations, shape (N, n), [rad/s^2].
-        signal: Shape (N, C).
-        cutoff: Of the filter, [Hz].
+        signal: Signals of the channels, shape (N, C), in their own unit.
+        cutoff: Cut-off of the filter, [Hz].
     """
 
     times: Array
@@ -51,16 +52,16 @@ class PreparedRun(NamedTuple):
 
     @property
     def motion(self) -> Motion:
-        """The motion alone."""
+        """Joint angles, velocities and accelerations."""
         return Motion(self.q, self.v, self.vdot)
 
     @property
     def rate(self) -> float:
-        """Samples a second."""
+        """Sampling rate, [Hz]."""
         return float(1.0 / (self.times[1] - self.times[0]))
 
     def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
-        """Some of the samples."""
+        """Returns some of the samples."""
         return self._replace(
             times=self.times[rows],
             q=self.q[rows],
@@ -71,13 +72,13 @@ class PreparedRun(NamedTuple):
 
 
 def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
-    """Cut-off of the filter that passes a run's motion: a multiple of what holds 99.9 % of its power, [Hz].
+    """Finds the cut-off of the filter that passes a run's motion, [Hz].
 
-    The fastest joint decides.
+    It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
     """
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
     v = _resample(times, run.times, _derive_velocity(run))
-    v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints that stand still have noise alone
+    v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
@@ -94,14 +95,14 @@ def prepare(
     """Filters a run and takes its derivatives.
 
     Args:
-        run: The recording.
-        settings: Filter, trimming, rate.
-        cutoff: Of the filter, [Hz]; None for what the motion asks.
-        times: Even times to sample it at, shape (N,), [s], at about the run's own rate; None for its own. Samples are
-            left out at either end of these.
+        run: Recorded run.
+        settings: Settings of filter, trimming and rate.
+        cutoff: Cut-off of the filter, [Hz]; None for ``find_cutoff``.
+        times: Even times of the samples, shape (N,), [s], at about the run's own rate; None for the run's own. Both
+            ends of these are trimmed.
 
     Raises:
-        BadValueError: Nothing is left between the ends that are left out.
+        BadValueError: The run is too short to be trimmed.
     """
     if times is None:
         times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)

@@ -1,7 +1,7 @@
-"""The arm as identification knows it: a chain of revolute joints, and what its links weigh.
+"""Arm model of identification: a chain of revolute joints with the inertial parameters of its links.
 
-This is all that is asked of a robot, so that any arm serves whatever file it came from. Frames: W the robot's base,
-T the tip, to which the payload is fixed; L a link, at its joint's moving frame.
+Identification needs nothing else of a robot, so any arm serves, whatever the format of its file. Frames: W the
+robot's base, T the tip, to which the payload is fixed; L a link, at its joint's moving frame.
 """
 
 from collections.abc import Sequence
@@ -17,15 +17,15 @@ from affordance.plant.wrench_regressor import compute_payload_regressors
 
 @dataclass(frozen=True)
 class RobotChain:
-    """A serial arm with named joints.
+    """Serial arm with named joints.
 
     Attributes:
-        source: The file it was read from, for messages.
+        source: File of the robot, for messages.
         joint_names: Names of the joints from base to tip.
         tip: Name of the frame T.
-        chain: Its kinematics from W to T, gravity expressed in W.
-        link_parameters: The ten inertial parameters of each link about its joint's moving frame L, expressed in L,
-            shape (num_joints, 10); all that is fixed to a link counts to it.
+        chain: Kinematics from W to T, with gravity expressed in W.
+        link_parameters: Ten inertial parameters of each link about its joint's moving frame L, expressed in L, shape
+            (num_joints, 10); everything fixed to a link is part of it.
     """
 
     source: str
@@ -43,7 +43,7 @@ class RobotChain:
         return len(self.joint_names)
 
     def with_gravity(self, gravity_W: Sequence[float] | Array) -> "RobotChain":
-        """The same arm mounted otherwise: gravity_W in its base frame, shape (3,), [m/s^2]."""
+        """Returns the arm in another mounting, with gravity_W in its base frame, shape (3,), [m/s^2]."""
         return replace(self, chain=replace(self.chain, gravity_W=np.array(gravity_W, dtype=float)))
 
     def compute_payload_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
@@ -57,9 +57,9 @@ class RobotChain:
         return compute_payload_regressors(self.chain, q, v, vdot)
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes how the joint torques depend on the links' inertial parameters.
+        """Computes the regressors of the joint torques on the links' inertial parameters.
 
-        Every link is the payload of the chain that ends with it.
+        Each link is the payload of the chain that ends with it.
 
         Returns: Regressors, shape (N, num_joints, 10 num_joints), link by link.
         """
@@ -78,6 +78,6 @@ class RobotChain:
         return regressors.reshape(*q.shape, -1)
 
     def compute_arm_torques(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes the torques of the arm alone by its file's inertias, shape (N, num_joints), [N m]."""
+        """Computes the torques of the arm alone from its link parameters, shape (N, num_joints), [N m]."""
         torques: Array = self.compute_link_regressors(q, v, vdot) @ self.link_parameters.ravel()
         return torques

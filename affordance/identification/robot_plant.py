@@ -1,4 +1,4 @@
-"""A Drake plant of a chain, for one state at a time: some ten times as fast as whole trajectories of one sample."""
+"""Drake plant of a chain for single states, some ten times as fast as trajectories of one sample."""
 
 from pathlib import Path
 
@@ -16,9 +16,9 @@ def build_arm(robot: RobotChain, link_parameters: Array | None = None) -> Arm:
     """Builds the plant of a chain.
 
     Args:
-        robot: The chain.
-        link_parameters: Ten parameters of each link, shape (n, 10), possible or not (fitted ones need not be); None
-            for the file's.
+        robot: Chain to build.
+        link_parameters: Ten parameters of each link, shape (n, 10), which need not be physically consistent; None for
+            the file's.
     """
     plant = MultibodyPlant(0.0)
     instance = plant.AddModelInstance("robot")

@@ -1,7 +1,7 @@
-"""A recorded run: one table of times, joint motion and signals, checked when it is made.
+"""Recorded run: one table of times, joint motion and signals, validated on construction.
 
-Checks look for what cannot be: numbers that are none, time that stands still, angles in degrees, currents in
-milliamperes. Each names the file, the row, the column, the value and its bound.
+Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees, currents in
+milliamperes. Each error names the file, the row, the column, the value and its bound.
 """
 
 import difflib
@@ -20,9 +20,9 @@ from affordance.identification.settings import SignalKind
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
 _MIN_ROWS = 20
 _STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
-# Beyond what joints of arms do, in radians: two turns either way, four turns a second.
+# Bounds beyond the motion of arms' joints: two turns either way, four turns a second.
 _BOUNDS = {"q": (4.0 * np.pi, "rad"), "v": (8.0 * np.pi, "rad/s"), "vdot": (1e4, "rad/s^2")}
-# Beyond what arms of any size need.
+# Bounds beyond the needs of arms of any size.
 _SIGNAL_BOUNDS = {
     SignalKind.JOINT_TORQUE: (5e3, "N m"),
     SignalKind.MOTOR_TORQUE: (5e3, "N m"),
@@ -30,25 +30,25 @@ _SIGNAL_BOUNDS = {
     SignalKind.WRENCH: (5e3, "N or N m"),
 }
 _HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
-# Rates that were measured must be those of what they are rates of to this factor; degrees for radians are 57 off.
+# Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
 _RATE_FACTOR = 5.0
-_LEAST_MOTION = 0.05  # below which a joint may have noise alone, [rad, rad/s]
+_LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 @dataclass(frozen=True)
 class RunDescription:
-    """What a table does not say of itself.
+    """Description of a run's table: joints, signal, frames and load.
 
     Attributes:
-        joint_names: In the order of the columns.
-        kind: What the signal is.
-        tip: Link to which the payload, or the wrist sensor, is fixed; empty if the caller says.
-        base: Link in which gravity is given; empty for the first of the chain.
-        gravity: In the base frame, shape (3,), [m/s^2].
-        compensates_arm: Whether the controller took the arm's own torque out of the signal already.
-        compensated_payload: Ten parameters at the tip of what it took out besides, shape (10,).
-        reference_mass: Mass of what is held, if it was weighed, [kg].
+        joint_names: Names of the joints, in the order of the columns.
+        kind: Kind of the signal.
+        tip: Link to which the payload, or the wrist sensor, is fixed; empty if the caller names it.
+        base: Link in whose frame gravity is given; empty for the first of the chain.
+        gravity: Gravity in the base frame, shape (3,), [m/s^2].
+        compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
+        compensated_payload: Ten parameters, at the tip, of a payload that the controller has subtracted, shape (10,).
+        reference_mass: Mass of the load, [kg]; None if it was not weighed.
         object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
     """
 
@@ -65,18 +65,18 @@ class RunDescription:
 
 @dataclass(frozen=True)
 class Run:
-    """A recording.
+    """Recorded run.
 
     Attributes:
-        source: Its file, for messages.
-        description: What the numbers are.
-        times: Shape (N,), increasing, [s].
+        source: File of the run, for messages.
+        description: Description of the table.
+        times: Times of the samples, shape (N,), increasing, [s].
         q: Joint angles, shape (N, n), [rad].
-        signal: Shape (N, n), or (N, 6) for a wrench: force, then torque, on the held object, in the tip's frame.
+        signal: Signals, shape (N, n), or (N, 6) for a wrench: force, then torque, on the held object, at the tip.
         v: Joint velocities, shape (N, n), [rad/s]; None to derive them.
         vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them.
         rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
-        notes: What was done to the table on the way, for the reader of results.
+        notes: Changes made to the table, for the reader of results.
     """
 
     source: str
@@ -90,10 +90,10 @@ class Run:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuses what cannot be.
+        """Rejects impossible data.
 
         Raises:
-            BadValueError: See the module.
+            BadValueError: A shape, a time or a value is impossible (see the module).
         """
         num_joints = len(self.description.joint_names)
         kind = self.description.kind
@@ -135,11 +135,11 @@ class Run:
 
     @property
     def rate(self) -> float:
-        """Samples a second, by the median."""
+        """Sampling rate by the median step, [Hz]."""
         return float(1.0 / np.median(np.diff(self.times)))
 
     def arrange(self, joint_names: Sequence[str]) -> "Run":
-        """The same run with its joints in the order of an arm's.
+        """Returns the run with its joints in the order of an arm's.
 
         Raises:
             BadValueError: A joint of the arm is not in the run.
@@ -168,7 +168,7 @@ class Run:
         )
 
     def select(self, rows: slice) -> "Run":
-        """A part of the run."""
+        """Returns a part of the run."""
         return replace(
             self,
             times=self.times[rows],
@@ -180,7 +180,7 @@ class Run:
         )
 
     def error_at(self, row: int, column: str, problem: str) -> BadValueError:
-        """Builds the error for a problem with a sample."""
+        """Builds the error that reports a problem of a sample."""
         number = row + 1 if self.rows is None else int(self.rows[row])
         return BadValueError(self.source, f"row {number}, column {column}", problem)
 
@@ -213,9 +213,9 @@ class Run:
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
 
     def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
-        """Refuses rates in other units than what they are rates of, by the joint that moves most."""
+        """Rejects rates in other units than their quantity, judged by the joint that moves most."""
         joint = int(np.argmax(np.ptp(self.q, axis=0)))
-        # Both without what is constant in the rate, an offset of the sensor.
+        # A constant offset of the rate is removed from both.
         moved = np.ptp(_remove_line(of[:, joint], self.times))
         total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
         summed = np.ptp(_remove_line(total, self.times))
@@ -231,13 +231,13 @@ class Run:
 
 
 def _remove_line(values: Array, times: Array) -> Array:
-    """Values less the line through the first and the last."""
+    """Subtracts the line through the first and the last value."""
     line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
     return values - line
 
 
 def _find_prefix(names: Sequence[str]) -> str:
-    """What all names begin with, up to and with an underscore."""
+    """Returns the common prefix of names, up to and including an underscore."""
     letters = itertools.takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
     common = "".join(same[0] for same in letters)
     return common[: common.rfind("_") + 1]

@@ -1,7 +1,7 @@
-"""ROS 2 bags (sqlite and MCAP), without ROS: joint states, and wrenches of a wrist sensor.
+"""Reader of ROS bags (ROS 2: sqlite and MCAP) without ROS: joint states, and wrenches of a wrist sensor.
 
-Wants the extra [bags], rosbags. Messages are read by ROS's own definitions: those that a bag brings along would
-become a program that decodes them.
+It needs the extra [bags], rosbags. Messages are decoded by ROS's own definitions, as definitions from the bag would
+become code that is run.
 """
 
 import re
@@ -25,12 +25,12 @@ JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/Wrench
 
 
 class BagTable(NamedTuple):
-    """Joint states of a bag.
+    """Table of a bag's joint states.
 
     Attributes:
-        joint_names: Of the first message.
-        columns: Our names of columns.
-        values: Shape (N, len(columns)).
+        joint_names: Names of the joints in the first message.
+        columns: Our names of the columns, such as q_1.
+        values: Values, shape (N, len(columns)).
     """
 
     joint_names: tuple[str, ...]
@@ -42,12 +42,12 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
     """Reads the joint states of a bag, and wrenches at their times.
 
     Args:
-        path: The bag's folder, or its .mcap or .db3 file.
-        topic: Of joint states; empty for the only one there is.
-        wrench_topic: Of wrenches; empty for none.
+        path: Folder of the bag, or its .mcap, .db3 or .bag file.
+        topic: Topic of joint states; empty for the only one in the bag.
+        wrench_topic: Topic of wrenches; empty for none.
 
     Raises:
-        BadValueError: rosbags is not installed, the bag cannot be read, or has no such topic.
+        BadValueError: rosbags is not installed, or the bag cannot be read, or it has no such topic.
     """
     _check_files(path)
     try:
@@ -65,7 +65,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
             wrenches = _read_topic(reader, decode, path, wrench_topic, WRENCHES) if wrench_topic else []
     except BadValueError:
         raise
-    except Exception as error:  # the library raises whatever a spoilt bag makes it stumble over
+    except Exception as error:  # the library raises any exception on a damaged bag
         raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
     names = tuple(states[0][1].name)
     columns, parts = ["time"], [np.array([time for time, _ in states])[:, None]]
@@ -82,10 +82,10 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
 
 
 def _check_files(path: Path) -> None:
-    """Refuses bags that are too large, or whose database is more than tables.
+    """Rejects bags that are too large, or whose database holds more than plain tables.
 
     Raises:
-        BadValueError: It is one.
+        BadValueError: A file of the bag is too large, or its database may run code.
     """
     files = sorted(path.iterdir()) if path.is_dir() else [path]
     for file in files:
@@ -97,7 +97,7 @@ def _check_files(path: Path) -> None:
 
 
 def _check_database(path: Path) -> None:
-    """Refuses a database with views, triggers, virtual tables or calculated columns, which are programs."""
+    """Rejects a database with views, triggers, virtual tables or calculated columns, which are programs."""
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
             entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
@@ -115,7 +115,7 @@ def _check_database(path: Path) -> None:
 
 
 def _read_topic(reader: Any, decode: _Decode, path: Path, topic: str, kind: str) -> list[tuple[float, Any]]:
-    """Messages of a topic with their stamps, [s]."""
+    """Reads the messages of a topic with their time stamps, [s]."""
     of_kind = sorted({connection.topic for connection in reader.connections if connection.msgtype == kind})
     if not topic and len(of_kind) == 1:
         topic = of_kind[0]
@@ -136,7 +136,7 @@ def _read_topic(reader: Any, decode: _Decode, path: Path, topic: str, kind: str)
 def _arrange(
     path: Path, field: str, names: Sequence[str], states: list[tuple[float, Any]], arrays: list[Array]
 ) -> Array:
-    """Values in the order of the first message's names; later ones may list their joints otherwise."""
+    """Arranges values in the order of the first message's names, from which later messages may differ."""
     rows = []
     for number, ((_, message), array) in enumerate(zip(states, arrays, strict=True), start=1):
         if len(array) != len(names) or set(message.name) != set(names):

@@ -1,19 +1,19 @@
-"""Reading a run: a table, and the small YAML file beside it that says what the table is of.
+"""Reader of a run: a table, and the small YAML file next to it that describes the table.
 
 joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
-signal: current                        # or joint_torque, motor_torque, wrench; by the columns if left out
+signal: current                        # or joint_torque, motor_torque, wrench; by the columns if omitted
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
 columns: ur_rtde                       # or libfranka, standard, or a list of names for a table without any
 units: {time: s, q: rad, v: rad/s, current: A}
-compensates: nothing                   # or arm: the controller took the arm's own torque out of the signal
+compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
-reference_mass: 2.805                  # kg, of what is held, if it was weighed
-object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # of the seen tool in the tip
+reference_mass: 2.805                  # mass of the load, if it was weighed, kg
+object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: which of the two a wrench pushes
-drop_torn_rows: 3                      # leave out up to so many
-topic: /joint_states                   # of a bag; wrench_topic likewise
+drop_torn_rows: 3                      # number of incomplete rows that may be left out
+topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """
 
 from pathlib import Path
@@ -43,11 +43,11 @@ _UNITS = {
     "wrench": {"N, N m": 1.0},
 }
 _BAGS = (".mcap", ".db3", ".bag")
-_MOST = 1e3  # of kilograms and metres of compensated payloads
+_MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
 
 
 class _Layout(NamedTuple):
-    """How to read the table."""
+    """Layout of the table: columns, units, signs and topics."""
 
     columns: str | tuple[str, ...]
     units: dict[str, float]
@@ -60,11 +60,11 @@ class _Layout(NamedTuple):
 
 
 def read_run(path: StrPath, description: StrPath | None = None) -> Run:
-    """Reads a run.
+    """Reads a run from its table and description.
 
     Args:
-        path: A .csv, .txt or .tsv table, a .nc file, or a ROS 2 bag.
-        description: The YAML file; None for the one beside it, of the same name.
+        path: Table (.csv, .txt, .tsv or .nc) or ROS bag.
+        description: YAML file that describes the table; None for the one next to it, of the same name.
 
     Raises:
         BadValueError: A file or one of its values is wrong; the message says which and how.
@@ -86,7 +86,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
             raise BadValueError(
                 beside, "signal", "is missing: efforts of a bag may be joint_torque, motor_torque or current"
             )
-        # What a bag calls effort is what the description says it is.
+        # The description determines the meaning of a bag's effort.
         if layout.kind is SignalKind.CURRENT:
             table = table._replace(names=tuple(name.replace("tau_", "current_") for name in table.names))
     elif path.suffix == ".nc":
@@ -167,7 +167,7 @@ def _read_description(record: Record, joints: tuple[str, ...], kind: SignalKind)
 
 
 def _read_choice(record: Record, key: str, choices: tuple[str, ...]) -> str:
-    """Takes one of some words; the first if none is given."""
+    """Reads one of some words; the first if the key is missing."""
     if not record.has(key):
         return choices[0]
     choice = record.text(key)
@@ -188,7 +188,7 @@ def _read_payload(record: Record) -> Array:
 
 
 def _find_columns(path: Path, beside: Path, table: Table, layout: _Layout) -> dict[str, int]:
-    """Places of our columns in the table."""
+    """Finds the places of our columns in the table."""
     names = table.names
     if not isinstance(layout.columns, str):
         names = layout.columns

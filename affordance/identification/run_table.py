@@ -1,4 +1,4 @@
-"""Tables of recordings: text with one row a sample (CSV), and netCDF 3."""
+"""Tables of recordings: text with one row per sample (CSV), and netCDF 3."""
 
 import csv
 import math
@@ -18,20 +18,20 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files import bounded
 
-# Of a text's first line, most frequent wins.
+# Delimiters of text, of which the most frequent in the first line is used.
 _DELIMITERS = ",;\t "
-# Letters of a row: a log of a robot controller has some hundred columns.
+# Largest number of characters in a row; the log of a robot controller has some hundred columns.
 _LONGEST_ROW = 100_000
 
 
 class Table(NamedTuple):
-    """Columns of numbers.
+    """Table of numbers.
 
     Attributes:
-        names: Of the columns; empty if the file has none.
-        values: Shape (N, len(names)).
+        names: Names of the columns; empty if the file has none.
+        values: Values, shape (N, number of columns).
         rows: Row of the file, counted from 1, that holds each sample, shape (N,).
-        num_torn: Rows that were left out.
+        num_torn: Number of incomplete rows that were left out.
     """
 
     names: tuple[str, ...]
@@ -44,11 +44,11 @@ def read_text(path: Path, max_torn: int = 0) -> Table:
     """Reads rows of numbers, with or without a line of names above.
 
     Args:
-        path: The file.
-        max_torn: How many rows that are not whole may be left out.
+        path: File to read.
+        max_torn: Largest number of incomplete rows that may be left out.
 
     Raises:
-        BadValueError: It cannot be read, or has more torn rows than that; names the first of them.
+        BadValueError: The file cannot be read, or has more incomplete rows; the message names the first in excess.
     """
     rows = _split_rows(path, bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig"))
     first = next(rows, [])
@@ -77,10 +77,10 @@ def read_text(path: Path, max_torn: int = 0) -> Table:
 
 
 def _split_rows(path: Path, text: str) -> Iterator[list[str]]:
-    """Cells of each row, by the delimiter that the first has most of.
+    """Splits a text into the cells of each row, by the most frequent delimiter of its first line.
 
     Raises:
-        BadValueError: A row is longer than the widest of robots makes it.
+        BadValueError: A row is too long for any robot, or is not a row of a table.
     """
     delimiter = max(_DELIMITERS, key=text.split("\n", 1)[0].count)
     number, length = 1, 0
@@ -103,21 +103,21 @@ def _split_rows(path: Path, text: str) -> Iterator[list[str]]:
 
 
 def read_netcdf(path: Path) -> Table:
-    """Reads variables over one dimension, time; those with a second become NAME_1, NAME_2 and so on.
+    """Reads variables along time; those with a second dimension become NAME_1, NAME_2 and so on.
 
     Raises:
-        BadValueError: It cannot be read, has no time, or variables of other lengths.
+        BadValueError: The file cannot be read, has no time, or has variables of other lengths.
     """
     content = bounded.read_bytes(path, bounded.RECORDING)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of what is damaged, and refused below
+            warnings.simplefilter("ignore")  # about damaged files, which are rejected below
             with xarray.open_dataset(BytesIO(content), engine="scipy", decode_cf=False) as dataset:
                 promised = sum(each.size for each in dataset.variables.values())
                 if promised > len(content):
                     raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
                 variables = {str(name): _take_numbers(each) for name, each in dataset.variables.items()}
-    except Exception as error:  # the libraries raise whatever a spoilt file makes them stumble over
+    except Exception as error:  # the libraries raise any exception on a damaged file
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
@@ -125,7 +125,7 @@ def read_netcdf(path: Path) -> Table:
 
 
 def _take_numbers(variable: xarray.Variable) -> Array:
-    """Values in their own unit: as the file has them, scaled as it says."""
+    """Returns the values of a variable with the file's scale and offset applied."""
     decoded = xarray.conventions.decode_cf_variable("x", variable, decode_times=False)
     return np.asarray(decoded.values, dtype=float)
 
@@ -155,7 +155,7 @@ def _is_number(cell: str) -> bool:
 
 
 def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[str, str] | None:
-    """What is wrong with a row, and in which column; None if it is whole."""
+    """Returns the column and the problem of a bad row; None for a good one."""
     if len(row) != width:
         return "", f"has {len(row)} values, must have {width}, one a column"
     for place, cell in enumerate(row):

@@ -1,6 +1,6 @@
-"""What identification assumes, each number with its source; every nuisance can be switched off.
+"""Settings of identification, each number with its source; every nuisance can be switched off.
 
-Where a number was found on a recording, docs/decisions/0020-recorded-data.md says on which, and what else was seen.
+For numbers found on a recording, docs/decisions/0020-recorded-data.md names the recording and other observations.
 """
 
 import enum
@@ -17,7 +17,7 @@ _SHARE = Within(0.0, 10.0)
 
 
 class SignalKind(enum.Enum):
-    """What a run's signal is; nothing in a file of efforts says so, and it decides what friction is in it."""
+    """Kind of a run's signal, which determines the friction in it and is not stated by a file of efforts."""
 
     JOINT_TORQUE = "joint_torque"  # link-side torque sensors: gear friction is not in it
     MOTOR_TORQUE = "motor_torque"  # motor current times a gain the maker gives: gear friction is in it
@@ -32,14 +32,14 @@ class SignalKind(enum.Enum):
 
 @dataclass(frozen=True)
 class SignalPrior:
-    """What is known of a kind of signal before a run.
+    """Prior of a kind of signal before a run.
 
     Attributes:
-        gain_sd: Of the gain about its nominal value, channel by channel and run by run, as a fraction.
+        gain_sd: Relative standard deviation of a gain about its nominal value, for each channel and run.
         load_friction: Mean of mu, friction as a fraction of the load.
-        load_friction_sd: Its standard deviation, before any calibration.
-        friction_sd: Of Coulomb friction, viscous friction (per rad/s) and offset, or of what a second run changed
-            in them, in the signal's unit.
+        load_friction_sd: Standard deviation of mu before any calibration.
+        friction_sd: Standard deviation of Coulomb friction, viscous friction (per rad/s) and offset, or of their
+            change between two runs, in the signal's unit.
     """
 
     gain_sd: float
@@ -48,10 +48,9 @@ class SignalPrior:
     friction_sd: float
 
 
-# Gains drift from run to run: in windows of 6 s of a UR10e with a known load the
-# loaded joints' scatter by 1.6 to 4.3 %, their own error included; 2 % is assumed. Torque
-# sensors: 1 %, what strain gauges hold; an assumption.
-# mu: a UR10e's gears lose 3 to 10 % of the load, servos a third: before calibration 5 +- 7 %; servos want their own.
+# Gains drift from run to run: over windows of 6 s of a UR10e with a known load, gains of the loaded joints scatter by
+# 1.6 to 4.3 %, estimation error included; 2 % is assumed. Torque sensors: 1 %, as strain gauges; an assumption.
+# mu: a UR10e's gears lose 3 to 10 % of the load, servos a third: before calibration 5 +- 7 %; servos need their own.
 # Friction of a UR10e may change by some tenths of an ampere from run to run; 3 N m at 10 N m/A.
 _PRIORS = {
     SignalKind.JOINT_TORQUE: SignalPrior(0.01, 0.0, 0.0, 0.3),
@@ -64,29 +63,29 @@ _PRIORS = {
 
 @dataclass(frozen=True)
 class IdentificationSettings:
-    """Settings of one identification; None leaves a number to the kind of signal.
+    """Settings of one identification.
 
     Attributes:
-        gains: Whether gains are uncertain.
-        load_friction: Whether friction grows with the load.
-        friction: Whether friction and offsets change between runs.
-        tare: Whether what an empty hand seems to hold is taken off (model and wrist analyses).
-        floor: Whether the error of the arm's model that does not average out is added.
-        correlated_noise: Whether neighbouring errors are taken to agree as much as they do.
-        signal_prior: In place of that of the kind of signal.
-        load_friction_drift: Of mu from run to run, once calibrated.
-        friction_drift: Of friction and offset that were calibrated, as a fraction.
-        gain_common_sd: Of a factor on all gains, where they come from the arm's file.
-        gain_own_sd: Of each gain beside that factor, likewise.
-        min_speed: Below it friction has no sure direction; such samples of a joint are left out, [rad/s].
+        gains: True if gains are uncertain.
+        load_friction: True if friction grows with the load.
+        friction: True if friction and offsets are modelled.
+        tare: True if the apparent payload of an empty hand is subtracted (wrist sensor).
+        floor: True if the error of the arm's model that does not average out is added.
+        correlated_noise: True if the correlation of neighbouring errors is estimated; False for independent errors.
+        signal_prior: Prior of the signal; None for that of its kind.
+        load_friction_drift: Standard deviation of mu's drift from run to run, once calibrated.
+        friction_drift: Relative standard deviation of the drift of calibrated friction and offset.
+        gain_common_sd: Relative standard deviation of a factor common to all gains estimated from the arm's file.
+        gain_own_sd: Relative standard deviation of each of these gains in addition to that factor.
+        min_speed: Speed below which friction has no sure direction and samples of a joint are left out, [rad/s].
         cutoff_factor: Cut-off of the low-pass filter as a multiple of the motion's bandwidth.
-        trim: Left out at either end, where filters ring, [s].
-        block: Length of the blocks by which agreement of neighbouring errors is measured, [s].
-        max_rate: Rate to which faster runs are thinned out after filtering, [Hz].
+        trim: Time left out at either end, where filters ring, [s].
+        block: Length of the blocks that measure the correlation of errors, [s].
+        max_rate: Rate to which faster runs are decimated after filtering, [Hz].
         repeat_tolerance: Largest difference of a joint angle between two runs of one motion, [rad].
-        num_samples: Samples of the posterior.
-        unseen_share: Standard deviation of the mass a camera did not see, as a fraction of all.
-        seed: Of the samples.
+        num_samples: Number of samples of the posterior.
+        unseen_share: Standard deviation of the mass that a camera did not see, as a fraction of the whole.
+        seed: Seed of the samples.
     """
 
     gains: bool = True
@@ -105,7 +104,7 @@ class IdentificationSettings:
     # A fourth-order Butterworth passes a quarter of its cut-off to 1e-5.
     cutoff_factor: Annotated[float, Within(0.1, 1e3)] = 4.0
     trim: Annotated[float, Within(0.0, 1e3)] = 1.0
-    block: Annotated[float, Within(1e-3, 1e3)] = 2.0  # errors agree over 0.3 to 1 s
+    block: Annotated[float, Within(1e-3, 1e3)] = 2.0  # errors are correlated over 0.3 to 1 s
     max_rate: Annotated[float, Within(1.0, 1e5)] = 100.0
     repeat_tolerance: Annotated[float, Within(0.0, 10.0)] = 0.02
     num_samples: Annotated[int, NUM_SAMPLES] = 2000
@@ -113,15 +112,15 @@ class IdentificationSettings:
     seed: Annotated[int, Whole(0, SEED_MAX)] = 0
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the numbers against their bounds.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A number is not finite, or is out of bounds.
         """
         check_fields(self)
 
     def get_prior(self, kind: SignalKind) -> SignalPrior:
-        """What is known of the signal; switched-off nuisances have no spread."""
+        """Returns the prior of a kind of signal, with zeros for nuisances that are switched off."""
         prior = self.signal_prior or _PRIORS[kind]
         return SignalPrior(
             prior.gain_sd if self.gains else 0.0,

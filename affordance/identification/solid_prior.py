@@ -1,6 +1,6 @@
-"""What is believed of a held body before it is felt, if no camera has seen it: it is some solid a hand could hold.
+"""Prior of a held body that no camera has seen: any solid that a hand could hold.
 
-A normal distribution over the log-Cholesky coordinates, fitted to random solids.
+It is a normal distribution over the log-Cholesky coordinates, fitted to random solids.
 """
 
 from dataclasses import dataclass
@@ -12,22 +12,22 @@ from affordance.arrays import Array
 from affordance.identification.log_cholesky import parameters_from_theta, theta_from_parameters
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
-# Of one to three boxes, each edge from 1 to 30 cm and each density from 100 to 8000 kg/m^3, evenly in the logarithm:
-# from foam to steel, from a pen to a drawer. They lie within 15 cm (one SD) of the tip and 7 cm of one another.
+# Solids of one to three boxes, each edge from 1 to 30 cm and each density from 100 to 8000 kg/m^3, log-uniform: from
+# foam to steel, from a pen to a drawer. They lie within 15 cm (one SD) of the tip and 7 cm of one another.
 _EDGES, _DENSITIES = (0.01, 0.30), (100.0, 8000.0)
 _REACH_SD, _SPREAD_SD = 0.15, 0.07
-# From a pencil case to what a large robot may carry, [kg].
+# Masses from a pencil case to the payload of a large robot, log-uniform, [kg].
 _MASSES = (0.02, 10.0)
 _NUM_SOLIDS = 4000
 
 
 @dataclass(frozen=True)
 class SolidPrior:
-    """A normal distribution of theta (see log_cholesky), whose every sample is a possible body.
+    """Normal distribution of theta (see log_cholesky), whose samples are physically consistent bodies.
 
     Attributes:
-        mean: Shape (10,).
-        covariance: Shape (10, 10).
+        mean: Mean of theta, shape (10,).
+        covariance: Covariance of theta, shape (10, 10).
     """
 
     mean: Array
@@ -35,21 +35,21 @@ class SolidPrior:
 
     @classmethod
     def for_hand(cls) -> "SolidPrior":
-        """Some solid that a hand could hold."""
+        """Returns the prior of any solid that a hand could hold."""
         return _fit_to_solids()
 
     @classmethod
     def from_samples(cls, pi: Array) -> "SolidPrior":
-        """Fits bodies that might be held, shape (N, 10) with N well above 10.
+        """Fits the prior to bodies that might be held, shape (N, 10) with N well above 10.
 
         Raises:
-            numpy.linalg.LinAlgError: One of them is not possible.
+            numpy.linalg.LinAlgError: One of the bodies is not physically consistent.
         """
         theta = theta_from_parameters(pi)
         return cls(theta.mean(axis=0), np.cov(theta.T))
 
     def with_mass(self, mass: float, sd: float) -> "SolidPrior":
-        """The same of a body that was weighed, [kg]; what its mass said of its shape is kept."""
+        """Returns the prior of a weighed body, conditioned on its mass and the mass's SD, [kg]."""
         log_sd = sd / mass
         gain = self.covariance[:, 0] / self.covariance[0, 0]
         mean = self.mean + gain * (np.log(mass) - self.mean[0])
@@ -57,17 +57,17 @@ class SolidPrior:
         return SolidPrior(mean, covariance)
 
     def with_common_factor(self, sd: float) -> "SolidPrior":
-        """The same of a body all of whose torques are off by one factor, its logarithm normal with this SD."""
+        """Returns the prior of a body whose torques share a factor, its logarithm normal with this SD."""
         covariance = np.array(self.covariance)
         covariance[0, 0] += sd**2
         return SolidPrior(self.mean, covariance)
 
     def remove_common_factor(self, pi: Array, sd: float, rng: np.random.Generator) -> Array:
-        """Draws what bodies are without that factor, given what they are with it, pi of shape (N, 10)."""
+        """Draws bodies without the common factor, given bodies with it, pi of shape (N, 10)."""
         if sd == 0.0:
             return pi
         widened = self.with_common_factor(sd)
-        share = sd**2 * widened.precision[0]  # of the way from the mean, that the factor explains
+        share = sd**2 * widened.precision[0]  # part of the deviation from the mean that the factor explains
         mean = (theta_from_parameters(pi) - widened.mean) @ share
         spread = np.sqrt(max(sd**2 * (1.0 - share[0]), 0.0))
         factor = np.exp(mean + spread * rng.standard_normal(len(pi)))
@@ -81,7 +81,7 @@ class SolidPrior:
         return 0.5 * (inverse + inverse.T)
 
     def compute_log_density(self, theta: Array) -> Array:
-        """Log density but for a constant, theta of shape (N, 10), result (N,)."""
+        """Computes the log density up to a constant, theta of shape (N, 10), result (N,)."""
         away = theta - self.mean
         log_density: Array = -0.5 * np.einsum("ni,ij,nj->n", away, self.precision, away, optimize=True)
         return log_density

@@ -1,4 +1,4 @@
-"""Identification on line, inside a Diagram: sums that grow with every sample, a belief whenever it is asked for."""
+"""Online identification inside a Diagram: sums updated with every sample, and a belief evaluated on demand."""
 
 from typing import Any, NamedTuple
 
@@ -29,18 +29,18 @@ from affordance.identification.solid_prior import SolidPrior
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor
 
-# Rounds of body and noise.
+# Largest number of rounds of body and noise.
 _MAX_ROUNDS = 10
-# Few enough that a belief takes some milliseconds.
+# Number of samples, few enough that a belief takes some milliseconds.
 _NUM_SAMPLES = 500
 
 
 class EmptySignal(NamedTuple):
-    """What of the signal is the empty arm's.
+    """Contribution of the empty arm to the signal.
 
     Attributes:
-        fitted: A fitted arm, whose prediction is taken off; None if nothing is to be.
-        in_signal: Whether the arm's torque by its file is in the signal, and so is part of the model.
+        fitted: Fitted arm whose prediction is subtracted; None to subtract nothing.
+        in_signal: True if the arm's torque by its file is in the signal, and so is part of the model.
     """
 
     fitted: FittedArm | None = None
@@ -48,10 +48,10 @@ class EmptySignal(NamedTuple):
 
 
 class SeenLoad(NamedTuple):
-    """What a camera says of the load.
+    """Load as seen by a camera.
 
     Attributes:
-        placed: The object, in the frame of the tip.
+        placed: Object in the frame of the tip.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
     """
 
@@ -60,12 +60,12 @@ class SeenLoad(NamedTuple):
 
 
 class LoadBelief(NamedTuple):
-    """What is believed of the load so far.
+    """Belief about the load so far.
 
     Attributes:
         bodies: Samples of the ten parameters.
-        parts: Of a seen object, with what its materials learned; None before the first sample, where no camera saw
-            the object, and where no densities of what it saw explain the load.
+        parts: Posterior of a seen object, its materials updated; None before the first sample, without a camera, and
+            if no densities of the seen parts explain the load.
     """
 
     bodies: WeightedBodies
@@ -73,20 +73,20 @@ class LoadBelief(NamedTuple):
 
 
 class PayloadIdentifier(SampledSystem):
-    """Identifies what an arm holds, sample by sample.
+    """Identifier of an arm's payload, sample by sample.
 
-    Its discrete state is the sums over all samples so far; nothing else evolves. A signal with a repeated empty run
-    already taken off (a replayed pair) wants no empty arm.
+    The discrete state is the sums over all samples so far; nothing else evolves. A signal from which a repeated empty
+    run has been subtracted (a replayed pair) needs no empty arm.
 
     Input ports:
-        state: Joint angles and velocities, filtered alike with the signal, (2 n,), [rad, rad/s].
+        state: Joint angles and velocities, filtered like the signal, (2 n,), [rad, rad/s].
         vdot: Joint accelerations, (n,), [rad/s^2].
         signal: Torques or currents, (n,).
 
     Output ports:
-        bodies: Posterior of the ten parameters, WeightedBodies; before the first sample that of the prior.
-        belief: The same, with what a seen object's materials learned, LoadBelief.
-        statistics: The sums so far, JointStatistics.
+        bodies: Posterior of the ten parameters, WeightedBodies; the prior before the first sample.
+        belief: Posterior of the ten parameters and of a seen object's materials, LoadBelief.
+        statistics: Sums so far, JointStatistics.
     """
 
     def __init__(
@@ -105,15 +105,15 @@ class PayloadIdentifier(SampledSystem):
         """Declares states, ports and events.
 
         Args:
-            robot: The arm, its gravity that of the base.
-            prior: Of gains, friction and the arm's model.
-            period: Of the samples, [s].
-            cutoff: Of the filter the signals went through, [Hz].
-            least_variance: What earlier runs say a long-run variance is at least, shape (n,).
-            empty: What of the signal is the empty arm's; None for nothing.
-            solid: Of the body; None for some solid that a hand could hold.
-            seen: What a camera says of it; None without one.
-            settings: Of nuisances.
+            robot: Model of the arm, with gravity in its base frame.
+            prior: Prior of gains, friction and errors of the arm's model.
+            period: Sampling period, [s].
+            cutoff: Cut-off of the signals' low-pass filter, [Hz].
+            least_variance: Lower bound of the long-run variance by earlier runs, shape (n,), [signal unit squared].
+            empty: Contribution of the empty arm to the signal; None for no contribution.
+            solid: Prior of the body; None for any solid that a hand could hold.
+            seen: Load as seen by a camera; None without a camera.
+            settings: Identification settings.
         """
         super().__init__()
         n = robot.num_joints
@@ -201,7 +201,7 @@ class PayloadIdentifier(SampledSystem):
                     num_samples=_NUM_SAMPLES,
                 )
             except NotTheSeenObjectError:
-                pass  # what is held is another object: the camera is left out
+                pass  # another object is held: the camera is ignored
             else:
                 return LoadBelief(parts.bodies, parts)
         return LoadBelief(draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES), None)
@@ -211,7 +211,7 @@ class PayloadIdentifier(SampledSystem):
             pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
         else:
             pi = self._seen.placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
-        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)))
+        return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)), np.arange(len(pi)))
 
 
 def build_replay(
@@ -224,16 +224,16 @@ def build_replay(
     seen: SeenLoad | None = None,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
-    """Builds a Diagram that replays a run, the empty arm already taken off, into an identifier.
+    """Builds a Diagram that replays a run's evidence into an identifier.
 
     Args:
-        robot: The arm.
-        evidence: The run.
-        gains: Of the run, for the noise of earlier ones.
-        prior: Of gains, friction and the arm's model.
-        solid: Of the body.
-        seen: What a camera says of it; None without one.
-        settings: Of nuisances.
+        robot: Model of the arm.
+        evidence: Evidence of the run, with the empty arm subtracted or in its model.
+        gains: Gains of the run, for the noise of the runs of calibration.
+        prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body; None for any solid that a hand could hold.
+        seen: Load as seen by a camera; None without a camera.
+        settings: Identification settings.
 
     Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
     """

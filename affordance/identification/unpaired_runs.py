@@ -1,4 +1,4 @@
-"""The empty arm by a model: fitted to other runs with an empty hand, or taken from the arm's file."""
+"""Evidence by a model of the empty arm that is fitted to other runs with an empty hand."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,18 +18,18 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.settings import IdentificationSettings
 
-# Stretches that are predicted by an arm fitted to the others, and what is left out at either side of them, [cells].
+# Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
 _STRETCH, _GUARD = 8, 1
 
 
 class EmptyArm(NamedTuple):
-    """An arm's model, with what is known of its errors.
+    """Model of the empty arm, with its errors.
 
     Attributes:
-        fitted: The model, of all cells.
-        least_variance: Long-run variance of its errors of prediction, shape (n,), in the signal's unit squared.
-        phantom_mass: What an empty hand seems to hold, one standard deviation, [kg].
-        residual: Errors of prediction of each run, where it was left out of the fit, shape (N, n) each.
+        fitted: Model fitted to all cells.
+        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared.
+        phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
+        residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
     """
 
     fitted: FittedArm
@@ -46,15 +46,15 @@ def fit_empty_arm(
     settings: IdentificationSettings,
     kept: Array | None = None,
 ) -> EmptyArm:
-    """Fits an arm to empty runs, and measures its errors where it was not fitted.
+    """Fits an arm to empty runs, and measures its errors by cross-validation.
 
     Args:
-        robot: The arm.
+        robot: Model of the arm.
         runs: Motions with an empty hand.
-        signals: Of each, shape (N, n).
-        gains: Of the joints.
-        settings: Of noise and nuisances.
-        kept: Which cells of half a second may be used, shape (cells,); None for all.
+        signals: Signals of each run, shape (N, n).
+        gains: Gains of the joints.
+        settings: Identification settings.
+        kept: Mask of the cells of half a second that may be used, shape (cells,); None for all.
     """
     regression = ArmRegression(robot, runs, signals, gains, settings)
     allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
@@ -95,7 +95,7 @@ def fit_empty_arm(
 def build_unpaired_evidence(
     robot: RobotChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
 ) -> Evidence:
-    """Takes a fitted arm's prediction off a loaded run."""
+    """Builds the evidence of a loaded run from which a fitted arm's prediction is subtracted."""
     predicted = empty_arm.fitted.predict(prepared)
     signal = restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted
     arm_torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
@@ -104,7 +104,7 @@ def build_unpaired_evidence(
         robot, prepared, signal=signal, tau_arm=None, arm_torque=arm_torque, settings=settings
     )
     if settings.floor:
-        # What was left between stretches of the empty runs, and what they left open of the links on this motion.
+        # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
         open_links = project_link_errors(robot, prepared, samples, empty_arm.fitted.link_root)
         covariance = build_phantom_covariance(empty_arm.phantom_mass) + open_links
     return Evidence(

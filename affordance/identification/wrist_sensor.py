@@ -1,9 +1,9 @@
-"""A force-torque sensor at the wrist: six channels, and no joint between them and the load.
+"""Evidence by a force-torque sensor at the wrist: six channels, with no joint between them and the load.
 
     [f; n] = W pi + offset + error
 
-of all that hangs on the sensor. What hung there in a run with an empty hand (gripper, cables) and the sensor's offset
-are found from that run, the tare, and taken off with their uncertainty.
+with pi all that is mounted on the sensor. The empty hand (gripper, cables) and the sensor's offset are found from a
+run with an empty hand, the tare, and accounted for with their uncertainty.
 """
 
 from dataclasses import replace
@@ -24,11 +24,11 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.wrench_regressor import compute_wrench_regressors
 
-# Before a tare an offset may be anything that fits the sensor: this many times what it drifts by.
+# SD of an offset before a tare, as a multiple of its drift.
 _RAW_OFFSET = 20.0
-# Before a tare the empty hand may weigh kilograms, at some centimetres: SDs of mass, first moment, moment of inertia.
+# Prior SDs of the empty hand, kilograms at some centimetres: mass, first moment, moment of inertia.
 _TARE_SD = np.array([3.0, *[0.5] * 3, *[0.1] * 6])
-_STRETCH = 4.0  # of the empty run, to see what does not average out, [s]
+_STRETCH = 4.0  # length of the empty run's stretches that measure errors that do not average out, [s]
 _NUM_PASSES = 4
 
 
@@ -42,11 +42,11 @@ def build_wrist_evidence(
     """Builds the evidence of a wrist sensor.
 
     Args:
-        robot: The arm; its tip is the sensor.
-        loaded: The run with the load.
-        prepared: Its even samples.
-        empty: Those of a run with an empty hand; None if there is none, and all that hangs on the sensor is the load.
-        settings: Of noise and nuisances.
+        robot: Model of the arm, whose tip is the sensor.
+        loaded: Run with the load.
+        prepared: Even samples of the loaded run.
+        empty: Even samples of a run with an empty hand; None if all that is mounted on the sensor is the load.
+        settings: Identification settings.
     """
     phantom, covariance = no_phantom()
     evidence = Evidence(
@@ -72,7 +72,7 @@ def build_wrist_evidence(
 
 
 def build_wrist_gains(settings: IdentificationSettings) -> Gains:
-    """Gains of a wrist sensor."""
+    """Builds the gains of a wrist sensor."""
     return build_nominal_gains(WRENCH_COLUMNS, SignalKind.WRENCH, settings)
 
 
@@ -85,7 +85,7 @@ def _build_samples(robot: RobotChain, prepared: PreparedRun, signal: Array) -> C
 
 
 def _tare(evidence: Evidence, robot: RobotChain, empty: PreparedRun, settings: IdentificationSettings) -> Evidence:
-    """Takes off what hung on the sensor in an empty run, and the sensor's offset."""
+    """Tares with an empty run: the sensor's offset is subtracted, and the empty hand becomes the phantom payload."""
     of_empty = _replace_run(evidence, robot, empty)
     statistics = of_empty.compute_statistics(settings)
     num = statistics.num_channels

@@ -1,1 +1,1 @@
-"""Objects as they are: inertia, materials, tools, colours."""
+"""Physical objects: inertia, materials, tools, colours."""

@@ -1,7 +1,7 @@
-"""What an object looks like, by which it is known again: the colour, sizes and place of each of its parts.
+"""Appearance of an object, by which it is recognised: colour, sizes and position of each of its parts.
 
-Two things that look the same are one object to whoever remembers it; so a decoy that is the twin of an honest object
-is remembered in that object's place.
+Objects of equal appearance are indistinguishable to memory, so a decoy that is the twin of another object is
+remembered in that object's place.
 """
 
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.colour import Colour, is_same_colour
 
-# Lengths that differ by less than this fraction cannot be told apart by eye: the Weber fraction of the length of
+# Lengths that differ by less than this fraction are indistinguishable by eye: the Weber fraction of the length of
 # lines is 0.029 (Teghtsoonian 1971, Psychological Review 78:71-80; from memory, not checked).
 SAME_LENGTH = 0.029
 # Two measurements of one length differ by more than this many standard deviations of either in one of 200 pairs.
@@ -20,16 +20,16 @@ _MEASUREMENT_MARGIN = 4.0
 
 
 class PartAppearance(NamedTuple):
-    """What is seen of one part.
+    """Appearance of one part.
 
     Attributes:
         colour: Red, green and blue in [0, 1].
-        sizes: Its axis lengths, in any order, [m].
-        position: Of its centre in the tool's frame T, [m].
+        sizes: Axis lengths, in any order, [m].
+        position: Position of the part's centre in the tool's frame T, [m].
         colour_sd: Standard deviation of the colour's measurement in each direction of CIELAB; 0 if it is exact.
         size_sd: Standard deviation of each size's measurement, as a fraction of that size.
         position_sd: Standard deviation of each coordinate's measurement, [m].
-        lightness_sd: Standard deviation of a further error of the colour's brightness, in units of L*.
+        lightness_sd: Standard deviation of an additional error of the colour's brightness, in units of L*.
     """
 
     colour: Colour
@@ -45,10 +45,10 @@ type Appearance = tuple[PartAppearance, ...]
 
 
 def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance]) -> bool:
-    """Says whether two appearances are those of one object: as many parts, each with its like in the other.
+    """Returns True if two appearances are those of one object: equally many parts, matching one to one.
 
-    Parts are alike if their colours are the same, and sizes and positions differ by no more than cannot be told
-    apart by eye or is due to the error of measuring. Costs n^2 comparisons for n parts.
+    Parts match if their colours are the same, and sizes and positions differ by less than can be distinguished by eye
+    or is due to measurement error. Costs n^2 comparisons for n parts.
     """
     if len(one) != len(other):
         return False
@@ -63,7 +63,7 @@ def is_same_object(one: Sequence[PartAppearance], other: Sequence[PartAppearance
 
 
 def _is_same_part(one: PartAppearance, other: PartAppearance, extent: float) -> bool:
-    """Compares two parts; extent is the length of the object, by which places are told apart, [m]."""
+    """Returns True if two parts match; the position tolerance scales with extent, the object's length, [m]."""
     if len(one.sizes) != len(other.sizes) or not is_same_colour(one.colour, other.colour):
         return False
     sizes, other_sizes = np.sort(one.sizes), np.sort(other.sizes)

@@ -1,9 +1,9 @@
-"""Colours as they are perceived, and what of them shading leaves alone.
+"""Perceived colours, and their components that are invariant to shading.
 
-Colours are red, green and blue in [0, 1] as a picture holds them (sRGB); perceived colours are CIELAB: lightness L*
-and the two opponent coordinates a* and b*, in which equal distances look about equally different. A shade multiplies
-the light that a surface sends back; as a picture holds a power of the light, it multiplies red, green and blue there
-alike.
+Colours are red, green and blue in [0, 1] as stored in a picture (sRGB); perceived colours are CIELAB: lightness L*
+and the two opponent coordinates a* and b*, in which equal distances look about equally different. Shading multiplies
+the light that a surface reflects; as a picture stores a power of the light, it multiplies the stored red, green and
+blue by a common factor.
 """
 
 from collections.abc import Mapping
@@ -16,13 +16,13 @@ from affordance.arrays import Array
 
 type Colour = tuple[float, float, float]
 
-# Two colours that differ by less than this in CIELAB cannot be told apart by eye (Mahy, Van Eycken and Oosterlinck
+# Two colours that differ by less than this in CIELAB are indistinguishable by eye (Mahy, Van Eycken and Oosterlinck
 # 1994, Color Research and Application 19:105-121).
 JUST_NOTICEABLE = 2.3
 
 
 def convert_to_lab(colours: NDArray[np.floating]) -> Array:
-    """CIELAB coordinates L*, a*, b* of colours in [0, 1], shape (..., 3)."""
+    """Converts colours in [0, 1], (..., 3), to CIELAB coordinates L*, a*, b*, (..., 3)."""
     if not np.size(colours):  # OpenCV rejects it
         return np.zeros(np.shape(colours))
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
@@ -31,28 +31,28 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
 
 
 def compute_tints(colours: NDArray[np.floating]) -> Array:
-    """What shading leaves of colours (..., 3): a* and b* in the light that just saturates a channel, (..., 2)."""
+    """Computes the shading-invariant part of colours (..., 3): a*, b* with one channel just saturated, (..., 2)."""
     brightest = np.maximum(colours.max(axis=-1, keepdims=True), 1.0 / 255.0)
     tints: Array = convert_to_lab(colours / brightest)[..., 1:]
     return tints
 
 
-# Two colours within this distance of each other in every channel, of [0, 1], are the same colour: 5 of 255 steps, and
-# half a step so that rounding does not decide.
+# Two colours within this distance of each other in every channel, of [0, 1], are the same colour: 5 of 255 steps,
+# and half a step so that rounding does not decide.
 SAME_COLOUR = 5.5 / 255
 
 
 def is_same_colour(one: Colour, other: Colour) -> bool:
-    """Says whether two colours count as the same."""
+    """Returns True if two colours count as the same."""
     return max(abs(a - b) for a, b in zip(one, other, strict=True)) <= SAME_COLOUR
 
 
 def find_nearest_colour(colour: Colour, colours: Mapping[str, Colour]) -> str:
-    """The name of the colour that looks most like a given one; there must be at least one."""
+    """Finds the name of the colour that looks most similar to a given one; there must be at least one."""
     lab = convert_to_lab(np.array(colour))
     return min(colours, key=lambda name: float(np.linalg.norm(convert_to_lab(np.array(colours[name])) - lab)))
 
 
 def show_colour(colour: Colour) -> str:
-    """A colour in hexadecimal, as '#d4a017'."""
+    """Formats a colour in hexadecimal, as '#d4a017'."""
     return "#" + "".join(f"{round(255 * channel):02x}" for channel in colour)

@@ -1,4 +1,4 @@
-"""Solids made of thin upright columns, as between a surface that is seen from above and one from below."""
+"""Solids made of thin upright columns, as between a surface seen from above and one seen from below."""
 
 import hashlib
 from dataclasses import dataclass
@@ -8,19 +8,19 @@ import numpy as np
 
 from affordance.arrays import Array
 
-# Columns that end this much less far along a direction than the farthest one end as far: that of a single one is
-# noise, two columns of half a millimetre are an end, [m].
+# Column ends within this distance of the farthest along a direction are averaged: a single column's end is noise, two
+# columns of half a millimetre are an end, [m].
 _AS_FAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class ColumnSolid:
-    """A solid of N square columns along Ez.
+    """Solid of N square columns along Ez.
 
     Attributes:
-        places: Of their axes, x and y in E, shape (N, 2), read-only, [m].
-        areas: Of their cross-sections, shape (N,), read-only, [m^2].
-        ends: Least and largest z of each, shape (N, 2), read-only, [m].
+        places: Positions of the columns' axes, x and y in E, shape (N, 2), read-only, [m].
+        areas: Areas of the columns' cross-sections, shape (N,), read-only, [m^2].
+        ends: Least and largest z of each column, shape (N, 2), read-only, [m].
     """
 
     places: Array
@@ -28,10 +28,10 @@ class ColumnSolid:
     ends: Array
 
     def __post_init__(self) -> None:
-        """Keeps read-only copies.
+        """Stores read-only copies.
 
         Raises:
-            ValueError: There is no column, shapes do not fit together, or the columns have no volume.
+            ValueError: There is no column, shapes are inconsistent, or the columns have no volume.
         """
         for name in ("places", "areas", "ends"):
             copy = np.array(getattr(self, name), dtype=float)
@@ -69,20 +69,20 @@ class ColumnSolid:
         return float(self.areas @ (self.ends[:, 1] - self.ends[:, 0]))
 
     def with_sizes(self, sizes: Array) -> "ColumnSolid":
-        """Returns it stretched about Eo to another box, shape (3,), [m]; itself if the box is its own."""
+        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
         if np.array_equal(sizes, self.sizes):
             return self
         x, y, z = sizes / self.sizes
         return ColumnSolid(self.places * [x, y], self.areas * x * y, self.ends * z)
 
     def centre(self) -> tuple["ColumnSolid", Array]:
-        """Returns it with Eo in its centroid, and where that was, shape (3,), [m]."""
+        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
         J = self.unit_pseudo_inertia()
         centroid = J[:3, 3] / J[3, 3]
         return ColumnSolid(self.places - centroid[:2], self.areas, self.ends - centroid[2]), centroid
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
         return self._unit_pseudo_inertia.copy()
 
     @cached_property
@@ -98,12 +98,12 @@ class ColumnSolid:
         return J
 
     def find_support(self, direction_E: Array) -> Array:
-        """The middle of the columns' ends that lie farthest along a direction, shape (3,), [m]."""
+        """Finds the mean of the columns' ends that are farthest along a direction, shape (3,), [m]."""
         ends = np.vstack([np.column_stack([self.places, z]) for z in self.ends.T])
         reach = ends @ (direction_E / np.linalg.norm(direction_E))
         support: Array = ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
         return support
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Infinite, as the columns' ends are flat."""
+        """Returns infinity, as the columns' ends are flat, [m]."""
         return np.inf

@@ -1,4 +1,4 @@
-"""The solid parts of a tool of what its file says: ellipsoids, boxes, cylinders, capsules and meshes."""
+"""Reader of the solid parts of a tool from its file: ellipsoids, boxes, cylinders, capsules and meshes."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -14,10 +14,10 @@ from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import Component, Material
 from affordance.objects.tool_entries import COLOUR_FORM, ComponentEntry, build_pose, is_colour, parse_colour
 
-# In place of a colour: that which the mesh file shows.
+# Value in place of a colour: the colour in the mesh file.
 _OF_FILE = "file"
 
-# By the key that gives its lengths, what makes a solid of them.
+# Constructors of solids, by the key that gives their lengths.
 _PRIMITIVES: Mapping[str, Callable[[Sequence[float]], Shape]] = {
     "semi_axes": lambda size: Ellipsoid((size[0], size[1], size[2])),
     "box": lambda size: Box((size[0], size[1], size[2])),
@@ -27,20 +27,20 @@ _PRIMITIVES: Mapping[str, Callable[[Sequence[float]], Shape]] = {
 _KINDS = (*_PRIMITIVES, "mesh")
 
 
-# Keys that only some kinds have.
+# Keys for primitives, and those for meshes.
 _OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like")
 _OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 
 
 @dataclass(frozen=True)
 class Part:
-    """An entry of a tool's components, and where it stands.
+    """Entry of a tool's components, and its place in the file.
 
     Attributes:
-        path: The file.
-        key: Its place there.
-        entry: The entry.
-        materials: By name.
+        path: Path of the file.
+        key: Key of the entry in the file.
+        entry: Parsed entry.
+        materials: Materials by name.
     """
 
     path: Path
@@ -49,14 +49,14 @@ class Part:
     materials: Mapping[str, Material]
 
     def error(self, name: str, problem: str) -> BadValueError:
-        """The error about a key of the entry."""
+        """Builds the error about a key of the entry."""
         return BadValueError(self.path, f"{self.key}.{name}", problem)
 
     def find_material(self, key: str, name: str | None) -> Material:
-        """The material that is named at a key.
+        """Finds the material that is named at a key.
 
         Raises:
-            BadValueError: None is named, or none that is known.
+            BadValueError: The name is missing or unknown.
         """
         if name is None:
             raise self.error(key, "is missing")
@@ -66,14 +66,14 @@ class Part:
 
 
 def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
-    """Builds one part, or one for each body of a mesh.
+    """Builds one component, or one for each body of a mesh.
 
     Args:
-        part: What the file says.
-        folder: Paths of mesh files are relative to it.
+        part: Entry of the file.
+        folder: Folder to which paths of mesh files are relative.
 
     Raises:
-        BadValueError: A value is wrong, or the mesh file is; the message says which and how.
+        BadValueError: A value or the mesh file is invalid; the message says which and how.
     """
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
@@ -115,7 +115,7 @@ def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
 
 
 def _choose_bodies(part: Part, found: Bodies) -> tuple[Body, ...]:
-    """All bodies if each has a material or colour of its own, the one that is asked for, or all as one."""
+    """Chooses the requested body, all bodies if materials or colours are given by shell, or all merged into one."""
     entry = part.entry
     if entry.shell is not None:
         if entry.shell >= found.num_shells:
@@ -129,7 +129,7 @@ def _choose_bodies(part: Part, found: Bodies) -> tuple[Body, ...]:
 
 
 def _read_list(part: Part, found: Bodies, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """Materials by shell, cavities included, and what each body looks like."""
+    """Reads materials by shell, cavities included, and the appearance of each body."""
     names = part.entry.materials or []
     if len(names) != found.num_shells:
         problem = f"has {len(names)} entries, must have {found.num_shells}: one a shell, in the order of the file"
@@ -146,11 +146,11 @@ def _read_list(part: Part, found: Bodies, colours: Sequence[Colour | None]) -> l
 
 
 def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """What each body is made of and looks like, by ``material``, or by ``colour`` alone.
+    """Finds the material and the appearance of each body, by ``material``, or by ``colour`` alone.
 
     Args:
-        part: What the file says.
-        colours: What the mesh file shows of each body; None where it says nothing.
+        part: Entry of the file.
+        colours: Colours of the bodies in the mesh file; None where it gives none.
     """
     entry = part.entry
     if entry.material is None and entry.colour is not None:
@@ -168,7 +168,7 @@ def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[
 
 
 def _read_look(part: Part, material: Material, colour: Colour | None) -> Material:
-    """The material whose colour a part shows: its own, another's, or none's but a colour that is given."""
+    """Finds the material whose colour a part shows: its own, another's, or a pseudo-material of a given colour."""
     if part.entry.looks_like is not None:
         return part.find_material("looks_like", part.entry.looks_like)
     if part.entry.colour is not None:

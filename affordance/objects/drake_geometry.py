@@ -1,7 +1,7 @@
-"""Solids as Drake draws them.
+"""Drake geometry for drawing solids.
 
-What a tool touches with is no solid of it but the face that strikes (plant/contact_face.py): Drake's point contact
-makes the convex hull of any mesh, and the claw of a hammer would be filled.
+A tool's contact geometry is not its solids but the striking face (plant/contact_face.py): Drake's point contact
+replaces any mesh by its convex hull, which would fill the claw of a hammer.
 """
 
 import functools
@@ -21,7 +21,7 @@ from affordance.objects.triangle_mesh import TriangleMesh
 
 
 def make_drawn_shape(shape: Shape) -> Any:
-    """What Drake draws of a solid, in its frame E.
+    """Builds the Drake shape that draws a solid, in its frame E.
 
     Raises:
         NotImplementedError: Drake has no geometry for such a solid.
@@ -42,7 +42,7 @@ def make_drawn_shape(shape: Shape) -> Any:
 
 @functools.lru_cache(maxsize=128)
 def write_obj(mesh: TriangleMesh) -> bytes:
-    """The mesh as an OBJ file with a normal a face: without normals Drake's renderer does not draw it."""
+    """Writes a mesh as OBJ with per-face normals, which Drake's renderer requires."""
     corners = mesh.vertices[mesh.faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     lengths = np.linalg.norm(normals, axis=1, keepdims=True)

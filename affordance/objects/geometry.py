@@ -1,4 +1,4 @@
-"""What the shape of an object says of its inertia, whatever it is made of."""
+"""Dependence of an object's inertia on its shape, for any material."""
 
 from dataclasses import dataclass
 
@@ -9,7 +9,7 @@ from affordance.arrays import Array
 
 @dataclass(frozen=True)
 class Geometry:
-    """What shape alone says of an object's inertia: pi = Phi rho, with first-order uncertainty.
+    """Inertia map of an object's shape: pi = Phi rho, with first-order uncertainty.
 
     Attributes:
         Phi: Inertia map, shape (10, M).
@@ -20,11 +20,11 @@ class Geometry:
     Phi_errors: Array
 
     def compute_parameters(self, rho: Array, errors: Array) -> Array:
-        """Inertial parameters of N objects, shape (N, 10).
+        """Computes the inertial parameters of N objects, shape (N, 10).
 
         Args:
-            rho: Their densities, shape (N, M), [kg/m^3].
-            errors: How far each uncertain measurement was off, in its standard deviations, shape (N, G).
+            rho: Densities, shape (N, M), [kg/m^3].
+            errors: Errors of the uncertain measurements, in units of their standard deviations, shape (N, G).
         """
         parameters: Array = rho @ self.Phi.T
         if len(self.Phi_errors):
@@ -32,6 +32,6 @@ class Geometry:
         return parameters
 
     def compute_covariance(self, rho: Array) -> Array:
-        """Covariance of pi from the uncertain geometry at densities rho, shape (10, 10)."""
+        """Computes the covariance of pi due to uncertain geometry at densities rho, (M,), shape (10, 10)."""
         errors = self.Phi_errors @ rho  # (G, 10)
         return errors.T @ errors

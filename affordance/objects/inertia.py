@@ -26,11 +26,11 @@ NUM_PARAMETERS = 10
 
 @runtime_checkable
 class Shape(Hashable, Protocol):
-    """A solid whose inertia at unit density is known; what draws it asks what kind of solid it is, nothing else."""
+    """Solid whose inertia at unit density is known; only drawing code needs to know its kind."""
 
     @property
     def sizes(self) -> Array:
-        """The lengths that can be seen, shape (num_sizes,), [m]."""
+        """Visible lengths, shape (num_sizes,), [m]."""
 
     @property
     def volume(self) -> float:
@@ -40,18 +40,18 @@ class Shape(Hashable, Protocol):
         """Returns the same kind of solid with other sizes."""
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at a density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        """Computes the pseudo-inertia at a density of 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
 
     def find_support(self, direction_E: Array) -> Array:
-        """The point of the solid that lies farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
+        """Finds the point of the solid farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Radius of curvature at that point, [m]: of the sphere of the same Gaussian curvature, infinite if flat."""
+        """Computes the radius of a sphere of equal Gaussian curvature at the support point, [m]; infinite if flat."""
 
 
 @dataclass(frozen=True)
 class Ellipsoid:
-    """A solid ellipsoid centred at Eo, its axes along those of E.
+    """Solid ellipsoid centred at Eo, with axes along those of E.
 
     Attributes:
         semi_axes: Half the lengths along Ex, Ey, Ez, [m].
@@ -69,7 +69,7 @@ class Ellipsoid:
 
     @property
     def sizes(self) -> Array:
-        """The three semi-axes, shape (3,), [m]."""
+        """Lengths of the three semi-axes, shape (3,), [m]."""
         return np.array(self.semi_axes)
 
     @property
@@ -83,17 +83,17 @@ class Ellipsoid:
         return Ellipsoid((a, b, c))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/5 diag(a^2, b^2, c^2), shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/5 diag(a^2, b^2, c^2), shape (4, 4)."""
         return self.volume * np.diag([*(self.sizes**2 / 5.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """The point whose outward normal is the direction: a^2 d / |a d|, for semi-axes a, shape (3,), [m]."""
+        """Finds the point whose outward normal is the direction: a^2 d / |a d|, for semi-axes a, shape (3,), [m]."""
         stretched = self.sizes * direction_E
         support: Array = self.sizes * stretched / np.linalg.norm(stretched)
         return support
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """For semi-axes a, b, c and a unit vector d: a b c / |a d|^2, [m]."""
+        """Computes the radius for semi-axes a, b, c and a unit vector d: a b c / |a d|^2, [m]."""
         return float(np.prod(self.sizes) / np.sum((self.sizes * direction_E) ** 2))
 
 
@@ -103,10 +103,10 @@ def build_inertia_map(
     """Builds Phi, the map from densities to inertial parameters: pi = Phi rho (docs/model.md).
 
     Args:
-        shapes: The solid parts E of a tool T.
-        poses_TE: X_TE of each part, each shape (4, 4).
-        material_indices: Which entry of rho is each part's density.
-        num_materials: Length of rho; materials that no part is made of get a column of zeros.
+        shapes: Solid parts E of a tool T.
+        poses_TE: Poses X_TE of the parts, each shape (4, 4).
+        material_indices: Index of each part's density in rho.
+        num_materials: Length of rho; materials without parts get a column of zeros.
 
     Returns: Phi about To, expressed in T, shape (10, num_materials), [m^3, m^4, m^5].
     """

@@ -1,4 +1,4 @@
-"""Reading materials and tools from the YAML files of the models."""
+"""Reader of materials and tools from the YAML files of the models."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -16,27 +16,27 @@ from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find
 from affordance.objects.tool import Component, Grip, Material, Tool
 from affordance.objects.tool_entries import MaterialEntry, StrikeEntry, ToolEntry
 
-# The materials that come with the program.
+# Materials file that comes with the program.
 MATERIALS = MODELS / "materials.yaml"
-# Shorter vectors do not say a direction, [1].
+# Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
 
 
 class _MaterialsFile(RootModel[Annotated[dict[str, MaterialEntry], Field(min_length=1)]]):
-    """A materials file."""
+    """Content of a materials file."""
 
 
 class _ToolsFile(DataModel):
-    """A tools file."""
+    """Content of a tools file."""
 
     tools: Annotated[list[ToolEntry], Field(min_length=1)]
 
 
 def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
-    """Reads a materials file: a mapping from names to colour, density, density_sd and, if it is known, source.
+    """Reads a materials file: a mapping from names to colour, density, density_sd and optionally source.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message says which and how.
     """
     return {
         name: entry.build(name) for name, entry in load_model(check_path("path", path), _MaterialsFile).root.items()
@@ -49,16 +49,16 @@ def load_tools(
     meshes: StrPath | None = None,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Reads a tools file: ``tools``, a list of a name, a list of components and, if need be, named grips and strikes.
+    """Reads a tools file: ``tools``, a list of entries with name, components and optional named grips and strikes.
 
     Args:
-        path: The file.
+        path: Path of the file.
         materials: Materials that components may be made of, by name; those that come with the program if None.
-        meshes: Paths of mesh files are relative to this folder; to that of the file if None.
-        chosen: Says by its name whether a tool is read; the meshes of others are not opened.
+        meshes: Folder to which paths of mesh files are relative; None for that of the file.
+        chosen: Predicate on a tool's name, True to read it; the meshes of others are not opened.
 
     Raises:
-        BadValueError: The file or one of its values is wrong, or a mesh file is; the message says which and how.
+        BadValueError: The file, one of its values or a mesh file is invalid; the message says which and how.
     """
     path = check_path("path", path)
     folder = path.parent if meshes is None else check_path("meshes", meshes)
@@ -67,10 +67,10 @@ def load_tools(
 
 
 def list_materials(path: StrPath) -> tuple[str, ...]:
-    """Names of the materials that a tools file names, each once; no mesh is opened.
+    """Lists the materials that a tools file names, without duplicates; no mesh is opened.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message says which and how.
     """
     named = [
         name
@@ -89,10 +89,10 @@ def build_tools(
     meshes: Path,
     chosen: Callable[[str], bool] = lambda name: True,
 ) -> tuple[Tool, ...]:
-    """Builds the tools that stand at a key of a file; see ``load_tools``.
+    """Builds the tools at a key of a file; see ``load_tools``.
 
     Raises:
-        BadValueError: Two have one name, or one cannot be built; the message says which and how.
+        BadValueError: Two tools share a name, or one cannot be built; the message says which and how.
     """
     tools: dict[str, Tool] = {}
     names: set[str] = set()
@@ -120,10 +120,10 @@ def build_tools(
 
 
 def check_materials(materials: object) -> Mapping[str, Material]:
-    """Checks a mapping from names to materials, as ``load_materials`` returns.
+    """Checks a mapping from names to materials, as returned by ``load_materials``.
 
     Raises:
-        BadArgumentError: It is something else.
+        BadArgumentError: The argument is something else.
     """
     if not isinstance(materials, Mapping):
         problem = (
@@ -136,7 +136,7 @@ def check_materials(materials: object) -> Mapping[str, Material]:
 def _add_strike(
     components: Sequence[Component], name: str, entry: StrikeEntry, path: Path, key: str
 ) -> tuple[Component, ...]:
-    """Gives a striking face to the part that has it."""
+    """Adds a striking face to the part that has it."""
     point, normal = np.array(entry.point), np.array(entry.normal)
     length = float(np.linalg.norm(normal))
     if length < _MIN_LENGTH:

@@ -1,4 +1,4 @@
-"""The bodies of a mesh file in metres, each with the colour it shows there."""
+"""Bodies of a mesh file in metres, each with its colour in the file."""
 
 import functools
 import logging
@@ -19,22 +19,22 @@ _LOG = logging.getLogger(__name__)
 
 # Metres in each unit.
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
-# What a hand can hold and swing: nothing longer than a metre or shorter than a coin is thick, [m].
+# Bounds of the length of objects that a hand can hold and swing: a metre, and the thickness of a coin, [m].
 LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
-# A fraction of volume that is counted twice is worth a warning from here on: assemblies with threads, splines and
-# press fits drawn into each other have up to 1.1 %.
+# Fraction of volume counted twice above which a warning is given: assemblies with threads, splines and press fits
+# drawn into each other have up to 1.1 %.
 _LARGE_OVERLAP = 0.02
 
 
 class Body(NamedTuple):
-    """One body of a mesh, cavities taken out.
+    """Body of a mesh, without its cavities.
 
     Attributes:
-        solid: In a frame E of its own, with Eo in its centroid.
-        p_FEo: Where Eo is in the frame F of the file, whose axes E has, shape (3,), [m].
-        number: Its number in the order of the file.
-        cavities: The numbers of its cavities, which are counted like bodies.
-        colour: What most of its surface shows in the file; None if the file does not say.
+        solid: Solid in its own frame E, with Eo in its centroid.
+        p_FEo: Position of Eo in the frame F of the file, whose axes are parallel to those of E, shape (3,), [m].
+        number: Index of the shell in the order of the file.
+        cavities: Indices of the shells that are its cavities.
+        colour: Colour of most of its surface in the file; None if the file gives none.
     """
 
     solid: TriangleMesh
@@ -45,34 +45,34 @@ class Body(NamedTuple):
 
 
 class Bodies(NamedTuple):
-    """What a mesh file holds.
+    """Bodies of a mesh file.
 
     Attributes:
-        bodies: In the order of the file.
+        bodies: Bodies in the order of the file.
     """
 
     bodies: tuple[Body, ...]
 
     @property
     def num_shells(self) -> int:
-        """How many closed surfaces there are, cavities included."""
+        """Number of closed surfaces, cavities included."""
         return sum(1 + len(body.cavities) for body in self.bodies)
 
 
 def load_bodies(path: Path, unit: str) -> Bodies:
-    """Reads the bodies of a mesh file; the same file is read once.
+    """Reads the bodies of a mesh file, with a cache by path, unit and time of change.
 
     Args:
-        path: An OBJ, PLY or STL file.
-        unit: In which it is written, one of UNITS.
+        path: OBJ, PLY or STL file.
+        unit: Unit of length of the file, one of UNITS.
 
     Raises:
-        BadValueError: The file cannot be read, a surface is open or wound both ways, or the size is no tool's.
+        BadValueError: The file cannot be read, a surface is open or wound both ways, or the size is implausible.
     """
     try:
         changed = path.stat().st_mtime_ns
     except OSError:
-        changed = 0  # reading it says what is wrong
+        changed = 0  # reading it reports the error
     return _load_bodies(path, unit, changed)
 
 
@@ -95,7 +95,7 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
 
 
 def merge(bodies: Bodies) -> Body:
-    """All bodies of a mesh as one."""
+    """Merges all bodies of a mesh into one."""
     vertices, faces, count = [], [], 0
     for body in bodies.bodies:
         vertices.append(body.solid.vertices + body.p_FEo)
@@ -112,7 +112,7 @@ def _make_body(shell: Shell, vertices: Array, triangles: Triangles) -> Body:
 
 
 def _find_colour(shell: Shell, vertices: Array, triangles: Triangles) -> Colour | None:
-    """The colour of most of the area, if the file gives any."""
+    """Finds the colour of the largest share of the area; None if the file gives none."""
     corners = vertices[triangles.faces[shell.faces]]
     areas = 0.5 * np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
     colours = triangles.colours[shell.faces]
@@ -136,5 +136,5 @@ def _check_size(path: Path, triangles: Triangles, unit: str) -> None:
 
 
 def _fits(length: float) -> bool:
-    """Whether a length is that of a tool rather than merely possible, [m]."""
+    """Returns True if a length, [m], is plausible for a tool, not merely possible."""
     return 0.02 <= length <= LENGTH_MAX

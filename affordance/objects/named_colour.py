@@ -10,7 +10,7 @@ from affordance.objects.load import check_materials, load_materials
 from affordance.objects.tool import Material
 from affordance.objects.tool_entries import is_colour, parse_colour
 
-# A material by its name, a material, or a colour.
+# Name of a material, a material, or a colour.
 type MaterialLike = str | Material | Sequence[float]
 
 _FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
@@ -19,7 +19,7 @@ _FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
 def find_colour(
     material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
 ) -> Colour:
-    """Finds the colour by which a material is known.
+    """Finds the colour that identifies a material.
 
     Args:
         material: Name of a material, a material, or a colour.
@@ -27,7 +27,7 @@ def find_colour(
         argument: Name of the argument, for errors.
 
     Raises:
-        BadArgumentError: There is no such material, and it is no colour either.
+        BadArgumentError: The name is neither a known material nor a colour.
     """
     if isinstance(material, Material):
         return material.colour

@@ -1,4 +1,4 @@
-"""How much of a tool's meshes is counted twice, where bodies reach into each other."""
+"""Fraction of a tool's volume that is counted twice, where mesh bodies intersect."""
 
 import itertools
 from collections.abc import Sequence
@@ -8,7 +8,7 @@ import numpy as np
 
 from affordance.objects.triangle_mesh import TriangleMesh
 
-# Its own tolerances are made for millimetres.
+# Metres to millimetres, for which manifold3d's tolerances are made.
 _SCALE = 1e3
 
 
@@ -16,9 +16,9 @@ def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
     """Computes the volume that pairs of solids share, as a fraction of the sum of their volumes.
 
     Args:
-        solids: In one common frame.
+        solids: Solids in one common frame.
 
-    Returns: The fraction; NaN if a surface runs through itself, so that what it bounds is not one body.
+    Returns: Fraction; NaN if a surface intersects itself, so that it does not bound a single body.
     """
     bodies = [_convert(solid) for solid in solids]
     if any(body.status() != manifold3d.Error.NoError for body in bodies):

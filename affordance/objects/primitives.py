@@ -1,6 +1,6 @@
-"""Solids with a formula: boxes, cylinders and capsules, each centred at Eo with its axes along those of E.
+"""Solids with closed-form inertia: boxes, cylinders and capsules, each centred at Eo with axes along those of E.
 
-As in Drake, cylinders and capsules stand along Ez, and a capsule's length is that of its straight middle.
+As in Drake, cylinders and capsules are along Ez, and a capsule's length is that of its cylindrical middle.
 """
 
 from dataclasses import dataclass
@@ -10,23 +10,23 @@ import numpy as np
 from affordance.arguments import check_lengths
 from affordance.arrays import Array
 
-# A direction component that is smaller than this, of a unit vector, is rounding: without this the support point of a
-# flat face would jump to one of its corners.
+# Relative size below which a direction component is rounding error: otherwise the support point of a flat face would
+# jump to one of its corners.
 _ALONG = 1e-9
 
 
 @dataclass(frozen=True)
 class Box:
-    """A solid box.
+    """Solid box.
 
     Attributes:
-        lengths: Of its edges along Ex, Ey, Ez, [m].
+        lengths: Lengths of the edges along Ex, Ey, Ez, [m].
     """
 
     lengths: tuple[float, float, float]
 
     def __post_init__(self) -> None:
-        """Refuses impossible boxes.
+        """Rejects impossible boxes.
 
         Raises:
             BadArgumentError: A length is not finite and positive.
@@ -35,7 +35,7 @@ class Box:
 
     @property
     def sizes(self) -> Array:
-        """The three lengths, shape (3,), [m]."""
+        """Lengths of the edges, shape (3,), [m]."""
         return np.array(self.lengths)
 
     @property
@@ -49,32 +49,32 @@ class Box:
         return Box((a, b, c))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m/12 diag(a^2, b^2, c^2), shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m/12 diag(a^2, b^2, c^2)."""
         return self.volume * np.diag([*(self.sizes**2 / 12.0), 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """The middle of the face, edge or corner that lies farthest along a direction, shape (3,), [m]."""
+        """Finds the middle of the face, edge or corner farthest along a direction, shape (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Infinite, as the faces are flat; an edge or a corner is taken for flat, too."""
+        """Returns infinity, [m], as the faces are flat; edges and corners count as flat, too."""
         return np.inf
 
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A solid cylinder along Ez.
+    """Solid cylinder along Ez.
 
     Attributes:
-        radius: [m].
-        length: [m].
+        radius: Radius, [m].
+        length: Length, [m].
     """
 
     radius: float
     length: float
 
     def __post_init__(self) -> None:
-        """Refuses impossible cylinders.
+        """Rejects impossible cylinders.
 
         Raises:
             BadArgumentError: Radius or length is not finite and positive.
@@ -96,33 +96,33 @@ class Cylinder:
         return Cylinder(float(sizes[0]), float(sizes[1]))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about the centre: Sigma = m diag(r^2/4, r^2/4, l^2/12), shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m diag(r^2/4, r^2/4, l^2/12)."""
         across = self.radius**2 / 4.0
         return self.volume * np.diag([across, across, self.length**2 / 12.0, 1.0])
 
     def find_support(self, direction_E: Array) -> Array:
-        """The point of the surface, or middle of the face or line, farthest along a direction, shape (3,), [m]."""
+        """Finds the surface point, or the middle of the face or line, farthest along a direction, shape (3,), [m]."""
         return _point_across(self.radius, direction_E) + _point_along(0.5 * self.length, direction_E)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Infinite: the ends are flat, and the side is along its axis; a rim is taken for flat, too."""
+        """Returns infinity, [m], as the ends are flat and the side has a flat direction; rims count as flat, too."""
         return np.inf
 
 
 @dataclass(frozen=True)
 class Capsule:
-    """A solid cylinder along Ez with a half ball on each end.
+    """Solid cylinder along Ez with a hemisphere on each end.
 
     Attributes:
-        radius: [m].
-        length: Of the cylinder, without the half balls, [m].
+        radius: Radius, [m].
+        length: Length of the cylinder, without the hemispheres, [m].
     """
 
     radius: float
     length: float
 
     def __post_init__(self) -> None:
-        """Refuses impossible capsules.
+        """Rejects impossible capsules.
 
         Raises:
             BadArgumentError: Radius or length is not finite and positive.
@@ -144,9 +144,9 @@ class Capsule:
         return Capsule(float(sizes[0]), float(sizes[1]))
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about the centre, shape (4, 4).
+        """Computes the pseudo-inertia at 1 kg/m^3 about the centre, shape (4, 4).
 
-        The half balls' centroids lie 3/8 r beyond the cylinder's ends; their mean square of z from there is r^2/5.
+        The hemispheres' centroids are 3/8 r beyond the cylinder's ends; their mean square of z from there is r^2/5.
         """
         r, half = self.radius, 0.5 * self.length
         middle, ends = np.pi * r**2 * self.length, 4.0 / 3.0 * np.pi * r**3
@@ -155,17 +155,17 @@ class Capsule:
         return np.diag([across, across, along, middle + ends])
 
     def find_support(self, direction_E: Array) -> Array:
-        """The point of the surface, or middle of a line of it, that lies farthest along a direction, (3,), [m]."""
+        """Finds the surface point, or the middle of a line of the side, farthest along a direction, (3,), [m]."""
         ball: Array = self.radius * direction_E / np.linalg.norm(direction_E)
         return ball + _point_along(0.5 * self.length, direction_E)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """The radius on the half balls; infinite on the side, which is flat along its axis, [m]."""
+        """Returns the radius on the hemispheres, [m]; infinity on the side, which has one flat direction."""
         return self.radius if _take_signs(direction_E)[2] else np.inf
 
 
 def _take_signs(direction_E: Array) -> Array:
-    """Signs of the components of a direction, 0 where one is nothing but rounding, (3,)."""
+    """Computes the signs of a direction's components, with 0 for those that are rounding error, (3,)."""
     signs: Array = np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
     return signs
 

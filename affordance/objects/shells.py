@@ -1,8 +1,8 @@
-"""Which faces of a mesh bound one body, and whether they bound one at all.
+"""Separation of a mesh into its bodies, with a check that each is bounded by a closed surface.
 
-Programs for mechanical design write the bodies of an assembly one after the other into one mesh. Where two of them
-touch along an edge, four faces meet there, and only the order in the file says which two belong together. A surface
-that is wound inwards and lies within another is the wall of a cavity.
+CAD programs write the bodies of an assembly one after the other into one mesh. Where two of them touch along an edge,
+four faces meet there, and only the order in the file shows which two belong together. A surface that is wound inwards
+and is inside another is the wall of a cavity.
 """
 
 from typing import NamedTuple
@@ -17,24 +17,24 @@ from scipy.spatial import cKDTree
 from affordance.arrays import Array
 from affordance.objects.triangle_mesh import Faces, TriangleMesh, find_open_edges, integrate_faces
 
-# Corners nearer to each other than this are one: single floats in millimetres differ by 0.02 um, [m].
+# Distance below which corners are equal: single floats in millimetres differ by 0.02 um, [m].
 _WELD = 1e-7
-# The same where only that closes a surface: no wall of a hand tool is as thin, [m].
+# Larger distance, used only if it closes a surface: no wall of a hand tool is that thin, [m].
 _WIDE_WELD = 1e-5
 
 
 class MeshError(ValueError):
-    """Faces that bound no solid."""
+    """Error raised for faces that do not bound a solid."""
 
 
 class Shell(NamedTuple):
-    """A body of a mesh.
+    """Body of a mesh with its cavities.
 
     Attributes:
-        solid: Its surface and those of its cavities, in the frame of the file.
-        number: Its number in the order of the file; cavities are counted, too.
-        cavities: The numbers of its cavities.
-        faces: Which faces of the file it is made of, (k,).
+        solid: Solid bounded by the body's surface and those of its cavities, in the frame of the file.
+        number: Index of the shell in the order of the file; cavities are counted, too.
+        cavities: Indices of its cavities.
+        faces: Indices of its faces in the file, (k,).
     """
 
     solid: TriangleMesh
@@ -44,11 +44,11 @@ class Shell(NamedTuple):
 
 
 class Shells(NamedTuple):
-    """The bodies of a mesh.
+    """Bodies of a mesh, with the repairs that were necessary.
 
     Attributes:
-        shells: In the order of the file.
-        repairs: What had to be done to get them, in words; empty if nothing.
+        shells: Shells in the order of the file.
+        repairs: Descriptions of repairs; empty for none.
     """
 
     shells: tuple[Shell, ...]
@@ -56,14 +56,14 @@ class Shells(NamedTuple):
 
 
 def find_shells(vertices: Array, faces: Faces) -> Shells:
-    """Takes a mesh apart into the bodies it was written from.
+    """Separates a mesh into its bodies.
 
     Args:
-        vertices: Corners, shape (n, 3), [m]; the same corner may stand there several times.
-        faces: Three corners a face, shape (m, 3), in the order of the file.
+        vertices: Corners, shape (n, 3), [m]; duplicates are allowed.
+        faces: Three corners per face, shape (m, 3), in the order of the file.
 
     Raises:
-        MeshError: A surface is open, neighbouring faces are wound against each other, or a body has no volume.
+        MeshError: A surface is open, neighbouring faces have opposite winding, or a body has no volume.
     """
     repairs = []
     points, corner = weld(vertices)
@@ -101,7 +101,7 @@ def find_shells(vertices: Array, faces: Faces) -> Shells:
 
 
 def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """Makes equal corners one; returns the corners, (k, 3), and which of them each vertex is, (n,)."""
+    """Merges equal corners; returns the unique ones, (k, 3), and the index of each vertex among them, (n,)."""
     _, first, index = np.unique(
         np.round(vertices / _WELD).astype(np.int64), axis=0, return_index=True, return_inverse=True
     )
@@ -109,7 +109,7 @@ def weld(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
-    """The same for corners that are near each other, though not equal."""
+    """Merges corners that are near each other; returns the mean of each group, (k, 3), and indices, (n,)."""
     pairs = cKDTree(vertices).query_pairs(_WIDE_WELD, output_type="ndarray")
     size = len(vertices)
     graph = coo_matrix((np.ones(len(pairs)), pairs.T), shape=(size, size))
@@ -120,20 +120,20 @@ def join_near(vertices: Array) -> tuple[Array, NDArray[np.intp]]:
 
 
 def find_proper_faces(faces: Faces) -> NDArray[np.bool_]:
-    """Which faces have three different corners, (m,)."""
+    """Finds the faces with three different corners, (m,)."""
     proper: NDArray[np.bool_] = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
     return proper
 
 
 def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
-    """Numbers the body of each face, (m,), in the order of the file.
+    """Computes the index of the body of each face, (m,), in the order of the file.
 
     Args:
-        points: Corners, each once, shape (n, 3), [m].
-        faces: Three different corners a face, shape (m, 3).
+        points: Unique corners, shape (n, 3), [m].
+        faces: Three different corners per face, shape (m, 3).
 
     Raises:
-        MeshError: An edge is not run through equally often both ways.
+        MeshError: There are no faces, or an edge is not traversed equally often in both directions.
     """
     broken = find_open_edges(faces) if len(faces) else np.zeros((0, 2), dtype=np.intp)
     if len(broken) or not len(faces):
@@ -161,7 +161,7 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
     i, j = np.concatenate(one), np.concatenate(other)
     graph = coo_matrix((np.ones(len(i)), (i, j)), shape=(len(faces),) * 2)
     _, labels = connected_components(graph, directed=False)
-    # In the order of their first faces.
+    # Labels are renumbered in the order of their first faces.
     _, first = np.unique(labels, return_index=True)
     rank = np.empty(len(first), dtype=np.intp)
     rank[np.argsort(first)] = np.arange(len(first))
@@ -169,10 +169,10 @@ def split_faces(points: Array, faces: Faces) -> NDArray[np.intp]:
 
 
 def contains(points: Array, faces: Faces, point: Array) -> bool:
-    """Says whether a point lies within a closed surface, by the solid angle its faces cover as seen from there.
+    """Returns True if a point is inside a closed surface, by the solid angle of its faces seen from the point.
 
-    tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) of each face (Van Oosterom and
-    Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).
+    The angle of each face is tan(omega / 2) = a . (b x c) / (|a||b||c| + (a . b)|c| + (b . c)|a| + (c . a)|b|) (Van
+    Oosterom and Strackee 1983, IEEE Transactions on Biomedical Engineering 30:125-126, from memory).
     """
     a, b, c = np.moveaxis(points[faces] - point, 1, 0)
     la, lb, lc = (np.linalg.norm(corner, axis=1) for corner in (a, b, c))

@@ -1,4 +1,4 @@
-"""The faces of a tool that are made to strike, as its file names them."""
+"""Faces of a tool that are designed to strike, as named in its file."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,20 +8,20 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import Shape
 
-# How far a part may reach beyond the plane of a face that is named on it: what rounded points are off by, [m].
+# Largest distance by which a part may extend beyond a named face's plane, an allowance for rounded points, [m].
 PLANE_TOLERANCE = 2e-4
-# Directions in which it is asked whether a point lies beyond a part, 5 degrees apart.
+# Number of directions, 5 degrees apart, in which points are tested against a part's hull.
 _NUM_DIRECTIONS = 1600
 
 
 @dataclass(frozen=True, eq=False)
 class StrikingFace:
-    """A place of a part that meets what is struck.
+    """Striking face of a part.
 
     Attributes:
-        name: Its name in the tools file.
-        p_EQ: Its middle, in the frame E of the part, shape (3,), read-only, [m].
-        normal_E: Its outward normal, a unit vector, shape (3,), read-only.
+        name: Name in the tools file.
+        p_EQ: Middle of the face, in the frame E of the part, shape (3,), read-only, [m].
+        normal_E: Outward unit normal, shape (3,), read-only.
     """
 
     name: str
@@ -29,29 +29,29 @@ class StrikingFace:
     normal_E: Array
 
     def __post_init__(self) -> None:
-        """Keeps read-only copies."""
+        """Stores read-only copies."""
         for name in ("p_EQ", "normal_E"):
             copy = np.array(getattr(self, name), dtype=float)
             copy.setflags(write=False)
             object.__setattr__(self, name, copy)
 
     def express(self, X_TE: Array) -> tuple[Array, Array]:
-        """Its middle p_TQ and its normal in T, by the pose of the part, shape (4, 4)."""
+        """Computes the middle p_TQ and the normal in T, given the pose X_TE of the part, shape (4, 4)."""
         return X_TE[:3, :3] @ self.p_EQ + X_TE[:3, 3], X_TE[:3, :3] @ self.normal_E
 
 
 def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
-    """Finds which part has a face at a point, on its convex hull: what is struck must not meet another place first.
+    """Finds the part with a face at a point on its convex hull, so that the struck body meets no other place first.
 
-    The hull of a part ends along a unit vector d at h(d), so a point p lies on a face of normal n if h(n) = n . p and
-    d . p <= h(d) for all d.
+    The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
+    and d . p <= h(d) for all d.
 
     Args:
         parts: Solids and their poses X_TE.
-        p_TQ: The point, shape (3,), [m].
+        p_TQ: Point on the face, shape (3,), [m].
         normal_T: Outward normal, a unit vector, shape (3,).
 
-    Returns: Index of the part, and by how much the point misses its face, [m].
+    Returns: Index of the part, and the distance by which the point misses its face, [m].
     """
     turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
     z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS

@@ -1,7 +1,7 @@
-"""What is held: materials, and tools made of solid components.
+"""Held objects: materials, and tools made of solid components.
 
 Frames: T the tool, which coincides with the hand's frame H while held; E a component. A component has the colour of
-its material unless ``looks_like`` names another: that is how a decoy is made.
+its material unless ``looks_like`` names another; decoys are made this way.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -20,24 +20,24 @@ from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
 from affordance.objects.striking_face import StrikingFace
 
-# From aerogel to beyond osmium, [kg/m^3].
+# Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
 DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
-# Densities that may be simulated or believed in, wider than those that there are, [kg/m^3].
+# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
 DENSITIES = Within(1e-3, 1e6)
-# Heavier than anything that an arm is given: more is a slip of units, and simulating it may not end, [kg].
+# Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4
 
 
 @dataclass(frozen=True)
 class Material:
-    """What a component is made of.
+    """Material of a component.
 
     Attributes:
-        name: Its key in the materials file.
+        name: Key in the materials file.
         colour: Red, green and blue in [0, 1].
         density: Mean density of objects made of it, [kg/m^3].
         density_sd: Standard deviation between such objects, [kg/m^3].
-        source: Where the density comes from.
+        source: Source of the density.
     """
 
     name: str
@@ -50,21 +50,21 @@ class Material:
         """Checks colour and densities.
 
         Raises:
-            BadArgumentError: One is not as it must be.
+            BadArgumentError: One of them is invalid.
         """
         check_fields(self)
 
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
 class Component:
-    """One solid part of a tool.
+    """Solid part of a tool.
 
     Attributes:
-        shape: The solid, in its own frame E.
-        X_TE: Its pose in the tool, shape (4, 4), read-only.
-        material: What it is made of.
-        looks_like: The material whose colour it shows.
-        strikes: Its faces that are made to strike.
+        shape: Solid in its own frame E.
+        X_TE: Pose of E in the tool, shape (4, 4), read-only.
+        material: Material that determines the density.
+        looks_like: Material whose colour the part shows.
+        strikes: Faces that are designed to strike.
     """
 
     shape: Shape
@@ -74,10 +74,10 @@ class Component:
     strikes: tuple[StrikingFace, ...] = ()
 
     def __post_init__(self) -> None:
-        """Checks the parts, and keeps a read-only copy of the pose.
+        """Checks the fields, and stores a read-only copy of the pose.
 
         Raises:
-            BadArgumentError: Shape or materials are none, or the pose scales or mirrors.
+            BadArgumentError: Shape or materials are of the wrong type, or the pose scales or mirrors.
         """
         check_kind("shape", self.shape, Shape)
         check_kind("material", self.material, Material)
@@ -91,18 +91,18 @@ class Component:
 
 @dataclass(frozen=True, eq=False)
 class Grip:
-    """One way of holding a tool.
+    """Way of holding a tool.
 
     Attributes:
-        name: Its name in the tools file.
-        X_TG: Pose of the grip in the tool as its components are written, shape (4, 4), read-only.
+        name: Name in the tools file.
+        X_TG: Pose of the grip in the frame in which the tool's components are written, shape (4, 4), read-only.
     """
 
     name: str
     X_TG: Array
 
     def __post_init__(self) -> None:
-        """Checks the pose, and keeps a read-only copy of it.
+        """Checks the pose, and stores a read-only copy of it.
 
         Raises:
             BadArgumentError: The pose scales or mirrors.
@@ -112,13 +112,13 @@ class Grip:
 
 @dataclass(frozen=True)
 class Tool:
-    """A rigid object to be held.
+    """Rigid object to be held.
 
     Attributes:
-        name: Its name in the tools file.
-        components: Its parts, at least one; poses are relative to where the hand grips.
-        grips: Ways of holding it; empty if as it is written is the only one.
-        grip: Name of the grip that is in the hand; empty if it is held as it is written.
+        name: Name in the tools file.
+        components: Solid parts, at least one; poses are relative to the hand's grip.
+        grips: Ways of holding the tool; empty if it can only be held as written.
+        grip: Name of the grip in use; empty if the tool is held as written.
     """
 
     name: str
@@ -130,7 +130,7 @@ class Tool:
         """Checks parts, grips and mass.
 
         Raises:
-            BadArgumentError: There are no parts, two grips have one name, or the whole is heavier than MASS_MAX.
+            BadArgumentError: There are no parts, two grips share a name, or the total mass exceeds MASS_MAX.
         """
         parts = tuple(check_kind(f"components[{i}]", part, Component) for i, part in enumerate(self.components))
         if not parts:
@@ -152,17 +152,17 @@ class Tool:
         return f"Tool({self.name}: {self.mass:.3g} kg of {materials}{held}{grips})"
 
     def gripped_by(self, grip: Grip) -> "Tool":
-        """Returns the same tool with one of its grips in the hand, and no choice of grip any more."""
+        """Returns the tool held by one of its grips, with no other grips to choose from."""
         X_GT = np.linalg.inv(grip.X_TG)
         components = tuple(replace(part, X_TE=X_GT @ part.X_TE) for part in self.components)
         return Tool(self.name, components, (), grip.name)
 
     def list_gripped(self) -> "dict[str, Tool]":
-        """The tool in each of its grips, by their names."""
+        """Returns the tool held by each of its grips, by name."""
         return {grip.name: self.gripped_by(grip) for grip in self.grips}
 
     def with_densities(self, densities: Mapping[Colour, float]) -> "Tool":
-        """Returns a tool of the same look whose parts have other densities, by the colour they show, [kg/m^3]."""
+        """Returns a tool of equal appearance whose parts have other densities, [kg/m^3], by the colour they show."""
         return replace(
             self,
             components=tuple(
@@ -173,7 +173,7 @@ class Tool:
 
     @cached_property
     def parameters(self) -> Array:
-        """The true ten inertial parameters about To, expressed in T, shape (10,)."""
+        """True ten inertial parameters about To, expressed in T, shape (10,)."""
         densities = [component.material.density for component in self.components]
         Phi = build_inertia_map(
             [component.shape for component in self.components],
@@ -185,53 +185,53 @@ class Tool:
 
     @property
     def appearance(self) -> tuple[object, ...]:
-        """Everything of it that can be seen, hashable; tools of one appearance can share a Diagram."""
+        """Visible properties, hashable; tools of equal appearance can share a Diagram."""
         return tuple((part.shape, part.X_TE.tobytes(), part.looks_like.colour) for part in self.components)
 
     @property
     def mass(self) -> float:
-        """The true mass, [kg]."""
+        """True mass, [kg]."""
         return float(self.parameters[0])
 
     @property
     def p_TTcm(self) -> Array:
-        """The true centre of mass, shape (3,), [m]."""
+        """True centre of mass, shape (3,), [m]."""
         return self.parameters[1:4] / self.mass
 
     @property
     def p_TTfree(self) -> Array:
-        """The free end, shape (3,), [m]."""
+        """Position of the free end, shape (3,), [m]."""
         return find_free_end(self.components)
 
     @property
     def p_TTcentre(self) -> Array:
-        """The geometric centre (centroid of the volume, whatever it weighs), shape (3,), [m]."""
+        """Geometric centre (centroid of the volume, regardless of mass), shape (3,), [m]."""
         volumes = [component.shape.volume for component in self.components]
         return np.average([component.X_TE[:3, 3] for component in self.components], axis=0, weights=volumes)
 
 
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
-    """True densities of what tools show, by colour, in the order of their components, [kg/m^3]; of honest tools."""
+    """Lists the true densities of non-decoy tools by visible colour, in the order of their components, [kg/m^3]."""
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
 
 
 class PosedShape(Protocol):
-    """A solid at its place in a tool, whether it is known (Component) or observed (ComponentFeatures)."""
+    """Solid with a pose in a tool, either known (Component) or observed (ComponentFeatures)."""
 
     @property
     def shape(self) -> Shape:
-        """The solid."""
+        """Solid in its own frame E."""
 
     @property
     def X_TE(self) -> Array:
-        """Its pose in the tool, shape (4, 4)."""
+        """Pose of E in the tool, shape (4, 4)."""
 
     @property
     def strikes(self) -> tuple[StrikingFace, ...]:
-        """Its faces that are made to strike."""
+        """Faces that are designed to strike."""
 
 
 def find_free_end(parts: Sequence[PosedShape]) -> Array:
-    """The point of a tool that lies farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
+    """Finds the point of a tool farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))

@@ -1,4 +1,4 @@
-"""Materials and tools as their files have them: keys, types and bounds."""
+"""Data models of material and tool files: keys, types and bounds."""
 
 import re
 from typing import Annotated
@@ -12,8 +12,8 @@ from affordance.files.data_model import DataModel, Text, Vector, Whole, Within, 
 from affordance.objects.colour import Colour
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Material
 
-# What a hand can hold: lengths from a tenth of a millimetre, nothing larger or further than a metre. Beyond that a
-# value is a slip of units rather than an object, [m].
+# Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
+# mistakes in units, [m].
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
 
 
@@ -21,12 +21,12 @@ COLOUR_FORM = "must be red, green and blue in hexadecimal, as '#b5a642'"
 
 
 def is_colour(text: str) -> bool:
-    """Says whether a text is of the form of a colour."""
+    """Returns True if a text has the form of a colour."""
     return re.fullmatch("#[0-9a-fA-F]{6}", text) is not None
 
 
 def parse_colour(text: str) -> Colour:
-    """Red, green and blue in [0, 1] of six hexadecimal digits."""
+    """Parses six hexadecimal digits to red, green and blue in [0, 1]."""
     red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
     return red, green, blue
 
@@ -43,12 +43,12 @@ type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Within(SIZE_MIN,
 type Position = Annotated[tuple[float, float, float], Vector(3, Within(-SIZE_MAX, SIZE_MAX))]
 type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 360.0))]
 type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
-# Names stand in tables, labels and files of trajectories, where each takes the room of the longest.
+# Names are used in tables, labels and files of trajectories, where each occupies the length of the longest.
 type Name = Annotated[str, Text(200)]
 
 
 class MaterialEntry(DataModel):
-    """A material as a file has it."""
+    """Material in a file."""
 
     colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
     density: Annotated[float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="[kg/m^3]")]
@@ -63,7 +63,7 @@ class MaterialEntry(DataModel):
 
 
 class PoseEntry(DataModel):
-    """Where something is in the tool's frame T, and how it is turned."""
+    """Position and orientation in the tool's frame T."""
 
     position: Annotated[Position, Field(description="[m]")]
     rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
@@ -74,7 +74,7 @@ class PoseEntry(DataModel):
 
 
 class ComponentEntry(DataModel):
-    """A solid part of a tool, or the parts of a mesh, as a file has them; what goes together the reader knows."""
+    """Solid part of a tool, or parts of a mesh, in a file; the reader checks which keys go together."""
 
     semi_axes: Annotated[
         Lengths | None, Field(description="An ellipsoid: half the lengths along its own axes, [m].")
@@ -104,14 +104,14 @@ class ComponentEntry(DataModel):
 
 
 class StrikeEntry(DataModel):
-    """A face that is made to strike, as a file has it."""
+    """Striking face in a file."""
 
     point: Annotated[Position, Field(description="Its middle, in T, [m].")]
     normal: Annotated[Direction, Field(description="Out of the tool, in T; of any length.")]
 
 
 class ToolEntry(DataModel):
-    """A tool as a file has it."""
+    """Tool in a file."""
 
     name: Name
     components: Annotated[list[ComponentEntry], Field(min_length=1, description="Its solid parts.")]
@@ -126,7 +126,7 @@ class ToolEntry(DataModel):
 
 
 def build_pose(position: tuple[float, float, float], rpy_deg: tuple[float, float, float] | None) -> Array:
-    """Builds a pose, (4, 4), of a position, [m], and roll, pitch and yaw, [deg]."""
+    """Builds a pose, (4, 4), from a position, [m], and roll, pitch and yaw, [deg]."""
     X = np.eye(4)
     X[:3, 3] = position
     if rpy_deg is not None:

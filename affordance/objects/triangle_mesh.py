@@ -1,11 +1,11 @@
 """Solids bounded by triangles, with exact integrals over their volume.
 
-A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise as seen from outside, has the signed
+A tetrahedron from Eo to the corners p1, p2, p3 of a face, counter-clockwise seen from outside, has the signed
 volume d = p1 . (p2 x p3) / 6, and with s = p1 + p2 + p3
 
     integral x x^T dV = d (s s^T + sum_k p_k p_k^T) / 20,    integral x dV = d s / 4
 
-summed over all faces they are those of the solid, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics and
+whose sums over all faces are those of the solid, whatever its form (Lien and Kajiya 1984, IEEE Computer Graphics and
 Applications 4:35-42, from memory).
 """
 
@@ -20,28 +20,28 @@ from affordance.arrays import Array
 
 type Faces = NDArray[np.intp]
 
-# Corners that lie this much less far along a direction than the farthest one lie on the same face: coordinates in
-# millimetres as single floats are rounded to 0.02 um, [m].
+# Distance along a direction within which corners are on the same face as the farthest one: coordinates in millimetres
+# as single floats are rounded to 0.02 um, [m].
 _SAME_FACE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
 class TriangleMesh:
-    """A solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
+    """Solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
 
     Attributes:
         vertices: Corners in E, shape (n, 3), read-only, [m].
-        faces: Three corners a face, counter-clockwise as seen from outside the material, shape (m, 3), read-only.
+        faces: Three corners per face, counter-clockwise seen from outside the material, shape (m, 3), read-only.
     """
 
     vertices: Array
     faces: Faces
 
     def __post_init__(self) -> None:
-        """Keeps read-only copies.
+        """Stores read-only copies.
 
         Raises:
-            ValueError: The faces refer to corners there are not, leave the surface open, or bound no volume.
+            ValueError: Shapes or values are invalid, the surface is open, or the faces bound no positive volume.
         """
         vertices, faces = np.array(self.vertices, dtype=float), np.array(self.faces, dtype=np.intp)
         if vertices.ndim != 2 or vertices.shape[1] != 3 or faces.ndim != 2 or faces.shape[1] != 3 or not len(faces):
@@ -69,20 +69,20 @@ class TriangleMesh:
 
     @cached_property
     def _digest(self) -> bytes:
-        """What tells one mesh from another."""
+        """Hash of the contents, for comparison."""
         content = hashlib.sha256(self.vertices.tobytes())
         content.update(self.faces.tobytes())
         return content.digest()
 
     @cached_property
     def _box(self) -> tuple[Array, Array]:
-        """Least and largest coordinates of what is used of the corners, (3,) each, [m]."""
+        """Least and largest coordinates of the used corners, (3,) each, [m]."""
         used = self.vertices[np.unique(self.faces)]
         return used.min(axis=0), used.max(axis=0)
 
     @property
     def sizes(self) -> Array:
-        """Lengths of the box around it along Ex, Ey, Ez, shape (3,), [m]."""
+        """Lengths of the bounding box along Ex, Ey, Ez, shape (3,), [m]."""
         low, high = self._box
         return high - low
 
@@ -92,38 +92,38 @@ class TriangleMesh:
         return float(self._unit_pseudo_inertia[3, 3])
 
     def with_sizes(self, sizes: Array) -> "TriangleMesh":
-        """Returns it stretched about Eo to another box, shape (3,), [m]; itself if the box is its own."""
+        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
         if np.array_equal(sizes, self.sizes):
             return self
         return TriangleMesh(self.vertices * (sizes / self.sizes), self.faces)
 
     def move(self, X: Array) -> "TriangleMesh":
-        """Returns it moved by a pose, shape (4, 4)."""
+        """Returns the solid moved by a pose, shape (4, 4)."""
         return TriangleMesh(self.vertices @ X[:3, :3].T + X[:3, 3], self.faces)
 
     def centre(self) -> tuple["TriangleMesh", Array]:
-        """Returns it with Eo in its centroid, and where that was, shape (3,), [m]."""
+        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
         J = self._unit_pseudo_inertia
         centroid = J[:3, 3] / J[3, 3]
         return TriangleMesh(self.vertices - centroid, self.faces), centroid
 
     def unit_pseudo_inertia(self) -> Array:
-        """Pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
         return self._unit_pseudo_inertia.copy()
 
     def find_support(self, direction_E: Array) -> Array:
-        """The middle of the corners that lie farthest along a direction, shape (3,), [m]."""
+        """Finds the mean of the corners that are farthest along a direction, shape (3,), [m]."""
         reach = self._hull_corners @ (direction_E / np.linalg.norm(direction_E))
         support: Array = self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
         return support
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Infinite, as faces are flat; what triangles stand for a curved surface is not asked."""
+        """Returns infinity, [m], as faces are flat; curved surfaces approximated by triangles are not considered."""
         return np.inf
 
     @cached_property
     def _hull_corners(self) -> Array:
-        """The corners that are used, each once, (n, 3), [m]."""
+        """Unique used corners, (n, 3), [m]."""
         return np.unique(self.vertices[np.unique(self.faces)], axis=0)
 
     @cached_property
@@ -132,13 +132,13 @@ class TriangleMesh:
 
 
 def integrate_faces(vertices: Array, faces: Faces) -> Array:
-    """Pseudo-inertia at 1 kg/m^3 of what closed surfaces bound, about the origin, shape (4, 4).
+    """Integrates the pseudo-inertia at 1 kg/m^3 of the volume within closed surfaces, about the origin, shape (4, 4).
 
     Args:
         vertices: Corners, shape (n, 3), [m].
-        faces: Three corners a face, shape (m, 3); negative volumes are those of surfaces wound inwards.
+        faces: Three corners per face, shape (m, 3); surfaces wound inwards have negative volume.
     """
-    # About the middle of the corners, where less cancels.
+    # Integration about the mean of the corners reduces cancellation.
     middle = vertices[faces[:, 0]].mean(axis=0)
     corners = vertices[faces] - middle  # (m, 3, 3)
     d = np.einsum("mi,mi->m", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6.0
@@ -154,7 +154,7 @@ def integrate_faces(vertices: Array, faces: Faces) -> Array:
 
 
 def find_open_edges(faces: Faces) -> NDArray[np.intp]:
-    """Edges, as pairs of corners, that are not run through equally often both ways, shape (k, 2); (m, 3) faces."""
+    """Finds edges, as pairs of corners, not traversed equally often in both directions, (k, 2); faces are (m, 3)."""
     start, end = faces.ravel(), np.roll(faces, -1, axis=1).ravel()
     proper = start != end
     start, end = start[proper], end[proper]

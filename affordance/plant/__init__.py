@@ -1,1 +1,1 @@
-"""The arm, its tool and the nail: Drake's plant and its kinematics and dynamics."""
+"""Arm, tool and nail: Drake's plant, its kinematics and its dynamics."""

@@ -1,12 +1,13 @@
-"""The plant of an arm and the tool in its hand, and the same arm as an internal model.
+"""Plant of an arm with the tool in its hand, and the same arm as an internal model.
 
 Frames, here and everywhere: W the world, H the hand (where it grips, Hx pointing out of it), T the tool (coincides
-with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm serves that a
-directives file describes (see models/arm.dmd.yaml); nothing here knows how many joints it has.
+with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm can be used that a
+directives file describes (see models/arm.dmd.yaml), with any number of joints.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -25,6 +26,7 @@ from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError, BadValueError, ModelFileError, describe_choice
+from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import check_yaml
 from affordance.objects.drake_geometry import make_drawn_shape
@@ -38,7 +40,7 @@ HAND_FRAME = "hand_grip"
 
 
 class JointLimits(NamedTuple):
-    """Limits of the joints, each of shape (num_joints,); infinite where there is none."""
+    """Limits of the joints, each of shape (num_joints,); infinite for an unlimited joint."""
 
     q_lower: Array  # [rad]
     q_upper: Array  # [rad]
@@ -48,18 +50,18 @@ class JointLimits(NamedTuple):
 
 @dataclass(frozen=True)
 class Arm:
-    """A finalized plant of an arm that holds a tool, with the handles others need.
+    """Finalized plant of an arm that holds a tool, with the handles needed to use it.
 
     Attributes:
-        source: The file that describes it.
-        plant: The continuous plant; its context carries the tool's inertia as parameters.
-        hand: Frame H.
-        tool: Body T, welded to H.
+        source: File that describes the arm.
+        plant: Continuous plant; its Context carries the tool's inertia as parameters.
+        hand: Frame H of the hand.
+        tool: Body T of the tool, welded to H.
         home: Joint angles of the holding posture, shape (num_joints,), [rad].
         limits: Joint limits.
-        nail: The joint along which a nail slides, whose position and rate come after the arm's in the plant's state;
-            None where there is no nail.
-        clamp: What can hold the hand; None where there is no clamp.
+        nail: Joint along which a nail slides, whose position and rate follow the arm's in the plant's state; None
+            without a nail.
+        clamp: Clamp for the hand; None without a clamp.
     """
 
     source: Path
@@ -82,20 +84,20 @@ class Arm:
         return [self.plant.get_joint_actuator(index).joint().name() for index in self.plant.GetJointActuatorIndices()]
 
     def shrink_limits(self, margin: float, q_start: Array) -> JointLimits:
-        """The limits, those of angle nearer by a margin, [rad]; where a motion starts, (num_joints,), keeps them."""
+        """Returns the limits, angles narrowed by a margin, [rad], but not beyond the start, (num_joints,)."""
         return self.limits._replace(
             q_lower=np.minimum(q_start, self.limits.q_lower + margin),
             q_upper=np.maximum(q_start, self.limits.q_upper - margin),
         )
 
     def find_posture(self, angles: Mapping[str, float]) -> Array:
-        """Joint angles of a posture, shape (num_joints,), [rad].
+        """Returns the joint angles of a posture, shape (num_joints,), [rad].
 
         Args:
-            angles: Those that are not as in the home posture, by the names of the joints, [rad].
+            angles: Angles by joint, [rad], of the joints that are not in the home posture.
 
         Raises:
-            AffordanceError: There is no such joint, or it cannot take its angle.
+            AffordanceError: There is no such joint, or its limits exclude the angle.
         """
         q, names = np.array(self.home), self.joint_names
         for name, angle in angles.items():
@@ -109,13 +111,13 @@ class Arm:
         return q
 
     def set_posture(self, plant_context: Context, q: Array) -> None:
-        """Puts the joints at angles q, shape (num_joints,), [rad], and leaves a nail and all rates as they are."""
+        """Sets the joint angles q, shape (num_joints,), [rad], and leaves a nail and all rates unchanged."""
         positions = self.plant.GetPositions(plant_context)
         positions[: self.num_joints] = q
         self.plant.SetPositions(plant_context, positions)
 
     def set_payload(self, plant_context: Context, pi: Array) -> None:
-        """Gives the tool its ten inertial parameters about To, expressed in T, shape (10,)."""
+        """Sets the tool's ten inertial parameters about To, expressed in T, shape (10,)."""
         self.tool.SetSpatialInertiaInBodyFrame(plant_context, spatial_inertia_from_parameters(pi))
 
 
@@ -127,17 +129,17 @@ def add_arm(
     *,
     has_clamp: bool = False,
 ) -> Arm:
-    """Adds an arm, and what it holds and strikes, to a builder.
+    """Adds an arm, with tool and nail if given, to a builder.
 
     Args:
-        builder: Receives the system ``plant`` and, where there are shapes, ``scene_graph``.
+        builder: Builder that receives the system ``plant`` and, where there are shapes, ``scene_graph``.
         directives: Drake model directives of the arm.
-        tool: Gives shapes and, as default, inertia; None for a payload without shape, and an arm without.
-        nail: The nail and where it stands; None for none.
-        has_clamp: Whether there is a clamp for the hand; it is open.
+        tool: Tool that gives shapes and the default inertia; None for a payload without shape, initially massless.
+        nail: Nail and its placement; None for no nail.
+        has_clamp: True to add an open clamp for the hand.
 
     Raises:
-        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+        ModelFileError: The file cannot be loaded, or describes an unsuitable arm.
     """
     if tool is None and nail is None:
         plant = MultibodyPlant(0.0)
@@ -148,18 +150,27 @@ def add_arm(
 
 
 def load_arm(directives: Path = ARM) -> Arm:
-    """Loads an arm alone, without geometry, for use as an internal model.
+    """Loads an arm without geometry, for use as an internal model.
+
+    The same instance is returned as long as the arm's files do not change: users must create Contexts of their own.
 
     Raises:
-        ModelFileError: The file cannot be loaded or does not describe a fit arm.
+        ModelFileError: The file cannot be loaded, or describes an unsuitable arm.
     """
+    stamps = [(file, file.stat()) for file in list_arm_files(directives)]
+    return _load_arm(directives, tuple((file, stamp.st_mtime_ns, stamp.st_size) for file, stamp in stamps))
+
+
+@lru_cache(maxsize=16)
+def _load_arm(directives: Path, _: tuple[tuple[Path, int, int], ...]) -> Arm:
+    """Loads an arm whose files have the given times and sizes."""
     return _finish_plant(MultibodyPlant(0.0), directives, tool=None, nail=None)
 
 
 def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
     """Adds the arm of a directives file to a plant.
 
-    Returns: The hand's frame H.
+    Returns: Frame H of the hand.
 
     Raises:
         ModelFileError: The file cannot be loaded or has no frame for the hand.
@@ -181,7 +192,7 @@ def parse_arm(plant: MultibodyPlant, directives: Path) -> Frame:
 
 
 def attach_tool(plant: MultibodyPlant, hand: Frame, tool: Tool | None, name: str = "tool") -> RigidBody:
-    """Welds a body to the hand, with the tool's inertia and its look if the plant has geometry at all."""
+    """Welds a body to the hand, with the tool's inertia and, if the plant has geometry, its appearance."""
     inertia = SpatialInertia.Zero() if tool is None else spatial_inertia_from_parameters(tool.parameters)
     body = plant.AddRigidBody(name, plant.AddModelInstance(name), inertia)
     plant.WeldFrames(hand, body.body_frame())
@@ -207,7 +218,7 @@ def _finish_plant(
     clamp = Clamp(plant, hand) if has_clamp else None
     if nail is not None and nail.face is not None:
         nail.face.add_to(plant, body, "tool_face")
-    # Last, so that the arm's joints come first in the plant's state.
+    # The nail is added last, so that the arm's joints come first in the plant's state.
     joint = None if nail is None else add_nail(plant, nail)
     plant.set_contact_model(ContactModel.kPoint)
     plant.Finalize()
@@ -238,9 +249,9 @@ def _finish_plant(
 
 
 def _check_fitness(plant: MultibodyPlant, directives: Path, num_joints: int) -> None:
-    """Rejects arms whose joints are not revolute, or do not pair off one to one with actuators."""
+    """Rejects arms whose joints are not revolute, or do not have one actuator each."""
     moving = [plant.get_joint(index) for index in plant.GetJointIndices()]
-    # The nail's comes last.
+    # The nail's joint comes last.
     joints = [joint for joint in moving if joint.num_velocities() and joint.velocity_start() < num_joints]
     for joint in joints:
         if joint.child_body().is_floating_base_body():

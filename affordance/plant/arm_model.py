@@ -1,4 +1,4 @@
-"""An internal model: an arm with a payload it believes in, at the state last set."""
+"""Internal model of an arm with a believed payload."""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -12,17 +12,18 @@ from affordance.plant.arm import Arm
 
 
 class ArmModel:
-    """An internal model: an arm with a payload it believes in, at the state last set.
+    """Internal model: an arm with a believed payload, at the state last set.
 
-    Not thread-safe and cheap to make; every owner has one of its own, so that no owner sees another's state.
+    Not thread-safe and cheap to create; every owner has an instance of its own, so that no owner sees another's
+    state.
 
     Attributes:
-        arm: The arm.
-        gravity: Acceleration of gravity in W, shape (3,), [m/s^2].
+        arm: Modelled arm.
+        gravity: Gravitational acceleration in W, shape (3,), [m/s^2].
     """
 
     def __init__(self, arm: Arm) -> None:
-        """Starts with an empty hand at the zero state."""
+        """Creates a model with an empty hand at the zero state."""
         self.arm = arm
         self._plant = arm.plant
         self._context = arm.plant.CreateDefaultContext()
@@ -41,45 +42,45 @@ class ArmModel:
         self._plant.SetPositionsAndVelocities(self._context, x)
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:
-        """Torques that give the joint accelerations, shape (num_joints,), [N m] (paper, eq. 2)."""
+        """Computes the torques for given joint accelerations, shape (num_joints,), [N m] (paper, eq. 2)."""
         self._plant.CalcForceElementsContribution(self._context, self._forces)
         return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Torques that give joint accelerations from state x on, the state last set, shape (num_joints,), [N m].
+        """Computes the torques for joint accelerations from state x, the state last set, shape (num_joints,), [N m].
 
-        A model whose torques are held for a control period overrides this, and may leave x.
+        A model whose torques are held for a control period overrides this, and may change the state.
         """
         return self.compute_inverse_dynamics(vdot)
 
     def compute_mass_matrix(self) -> Array:
-        """Mass matrix M, shape (num_joints, num_joints), [kg m^2]."""
+        """Computes the mass matrix M, shape (num_joints, num_joints), [kg m^2]."""
         return self._plant.CalcMassMatrix(self._context)
 
     def compute_hand_pose(self) -> RigidTransform:
-        """Pose of the hand X_WH."""
+        """Computes the pose of the hand, X_WH."""
         return self.arm.hand.CalcPoseInWorld(self._context)
 
     def compute_hand_jacobian(self) -> Array:
-        """Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""
+        """Computes the Jacobian Jv_V_WH of the hand's spatial velocity, rotation first, shape (6, num_joints)."""
         return self._plant.CalcJacobianSpatialVelocity(
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         )
 
     def compute_point_position(self, p_TQ: Array) -> Array:
-        """Place p_WQ of a point Q fixed to the tool, shape (3,); p_TQ (3,), [m]."""
+        """Computes the position p_WQ of a point Q fixed to the tool, shape (3,), [m]; p_TQ (3,), [m]."""
         X_WH = self.compute_hand_pose()
         position: Array = X_WH.translation() + X_WH.rotation().matrix() @ p_TQ
         return position
 
     def compute_point_jacobian(self, p_TQ: Array) -> Array:
-        """Jacobian Jv_v_WQ of the velocity of a point Q fixed to the tool, shape (3, num_joints); p_TQ (3,), [m]."""
+        """Computes the Jacobian Jv_v_WQ of a point Q fixed to the tool, shape (3, num_joints); p_TQ (3,), [m]."""
         return self._plant.CalcJacobianTranslationalVelocity(
             self._context, JacobianWrtVariable.kV, self.arm.hand, p_TQ, self._world, self._world
         )
 
     def compute_hand_bias_acceleration(self) -> Array:
-        """Spatial acceleration of the hand at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
+        """Computes the hand's spatial acceleration at zero vdot, A_WH - J vdot, rotation first, shape (6,)."""
         return self._plant.CalcBiasSpatialAcceleration(
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         ).get_coeffs()

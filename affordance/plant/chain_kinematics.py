@@ -1,7 +1,7 @@
-"""Kinematics of a serial arm along whole trajectories at once, in NumPy.
+"""Kinematics of a serial arm along whole trajectories, in NumPy.
 
-Drake computes one state a call; figures, heights and regressors want hundreds. The chain's constants are read from
-a Drake plant once. Frames: W world, T the frame at the end of the chain (the tool).
+Drake computes one state per call; figures, heights and regressors need hundreds. The chain's constants are read once
+from a Drake plant. Frames: W world, T the frame at the end of the chain (the tool).
 """
 
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from affordance.arrays import Array
 
 
 class ChainMotion(NamedTuple):
-    """Motion of T along a trajectory of N samples; vectors are expressed in W unless said otherwise."""
+    """Motion of T along a trajectory of N samples; vectors are expressed in W."""
 
     R_WT: Array  # (N, 3, 3)
     p_WT: Array  # (N, 3), [m]
@@ -30,11 +30,11 @@ class SerialChain:
     Attributes:
         R_PF: Rotation of each joint's frame F, fixed to the parent, relative to the previous joint's moving frame
             (to W for the first), shape (num_joints, 3, 3).
-        p_PF: Position of the same, shape (num_joints, 3), [m].
+        p_PF: Position of each joint's frame F relative to the same frame as R_PF, shape (num_joints, 3), [m].
         axes: Joint axes expressed in F, shape (num_joints, 3).
         R_MT: Rotation of T in the last joint's moving frame, shape (3, 3).
-        p_MT: Position of the same, shape (3,), [m].
-        gravity_W: Acceleration of gravity in W, shape (3,), [m/s^2].
+        p_MT: Position of T in the last joint's moving frame, shape (3,), [m].
+        gravity_W: Gravitational acceleration in W, shape (3,), [m/s^2].
     """
 
     R_PF: Array
@@ -57,7 +57,7 @@ class SerialChain:
             v: Joint rates, shape (N, num_joints), [rad/s].
             vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
 
-        Returns: The motion of T.
+        Returns: Motion of T.
         """
         num_samples = len(q)
         R = np.broadcast_to(np.eye(3), (num_samples, 3, 3))
@@ -80,13 +80,13 @@ class SerialChain:
         return ChainMotion(R @ self.R_MT, p, w, alpha, a, J)
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
-        """Computes where a point Q fixed to T is in W along a trajectory.
+        """Computes the positions in W of a point Q fixed to T along a trajectory.
 
         Args:
             q: Joint angles, shape (N, num_joints), [rad].
-            p_TQ: The point, shape (3,), [m].
+            p_TQ: Position of Q in T, shape (3,), [m].
 
-        Returns: p_WQ, shape (N, 3), [m].
+        Returns: Positions p_WQ, shape (N, 3), [m].
         """
         R = np.broadcast_to(np.eye(3), (len(q), 3, 3))
         p = np.zeros((len(q), 3))
@@ -97,7 +97,7 @@ class SerialChain:
 
     @staticmethod
     def _step_along(R: Array, p: Array, w: Array, alpha: Array, a: Array, offset: Array) -> tuple[Array, Array]:
-        """Moves position and acceleration to a point at a fixed offset on the same body."""
+        """Computes position and acceleration of a point at a fixed offset on the same body."""
         if not offset.any():
             return p, a
         r = R @ offset
@@ -105,7 +105,7 @@ class SerialChain:
 
 
 def _rotation_about(axis: Array, angles: Array) -> Array:
-    """Rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
+    """Computes rotation matrices about a fixed unit axis by N angles (Rodrigues), shape (N, 3, 3)."""
     x, y, z = axis
     K = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     R: Array = np.eye(3) + np.sin(angles)[:, None, None] * K + (1.0 - np.cos(angles))[:, None, None] * (K @ K)
@@ -113,7 +113,7 @@ def _rotation_about(axis: Array, angles: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Cross product along the last axis; several times faster than numpy.cross on small arrays."""
+    """Computes the cross product along the last axis, several times faster than numpy.cross on small arrays."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]
     return np.stack([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx], axis=-1)

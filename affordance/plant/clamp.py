@@ -1,7 +1,7 @@
-"""A clamp that holds the hand where it is until it lets go: a stiff spring.
+"""Clamp that holds the hand in place until it is released: a stiff spring.
 
 Drake's bushing pulls the hand H back to a frame fixed in W, with forces against displacement and torques against
-rotation. Where that frame is, and stiffness and damping, are parameters of the plant's Context.
+rotation. The pose of that frame, stiffness and damping are parameters of the plant's Context.
 """
 
 from typing import Any
@@ -14,23 +14,23 @@ from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
 
-# Of the virtual spring that held people's hands (Cesanek et al. 2021, eLife 10:e71627), [N/m].
+# Stiffness of the virtual spring that held people's hands (Cesanek et al. 2021, eLife 10:e71627), [N/m].
 STIFFNESS = 4000.0
-# Critical for the 2 kg that an outstretched arm and its load weigh at the hand, so that the force has settled within
-# a tenth of a second; what it settles at does not depend on it, [N s/m].
+# Critical damping for the effective mass of 2 kg of an outstretched arm with its load at the hand, so that the force
+# settles within a tenth of a second; the settled force does not depend on it, [N s/m].
 _DAMPING = 180.0
-# Against rotation, the same spring and damper a hand's breadth to either side. The published one bore no moment, and
-# the objects had none; one that is held by its end needs something to bear it.
+# Against rotation, the same spring and damper a hand's breadth to either side. The published clamp exerted no moment,
+# and its objects needed none; an object that is held by its end needs something to support the moment, [m^2].
 _SQUARED_LEVER = 0.1**2
 
 
 class Clamp:
-    """A clamp of the hand."""
+    """Clamp of the hand."""
 
     def __init__(self, plant: MultibodyPlant, hand: Frame) -> None:
-        """Adds an open clamp for a hand H to a plant that is not finalized yet."""
+        """Adds an open clamp for a hand H to a plant that is not yet finalized."""
         self._hand = hand
-        # Drake's stubs name the classes these are derived from.
+        # Any: Drake's stubs name base classes only.
         anchor: Any = plant.AddFrame(FixedOffsetFrame("clamp", plant.world_frame(), RigidTransform()))
         self._anchor: FixedOffsetFrame = anchor
         none = np.zeros(3)
@@ -38,16 +38,16 @@ class Clamp:
         self._bushing: LinearBushingRollPitchYaw = bushing
 
     def close(self, plant_context: Context) -> None:
-        """Holds the hand where it is."""
+        """Closes the clamp at the hand's present pose."""
         self._anchor.SetPoseInParentFrame(plant_context, self._hand.CalcPoseInWorld(plant_context))
         self._set(plant_context, STIFFNESS, _DAMPING)
 
     def release(self, plant_context: Context) -> None:
-        """Lets go of the hand."""
+        """Releases the hand."""
         self._set(plant_context, 0.0, 0.0)
 
     def compute_force(self, plant_context: Context) -> Array:
-        """Force of the hand on the clamp, expressed in W, shape (3,), [N]."""
+        """Computes the force of the hand on the clamp, expressed in W, shape (3,), [N]."""
         force = self._bushing.CalcBushingSpatialForceOnFrameA(plant_context)  # at the anchor, expressed in it
         R_WA = self._anchor.CalcRotationMatrixInWorld(plant_context)
         on_clamp: Array = R_WA.matrix() @ force.translational()

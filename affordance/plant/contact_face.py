@@ -1,4 +1,4 @@
-"""The surface of a tool near the point that meets a nail, as contact takes it."""
+"""Surface of a tool near the point that strikes a nail, as modelled for contact."""
 
 from typing import NamedTuple
 
@@ -11,24 +11,24 @@ from pydrake.multibody.tree import RigidBody
 from affordance.arrays import Array
 from affordance.plant.contact_material import register_surface
 
-# A surface that is flatter than this is taken as flat, [m].
+# Radius of curvature above which a surface is modelled as flat, [m].
 _FLAT = 1.0
-# The disc that stands for a flat surface: it reaches as far as a tip may creep on a nail, and as deep as no nail
-# enters, [m].
+# Disc that models a flat surface: its radius exceeds the creep of a tip on a nail, its thickness the depth to which a
+# nail could penetrate, [m].
 _DISC_RADIUS, _DISC_THICKNESS = 0.03, 0.02
 
 
 class ContactFace(NamedTuple):
-    """The surface of a tool near the point S that strikes: a sphere of the same curvature, a disc where flat.
+    """Surface of a tool near the striking point S: a sphere of the same curvature, or a disc where it is flat.
 
-    Drake knows the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. That with an
-    ellipsoid or a mesh it iterates for, and then returns the line between their middles as normal of the contact, so
-    that a tool that strikes anywhere but right below its middle is pushed aside (docs/decisions/0013-nail.md).
+    Drake computes the contact of a sphere, such as a nail's head, with another sphere or a disc exactly. That with an
+    ellipsoid or a mesh is found iteratively, and its normal is the line between the two centres, so that a tool that
+    strikes anywhere but right below its centre is pushed aside (docs/decisions/0013-nail.md).
 
     Attributes:
-        p_TS: The point, shape (3,), [m].
-        normal_T: Outward normal there, expressed in T, a unit vector, shape (3,).
-        radius: Of curvature; infinite where it is flat, [m].
+        p_TS: Position of S in the tool, shape (3,), [m].
+        normal_T: Outward normal at S, expressed in T, a unit vector, shape (3,).
+        radius: Radius of curvature; infinite for a flat surface, [m].
     """
 
     p_TS: Array
@@ -36,7 +36,7 @@ class ContactFace(NamedTuple):
     radius: float
 
     def add_to(self, plant: MultibodyPlant, body: RigidBody, name: str) -> None:
-        """Gives the tool's body its collision geometry, in a plant that is not finalized."""
+        """Adds the collision geometry to the tool's body, in a plant that is not yet finalized."""
         is_flat = self.radius > _FLAT
         depth = 0.5 * _DISC_THICKNESS if is_flat else self.radius
         shape: Shape = Cylinder(_DISC_RADIUS, _DISC_THICKNESS) if is_flat else Sphere(self.radius)

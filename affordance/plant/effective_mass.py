@@ -1,4 +1,4 @@
-"""The mass that a blow meets at the striking point: 1 / (n^T J M^-1 J^T n)."""
+"""Effective mass of arm and tool at the striking point, along the blow: 1 / (n^T J M^-1 J^T n)."""
 
 import numpy as np
 
@@ -10,20 +10,20 @@ from affordance.plant.serial_chain import build_chain
 
 
 class EffectiveMass:
-    """The effective mass along the blow at one posture, as a function of the tool's inertial parameters.
+    """Effective mass along the blow in one posture, as a function of the tool's inertial parameters.
 
-    The mass matrix is linear in them: a column of the payload's share is what the payload regressor says of a unit
-    acceleration of one joint, less what it says of rest.
+    The mass matrix is linear in them: a column of the payload's part is the payload regressor at unit acceleration of
+    one joint, less the regressor at rest.
     """
 
     def __init__(self, model: ArmModel, p_TS: Array, direction_W: Array, q: Array) -> None:
         """Computes mass matrices of arm and payload.
 
         Args:
-            model: The arm; its state and payload are set.
-            p_TS: The striking point S, fixed to the tool, shape (3,), [m].
-            direction_W: Of the blow, a unit vector, shape (3,).
-            q: The posture, shape (num_joints,), [rad].
+            model: Model of the arm; its state and payload are changed.
+            p_TS: Position of the striking point S, fixed to the tool, shape (3,), [m].
+            direction_W: Direction of the blow, a unit vector, shape (3,).
+            q: Joint angles at the strike, shape (num_joints,), [rad].
         """
         n = len(q)
         model.set_payload(np.zeros(NUM_PARAMETERS))
@@ -35,7 +35,7 @@ class EffectiveMass:
         self._M_payload = (Y[1:] - Y[0]).reshape(n * n, NUM_PARAMETERS)
 
     def compute(self, pi: Array) -> Array:
-        """Computes it for S tools of inertial parameters pi about To, expressed in T, (S, 10); shape (S,), [kg]."""
+        """Computes the effective masses of S tools of parameters pi about To, expressed in T, (S, 10); (S,), [kg]."""
         M = self._M_arm + (pi @ self._M_payload.T).reshape(len(pi), *self._M_arm.shape)
         mass: Array = 1.0 / (np.linalg.solve(M, np.tile(self._along, (len(pi), 1))[..., None])[..., 0] @ self._along)
         return mass

@@ -1,4 +1,4 @@
-"""Torques of a motion and how they change with it: inverse dynamics of the arm on Drake's AutoDiff."""
+"""Torques of a motion and their derivatives: inverse dynamics of the arm on Drake's AutoDiff."""
 
 from typing import Any, NamedTuple
 
@@ -11,13 +11,13 @@ from affordance.plant.arm_model import ArmModel
 
 
 class TorqueGradients(NamedTuple):
-    """Torques at N states, and their derivatives.
+    """Torques at N states and their derivatives.
 
     Attributes:
-        tau: (N, num_joints), [N m].
-        by_q: (N, num_joints, num_joints), [N m/rad].
-        by_v: The same shape, [N m s/rad].
-        by_vdot: The same shape: the mass matrices, [kg m^2].
+        tau: Torques, (N, num_joints), [N m].
+        by_q: Derivatives by the angles, (N, num_joints, num_joints), [N m/rad].
+        by_v: Derivatives by the rates, (N, num_joints, num_joints), [N m s/rad].
+        by_vdot: Derivatives by the accelerations, the mass matrices, (N, num_joints, num_joints), [kg m^2].
     """
 
     tau: Array
@@ -33,12 +33,12 @@ class InverseDynamics:
         """Translates the plant to AutoDiff.
 
         Args:
-            model: The arm; its state and payload are set with every use.
-            pi: The tool's inertial parameters about To, expressed in T, shape (10,).
+            model: Model of the arm; its state and payload are changed by every use.
+            pi: Inertial parameters of the tool about To, expressed in T, shape (10,).
         """
         self._model = model
         self._pi = pi
-        # Any: Drake's stubs take it for a System.
+        # Any: Drake's stubs declare it a System.
         self._plant: Any = model.arm.plant.ToAutoDiffXd()
         self._context = self._plant.CreateDefaultContext()
         self._forces = MultibodyForces_[AutoDiffXd](self._plant)
@@ -47,7 +47,7 @@ class InverseDynamics:
         self._context.SetTimeStateAndParametersFrom(plain)
 
     def compute(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Torques at N states, shape (N, num_joints), [N m]; q, v and vdot of that shape."""
+        """Computes the torques at N states, shape (N, num_joints), [N m]; q, v and vdot have the same shape."""
         self._model.set_payload(self._pi)
         tau = np.empty_like(q)
         for i, x in enumerate(np.hstack([q, v])):
@@ -56,7 +56,7 @@ class InverseDynamics:
         return tau
 
     def compute_gradients(self, q: Array, v: Array, vdot: Array) -> TorqueGradients:
-        """Torques and their derivatives at N states; q, v and vdot of shape (N, num_joints)."""
+        """Computes torques and their derivatives at N states; q, v and vdot of shape (N, num_joints)."""
         n = q.shape[1]
         tau, by_vdot = np.empty_like(q), np.empty((*q.shape, n))
         by_x = np.empty((*q.shape, 2 * n))
@@ -64,7 +64,7 @@ class InverseDynamics:
         for i, x in enumerate(np.hstack([q, v])):
             self._plant.SetPositionsAndVelocities(self._context, InitializeAutoDiff(x))
             self._plant.CalcForceElementsContribution(self._context, self._forces)
-            # Linear in the accelerations, by the mass matrix: carrying them along would cost a third more.
+            # Torques are linear in the accelerations, by the mass matrix: differentiating would cost a third more.
             vdot_i = np.array([AutoDiffXd(value) for value in vdot[i]])
             with_gradient = self._plant.CalcInverseDynamics(self._context, vdot_i, self._forces)
             tau[i], by_x[i] = ExtractValue(with_gradient).ravel(), ExtractGradient(with_gradient)

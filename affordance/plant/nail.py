@@ -1,7 +1,7 @@
-"""The nail that Simulation IV drives: its data, and its bodies in a plant.
+"""Nail driven in Simulation IV: its data, and its bodies in a plant.
 
-The nail slides along its own axis in a block that stands still. Its resistance is a system of its own
-(nail_system.py), for Drake's joints know damping but no dry friction.
+The nail slides along its own axis in a fixed block. Its resistance is a system of its own (nail_system.py), for
+Drake's joints have damping but no dry friction.
 """
 
 from dataclasses import dataclass
@@ -19,34 +19,34 @@ from affordance.files.data_model import DataModel, Within
 from affordance.plant.contact_face import ContactFace
 from affordance.plant.contact_material import CONTACT_STIFFNESS, register_surface
 
-# Load that withdraws a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
+# Withdrawal load of a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
 # wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
 _WITHDRAWAL = 54.12e6
-# Slip at which friction has its full value: below it, it is smoothed. In the 5 ms of a blow this lets the tool creep
-# by 50 um on the nail; at Drake's own 1e-3 the integrator's Newton iteration fails where slipping turns to sticking,
-# and a blow takes up to three times as long (6000 steps instead of 500 have been seen), for a peak that is the same
-# to 0.3 %, [m/s].
+# Slip speed at which friction has its full value; below it, friction is smoothed. In the 5 ms of a blow the tool
+# creeps by 50 um on the nail; at Drake's default of 1e-3 the integrator's Newton iteration fails where slip turns to
+# stick, and a blow takes up to three times as long (6000 steps instead of 500 were observed), for the same peak to
+# 0.3 %, [m/s].
 STICTION_TOLERANCE = 1e-2
-# A nail is touched from this contact force on, [N].
+# Contact force from which a nail counts as touched, [N].
 _TOUCH = 1.0
-# A nail is at rest when it has come so much of its way.
+# Fraction of its travel after which a nail counts as at rest.
 _ALMOST = 0.999
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
 @dataclass(frozen=True)
 class Nail:
-    """A nail in wood, and what is asked of one blow.
+    """Nail in wood, and the demand on one blow.
 
     Attributes:
-        diameter: [m].
-        length: [m].
-        density: [kg/m^3].
-        head_radius: Of its round head, [m].
-        wood_specific_gravity: Of the wood it is driven into.
-        depth_set: How deep it stands before the blow, [m].
-        depth_demanded: How deep it is to stand after it, [m].
-        yield_force: Resistance that does not depend on depth, in place of skin friction, which does; None for skin
+        diameter: Diameter of the shank, [m].
+        length: Length of the shank, [m].
+        density: Density of the nail, [kg/m^3].
+        head_radius: Radius of the round head, [m].
+        wood_specific_gravity: Specific gravity of the wood, dimensionless.
+        depth_set: Depth of the nail before the blow, [m].
+        depth_demanded: Demanded depth of the nail after the blow, [m].
+        yield_force: Resistance independent of depth, instead of skin friction, which grows with depth; None for skin
             friction, [N].
     """
 
@@ -61,35 +61,36 @@ class Nail:
 
     @property
     def mass(self) -> float:
-        """Of shank and head, [kg]."""
+        """Mass of shank and head, [kg]."""
         shank = np.pi / 4.0 * self.diameter**2 * self.length
         return float(self.density * (shank + 4.0 / 3.0 * np.pi * self.head_radius**3))
 
     @property
     def stiffness(self) -> float:
-        """Growth of the resistance with depth k_n, [N/m]."""
+        """Increase of the resistance with depth, k_n, [N/m]."""
         return float(_WITHDRAWAL * self.wood_specific_gravity**2.5 * self.diameter)
 
     @property
     def force_demanded(self) -> float:
-        """Resistance at the depth that is asked for, [N]."""
+        """Resistance at the demanded depth, [N]."""
         return float(self.stiffness * self.depth_demanded)
 
     def compute_resistance(self, depth: float) -> float:
-        """Resistance of the moving nail at a depth; none once it is pulled out, [N]."""
+        """Computes the resistance of the moving nail at a depth, [m]; zero once it is pulled out, [N]."""
         if self.yield_force is not None:
             return self.yield_force if depth > 0.0 else 0.0
         return self.stiffness * max(0.0, depth)
 
     def compute_tip_speed(self, force: Array, effective_mass: Array) -> Array:
-        """Speed of the tip at the strike that gives a peak of the skin friction, [m/s].
+        """Computes the speed of the tip at the strike that gives a peak of the skin friction, [m/s].
 
-        Of the kinetic energy at the tip friction takes what lies between the two depths, and the contact stores the
-        rest: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are left aside.
+        The kinetic energy at the tip equals the work of friction between the two depths plus the energy stored in the
+        contact: m v^2 = (F^2 - F_set^2) / k_n + F^2 / k_c. The few grams of the nail are neglected.
 
         Args:
-            force: Peak resistance, [N]; below that of the depth it is set to, no speed is needed.
-            effective_mass: Of the tip along the nail, 1 / (n^T J M^-1 J^T n), [kg]; any shape that broadcasts.
+            force: Peak resistance, [N]; below that at the initial depth no speed is needed.
+            effective_mass: Effective mass of the tip along the nail, 1 / (n^T J M^-1 J^T n), [kg]; any shape that
+                broadcasts.
         """
         lost = np.maximum(0.0, np.square(force) - (self.stiffness * self.depth_set) ** 2) / self.stiffness
         stored = np.where(lost > 0.0, np.square(force) / CONTACT_STIFFNESS, 0.0)
@@ -98,14 +99,14 @@ class Nail:
 
 
 class NailRecord(NamedTuple):
-    """What happened to a nail, at every one of N steps of the integrator.
+    """Record of a nail at each of N steps of the integrator.
 
     Attributes:
-        times: (N,), [s].
-        travel: How far it was driven since it was set, (N,), [m].
-        rate: (N,), [m/s].
-        resistance: Of the wood against being driven in, (N,), [N].
-        contact: Force of the tool on its head along the direction it is driven to, (N,), [N].
+        times: Times, (N,), [s].
+        travel: Distance driven since the nail was set, (N,), [m].
+        rate: Rate of the travel, (N,), [m/s].
+        resistance: Resistance of the wood against being driven in, (N,), [N].
+        contact: Force of the tool on the head along the driving direction, (N,), [N].
     """
 
     times: Array
@@ -116,23 +117,23 @@ class NailRecord(NamedTuple):
 
     @property
     def time_of_touch(self) -> float:
-        """When the tool first touched it, [s]; the first of the times if it never did."""
+        """Time at which the tool first touched the nail, [s]; the first of the times if it never did."""
         return float(self.times[np.argmax(self.contact > _TOUCH)])
 
     @property
     def time_of_rest(self) -> float:
-        """When it has come almost all of its way, [s]."""
+        """Time at which the nail had almost all of its travel, [s]."""
         return float(self.times[np.argmax(self.travel >= _ALMOST * self.travel[-1])])
 
 
 class NailPlacement(NamedTuple):
-    """A nail where it stands.
+    """Nail with its position and direction.
 
     Attributes:
-        nail: The nail.
-        p_WNo: The highest point of its head, shape (3,), [m].
-        direction_W: Where it is driven to, a unit vector, shape (3,).
-        face: What strikes it; None if nothing does.
+        nail: Nail to be placed.
+        p_WNo: Position of the highest point of the head, shape (3,), [m].
+        direction_W: Direction in which the nail is driven, a unit vector, shape (3,).
+        face: Surface that strikes the nail; None for none.
     """
 
     nail: Nail
@@ -142,13 +143,13 @@ class NailPlacement(NamedTuple):
 
     @property
     def key(self) -> tuple[object, ...]:
-        """Everything of it, hashable."""
+        """Hashable key of all of the placement's values."""
         face = () if self.face is None else (self.face.p_TS.tobytes(), self.face.normal_T.tobytes(), self.face.radius)
         return (self.nail, self.p_WNo.tobytes(), self.direction_W.tobytes(), *face)
 
 
 class NailEntry(DataModel):
-    """A nail as a file has it."""
+    """Nail as given in a file."""
 
     diameter: Annotated[float, Within(5e-4, 0.02), Field(description="[m]")]
     length: Annotated[float, Within(5e-3, 0.3), Field(description="[m]")]
@@ -160,32 +161,32 @@ class NailEntry(DataModel):
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:
-        """Refuses a nail that stands deeper than it is long, or is to come out.
+        """Refuses a nail that is deeper than it is long, or that would be pulled out.
 
         Raises:
-            PydanticCustomError: It does, or is.
+            PydanticCustomError: A depth is out of bounds.
         """
         Within(1e-4, self.length).check(self.depth_set, "depth_set")
         Within(self.depth_set, self.length).check(self.depth_demanded, "depth_demanded")
         return self
 
     def build(self) -> Nail:
-        """Builds the nail."""
+        """Builds the nail from its entry."""
         return Nail(**{name: getattr(self, name) for name in NailEntry.model_fields})
 
 
 def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail") -> Joint:
-    """Adds a nail to a plant that is not finalized.
+    """Adds a nail to a plant that is not yet finalized.
 
     Args:
-        plant: The plant.
-        placement: The nail and where it stands.
-        name: Of its body, joint and model instance; what belongs to it in the world begins with it.
+        plant: Plant that receives the nail.
+        placement: Nail and its placement.
+        name: Name of the body, joint and model instance, and prefix of the nail's elements in the world.
 
-    Returns: The joint along which it slides; its position is how far it was driven since it was set.
+    Returns: Joint along which the nail slides; its position is the distance driven since the nail was set.
     """
     nail = placement.nail
-    # Frame N: at the top of the head, Nz along the direction it is driven to.
+    # Frame N: at the top of the head, Nz along the driving direction.
     X_WN = RigidTransform(RotationMatrix.MakeFromOneVector(placement.direction_W, 2), placement.p_WNo)
     start = plant.AddFrame(FixedOffsetFrame(f"{name}_start", plant.world_frame(), X_WN))
     inertia = SpatialInertia.SolidCylinderWithMass(

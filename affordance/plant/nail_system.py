@@ -1,4 +1,4 @@
-"""What the wood does to a nail, as a system."""
+"""Resistance of the wood to a nail, as a system."""
 
 import math
 
@@ -8,21 +8,22 @@ from pydrake.systems.framework import BasicVector, Context
 from affordance.drake_system import SampledSystem
 from affordance.plant.nail import Nail
 
-# Rates of the nail below this count as rest. Dry friction is a step there, which no integrator of smooth systems can
-# take; a tanh of this width stands for it, so that a nail at rest creeps, by its own weight 0.3 um a second, [m/s].
+# Rate of the nail below which it counts as at rest. Dry friction is a step there, which no integrator of smooth
+# systems can handle; a tanh of this width replaces it, so that a nail at rest creeps by its own weight, 0.3 um per
+# second, [m/s].
 _REST = 1e-3
 
 
 class NailResistance(SampledSystem):
-    """Dry friction: opposes motion, without rebound, with a magnitude that the nail's depth decides.
+    """Dry friction of the wood: opposes motion, without rebound, with a magnitude that depends on the nail's depth.
 
     Input ports:
-        state: How far the nail was driven since it was set, and its rate, (2,), [m, m/s].
+        state: Distance that the nail was driven since it was set, and its rate, (2,), [m, m/s].
 
     Output ports:
-        force: On the nail along the direction it is driven to, and zeros for the plant's other velocities,
+        force: Force on the nail along the driving direction, and zeros for the plant's other velocities,
             (num_velocities,), [N, N m].
-        resistance: The force against being driven in, (1,), [N].
+        resistance: Resistance against being driven in, (1,), [N].
     """
 
     def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:

@@ -1,4 +1,4 @@
-"""The payload regressor Y: torques of a held tool are linear in its inertial parameters.
+"""Payload regressor Y: torques due to a held tool are linear in its inertial parameters.
 
     tau = tau_arm(q, v, vdot) + Y(q, v, vdot) pi          (from the paper's eq. 2)
 
@@ -18,11 +18,11 @@ def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
     """Computes Y at one state, with Drake's kinematics.
 
     Args:
-        model: The arm; its state is set to x.
+        model: Model of the arm; its state is set to x.
         x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
         vdot: Joint accelerations, shape (num_joints,), [rad/s^2].
 
-    Returns: Y, shape (num_joints, 10).
+    Returns: Regressor Y, shape (num_joints, 10).
     """
     model.set_state(x)
     J = model.compute_hand_jacobian()

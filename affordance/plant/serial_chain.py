@@ -1,4 +1,4 @@
-"""The serial chain of a Drake plant: its constants, read once for kinematics along whole trajectories."""
+"""Serial chain of a Drake plant: its constants, read once for kinematics along whole trajectories."""
 
 import numpy as np
 from pydrake.multibody.tree import Frame, Joint, RevoluteJoint
@@ -15,7 +15,7 @@ def build_chain(arm: Arm) -> SerialChain:
     """Reads the constants of the chain from W to the tool from a Drake plant.
 
     Raises:
-        ModelFileError: The joints are not revolute or do not lie one after the other.
+        ModelFileError: The joints are not revolute, or do not form a serial chain.
     """
     plant = arm.plant
     context = plant.CreateDefaultContext()
@@ -46,7 +46,7 @@ def build_chain(arm: Arm) -> SerialChain:
 
 
 def _check_against_plant(chain: SerialChain, arm: Arm, context: Context) -> None:
-    """Refuses plants whose joints branch: a point of the tool would then not be where the chain says."""
+    """Refuses plants whose joints branch: the chain's position of a point of the tool would then be wrong."""
     p_TQ = np.array([0.1, 0.2, 0.3])
     q = np.linspace(0.1, 1.0, arm.num_joints)
     arm.plant.SetPositions(context, q)

@@ -1,4 +1,4 @@
-"""The wrench that moves a held body is linear in its inertial parameters, and so are the torques along trajectories.
+"""Wrench regressor: the wrench on a held body, and its joint torques, are linear in its inertial parameters.
 
 By the Newton-Euler equations of the tool about To, with a the acceleration of To less gravity, alpha and w its
 angular acceleration and velocity, all expressed in T:
@@ -19,12 +19,12 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
     """Computes Y along a trajectory, all samples at once.
 
     Args:
-        chain: The arm's chain from W to T.
+        chain: Chain of the arm from W to T.
         q: Joint angles, shape (N, num_joints), [rad].
         v: Joint rates, shape (N, num_joints), [rad/s].
         vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
 
-    Returns: Y, shape (N, num_joints, 10).
+    Returns: Regressors Y, shape (N, num_joints, 10).
     """
     motion = chain.compute_motion(q, v, vdot)
     wrench = _compute_wrench_along(chain, motion)
@@ -34,15 +34,15 @@ def compute_payload_regressors(chain: SerialChain, q: Array, v: Array, vdot: Arr
 
 
 def compute_wrench_regressors(chain: SerialChain, q: Array, v: Array, vdot: Array) -> Array:
-    """Computes W along a trajectory: the moment about To and the force that move a tool, [n; f] = W pi, in T.
+    """Computes W along a trajectory, with the moment about To and the force on a tool, [n; f] = W pi, in T.
 
     Args:
-        chain: The arm's chain from W to T.
+        chain: Chain of the arm from W to T.
         q: Joint angles, shape (N, num_joints), [rad].
         v: Joint rates, shape (N, num_joints), [rad/s].
         vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
 
-    Returns: W, shape (N, 6, 10), moment first.
+    Returns: Regressors W, shape (N, 6, 10), moment first.
     """
     return _compute_wrench_along(chain, chain.compute_motion(q, v, vdot))
 
@@ -74,7 +74,7 @@ def _build_wrench_regressor(linear: Array) -> Array:
     return W
 
 
-# The products of the components of w, in the order above, as pairs of indices.
+# Pairs of indices of the products of the components of w, in the order above.
 _FIRST, _SECOND = np.array([0, 1, 2, 0, 0, 1]), np.array([0, 1, 2, 1, 2, 2])
 # W is linear in twelve numbers: one matrix product builds it for any number of samples, (12, 60).
 _WRENCH_MAP = np.array([_build_wrench_regressor(unit).ravel() for unit in np.eye(12)])

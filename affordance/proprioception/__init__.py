@@ -1,1 +1,1 @@
-"""What the joints measure, and what it says of the object in the hand."""
+"""Proprioception: measured joint torques, and the inference from them about the object in the hand."""

@@ -1,9 +1,9 @@
-"""The recursive Bayesian estimator of a held object's densities.
+"""Recursive Bayesian estimator of a held object's densities.
 
 Within a trial it averages, sample by sample; the posterior at any time follows from the mean so far and the belief
-the trial began with, so that the recursion is exact. Errors that grow with torque depend on the densities sought:
-their size is evaluated at the posterior mean, iterated to a fixed point. The object's own deviation from its
-materials' means is a nuisance: it is marginalised, so one odd object moves a material by what Bayes' rule says.
+at the start of the trial, so that the recursion is exact. Errors that grow with torque depend on the unknown
+densities: their size is evaluated at the posterior mean, iterated to a fixed point. The object's own deviation from
+its materials' means is a nuisance: it is marginalised, so an odd object moves a material as Bayes' rule requires.
 """
 
 from typing import NamedTuple
@@ -22,7 +22,7 @@ class TorqueStatistics(NamedTuple):
 
     Attributes:
         features: Running mean of the noise model's features, shape (num_features,).
-        num_samples: How many samples went into it.
+        num_samples: Number of samples in the mean.
     """
 
     features: Array
@@ -35,13 +35,13 @@ class TorqueStatistics(NamedTuple):
 
 
 class Inference(NamedTuple):
-    """What a trial teaches.
+    """Result of inference from a trial.
 
     Attributes:
         posterior: Belief about the object and, in its memory, about all materials.
-        log_evidence: Log probability density of the measurement before it was made, its errors taken at the
-            posterior mean as everywhere here; low means surprise.
-        p_value: Probability of evidence as low as this, under what was believed.
+        log_evidence: Log probability density of the measurement under the prior, with errors evaluated at the
+            posterior mean as everywhere here; low values mean surprise.
+        p_value: Probability, under the prior, of evidence as low as this.
     """
 
     posterior: ObjectBelief
@@ -56,15 +56,15 @@ def compute_posterior(
 
     Args:
         prior: Belief about the object before the trial.
-        statistics: Of the measured torques.
+        statistics: Statistics of the measured torques.
         num_joints: Number of joints.
         noise: Errors of measured torques.
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
 
-    Returns: Posterior and evidence; before the first sample the prior itself, zero log evidence and no surprise.
+    Returns: Posterior and evidence; before the first sample the prior, zero log evidence and a p-value of 1.
 
     Raises:
-        AffordanceError: The size of the errors finds no fixed point.
+        AffordanceError: No fixed point of the errors' size is found.
     """
     if statistics.num_samples == 0:
         return Inference(prior, 0.0, 1.0)
@@ -76,9 +76,9 @@ def compute_posterior(
 def condition_on_torques(
     prior: ObjectBelief, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel, deviation_sd: float
 ) -> tuple[ObjectBelief, Likelihood]:
-    """The posterior alone, with the likelihood it comes from: without the evidence, which takes most of the time.
+    """Returns the posterior and its likelihood without the evidence, which takes most of the time.
 
-    Arguments and errors are those of compute_posterior; there must be a sample.
+    Arguments and errors are those of compute_posterior; at least one sample is required.
     """
 
     def find(belief: DensityBelief) -> Likelihood:
@@ -91,17 +91,14 @@ def condition_on_torques(
 def find_likelihood(
     densities: DensityBelief, geometry: Geometry, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
 ) -> Likelihood:
-    """Likelihood of what was felt, the size of errors taken at the mean it leads to believe.
+    """Finds the likelihood of measured torques, with the size of errors evaluated at the posterior mean.
 
     Args:
-        densities: Belief about the object's densities before it was felt.
-        geometry: Of the object.
-        statistics: What was felt.
+        densities: Belief about the object's densities before the measurement.
+        geometry: Geometry of the object.
+        statistics: Statistics of the measured torques.
         num_joints: Number of joints.
-        noise: How well joints feel.
-
-    Raises:
-        AffordanceError: The size of the errors finds no fixed point.
+        noise: Errors of measured torques.
     """
     return find_fixed_point(
         densities,

@@ -1,7 +1,7 @@
-"""Faults of sensors and of the arm's model, as data that can be switched on; by default there is none.
+"""Faults of sensors and of the arm's model, as data that can be switched on; all are off by default.
 
-Faults of sensors distort measured torques, after their noise; the controller sees the true state, as always. A
-sample that does not arrive is NaN at every joint. The heavier arm is the one that is moved: models keep their own.
+Sensor faults distort measured torques after noise is added; the controller sees the true state, as always. A sample
+that does not arrive is NaN at every joint. A mass fault changes the simulated arm and leaves models unchanged.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, Text, Whole, Within, load_model
 from affordance.plant.arm import Arm
 
-# Bounds of what a file may ask for; beyond them an arm is no longer the arm, or a slip of units was made.
+# Bounds of values in a file; values beyond them describe another arm, or are in wrong units.
 _TORQUE_MAX = 1e4  # [N m]
 _TORQUE = Within(-_TORQUE_MAX, _TORQUE_MAX)
 _PROBABILITY = Within(0.0, 1.0)
@@ -32,18 +32,18 @@ _NONE = "no fault, unless one is switched on (docs/decisions/0016-faults-and-sur
 
 @dataclass(frozen=True)
 class Faults:
-    """What is wrong; several can be at once.
+    """Faults of sensors and arm, several of which may be active at once.
 
     Attributes:
-        nan_probability: Probability that in a sample one joint, any, reads NaN.
+        nan_probability: Probability that one random joint of a sample reads NaN.
         drop_probability: Probability that a sample does not arrive.
-        spike_probability: Probability that in a sample one joint, any, reads a spike.
-        spike_height: Bound of spikes, which add something between minus and plus it, each equally probable, [N m].
-        stuck_joint: Name of a joint whose sensor reads one torque whatever it carries; empty for none.
-        stuck_torque: Torque that this sensor reads, [N m].
+        spike_probability: Probability that one random joint of a sample reads a spike.
+        spike_height: Largest spike, [N m]; spikes are uniform between minus and plus this.
+        stuck_joint: Name of a joint whose sensor reads a constant torque; empty for no such joint.
+        stuck_torque: Torque that the stuck sensor reads, [N m].
         bias_sd: Bias of every joint, in standard deviations of its noise.
         delay_samples: Number of samples by which torques arrive late; angles and velocities do not.
-        arm_mass_factor: Mass and inertia of the arm that is moved, over those of its models.
+        arm_mass_factor: Ratio of mass and inertia of the simulated arm to those of its models.
     """
 
     nan_probability: Annotated[float, _PROBABILITY, Setting("1", _NONE)] = 0.0
@@ -57,22 +57,22 @@ class Faults:
     arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the numbers against their bounds.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A number is not finite, or is out of bounds.
         """
         check_fields(self)
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
-        """Returns what the sensors report in place of the torques felt, shape (num_joints,), [N m].
+        """Returns the torques that faulty sensors report, shape (num_joints,), [N m].
 
         Args:
-            felt: Torques with the noise of feeling, shape (num_joints,), [N m]; a sample that is NaN at every joint
-                did not arrive, and no fault brings it back.
+            felt: Torques with sensing noise, shape (num_joints,), [N m]; a sample that is NaN at every joint did not
+                arrive, and is returned as it is.
             sd: Standard deviations of that noise, shape (num_joints,), [N m].
-            stuck: Index of ``stuck_joint``; None if there is none.
-            seed: Determines what is random in this sample.
+            stuck: Index of ``stuck_joint``; None for no such joint.
+            seed: Seed of this sample's random faults.
         """
         if np.isnan(felt).all():
             return felt.copy()
@@ -101,7 +101,7 @@ class Faults:
         return list(joint_names).index(self.stuck_joint)
 
     def change_arm(self, arm: Arm, plant_context: Context) -> None:
-        """Makes the bodies of the arm, not the tool, as heavy as they are in truth."""
+        """Multiplies mass and inertia of the simulated arm's bodies, without the tool, by ``arm_mass_factor``."""
         if self.arm_mass_factor == 1.0:
             return
         instance = arm.hand.body().model_instance()
@@ -116,7 +116,7 @@ NO_FAULTS = Faults()
 
 
 class _FaultsEntry(DataModel):
-    """Faults as a file has them; what is left out is as it should be."""
+    """Entry of a file of faults; omitted fields are without fault."""
 
     nan_probability: Annotated[float, _PROBABILITY] = 0.0
     drop_probability: Annotated[float, _PROBABILITY] = 0.0
@@ -130,16 +130,16 @@ class _FaultsEntry(DataModel):
 
 
 class FaultsFile(RootModel[Annotated[dict[str, _FaultsEntry], Field(min_length=1)]]):
-    """A file of named faults."""
+    """File of named faults."""
 
 
 def load_faults(path: Path, names: Sequence[str], joint_names: Sequence[str]) -> Faults:
-    """Reads named faults from a file, all of which is checked, and puts those asked for together.
+    """Reads and checks a file of named faults, and combines the requested ones.
 
     Args:
-        path: A mapping from names to the fields of Faults that differ from their defaults.
-        names: Which of them to switch on; none gives NO_FAULTS.
-        joint_names: Those of the arm.
+        path: File that maps names to the fields of Faults that differ from their defaults.
+        names: Names of the faults to switch on; an empty sequence gives NO_FAULTS.
+        joint_names: Names of the arm's joints.
 
     Raises:
         BadValueError: The file or one of its values is wrong, a name is not in it, or two faults set one field.

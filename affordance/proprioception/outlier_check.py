@@ -1,7 +1,7 @@
 """Plausibility check of torque samples.
 
-A sample is rejected if it did not arrive, is not finite, or if no possible densities explain a joint's torque.
-The belief plays no part: a surprising object is not a broken sensor.
+A sample is rejected if it did not arrive, is not finite, or if no possible densities explain a joint's torque. The
+belief is not used: a surprising object is not a broken sensor.
 """
 
 import enum
@@ -13,12 +13,12 @@ from affordance.objects.geometry import Geometry
 from affordance.objects.tool import DENSITY_MAX
 from affordance.proprioception.torque_noise import NoiseModel
 
-# A torque beyond the possible by this many standard deviations of noise is rejected: one in 10^9 without fault.
+# Standard deviations of noise by which a rejected torque exceeds the possible range; one in 10^9 without fault.
 _MARGIN = 6.0
 
 
 class SampleStatus(enum.Enum):
-    """What became of a sample; the values are places in the counts of a trial."""
+    """Status of a sample; the values are indices into the counts of a trial."""
 
     MISSING = 0
     NOT_FINITE = 1
@@ -27,7 +27,7 @@ class SampleStatus(enum.Enum):
 
 
 def check_reading(tau: Array) -> SampleStatus:
-    """Judges measured torques, shape (num_joints,), by themselves: ACCEPTED if they are finite."""
+    """Checks measured torques, shape (num_joints,), without a model: ACCEPTED if all are finite."""
     finite = np.isfinite(tau)
     if finite.all():
         return SampleStatus.ACCEPTED
@@ -35,13 +35,13 @@ def check_reading(tau: Array) -> SampleStatus:
 
 
 def check_torque(tau: Array, tau_arm: Array, Y: Array, geometry: Geometry, noise: NoiseModel) -> SampleStatus:
-    """Judges finite torques by whether an object of this geometry could load the arm with them.
+    """Checks that an object of the given geometry could load the arm with finite measured torques.
 
     Args:
         tau: Measured torques, shape (num_joints,), [N m].
         tau_arm: Torques of the arm alone, shape (num_joints,), [N m].
         Y: Payload regressor, shape (num_joints, 10).
-        geometry: Of the object, with its uncertainty.
+        geometry: Geometry of the object, with its uncertainty.
         noise: Errors of measured torques.
 
     Returns: ACCEPTED or IMPOSSIBLE.

@@ -1,6 +1,6 @@
-"""Measured torques of an object held still, without simulating it: for studies of the estimator by the thousand.
+"""Measured torques of an object held still, without simulation, for studies with thousands of holds.
 
-The arm rests in one posture, so the percept is the mean torque of a hold in which nothing moves.
+The arm rests in one posture, so the measurement is the mean torque of a hold without motion.
 """
 
 import numpy as np
@@ -16,7 +16,7 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 
 class StaticHold:
-    """The arm at rest in a posture.
+    """Arm at rest in a posture.
 
     Attributes:
         Y: Payload regressor, shape (num_joints, 10).
@@ -24,14 +24,14 @@ class StaticHold:
     """
 
     def __init__(self, arm: Arm, q: Array | None = None) -> None:
-        """Computes regressor and torque once, in a posture q, (num_joints,), [rad]; the arm's home if None."""
+        """Computes regressor and torque in a posture q, shape (num_joints,), [rad]; None for the arm's home."""
         model = ArmModel(arm)
         at_rest = np.zeros(arm.num_joints)
         posture = arm.home if q is None else q
         x = np.concatenate([posture, at_rest])
         self.Y = compute_payload_regressor(model, x, at_rest)
         self.tau_arm = model.compute_inverse_dynamics(at_rest)
-        # What a unit acceleration of each joint adds to both.
+        # Increments of both by a unit acceleration of each joint.
         units = np.eye(len(posture))
         self._Y_per_vdot = np.array([compute_payload_regressor(model, x, unit) - self.Y for unit in units])
         self._tau_arm_per_vdot = np.array([model.compute_inverse_dynamics(unit) - self.tau_arm for unit in units])
@@ -49,16 +49,16 @@ class StaticHold:
         """Draws the measured torques of an object.
 
         Args:
-            belief: Gives the object's geometry.
-            rho: Its true densities, in the order of the belief, shape (M,), [kg/m^3].
-            noise: How well joints feel.
-            seed: Determines all errors.
-            num_samples: How many samples of a trial, each with the errors of its own; None for one sample whose only
-                errors are those of the trial.
-            acceleration_sd: Standard deviation of the error of a felt joint acceleration, which lasts the trial,
+            belief: Belief about the object, for its geometry.
+            rho: True densities of the object, in the order of the belief, shape (M,), [kg/m^3].
+            noise: Errors of measured torques.
+            seed: Seed of all errors.
+            num_samples: Number of samples in the trial, each with errors of its own; None for one sample with only
+                the errors that last the trial.
+            acceleration_sd: Standard deviation of the error of a measured joint acceleration, constant in the trial,
                 [rad/s^2].
 
-        Returns: Their statistics.
+        Returns: Statistics of the measured torques.
         """
         tau = self.tau_arm + self.Y @ belief.compute_parameters(rho)
         gain, offset = noise.draw_trial_errors(seed, len(tau))
@@ -73,7 +73,7 @@ class StaticHold:
         statistics = TorqueStatistics(np.zeros(noise.num_features(len(tau))), 0)
         for sample in range(num_samples):
             error = noise.draw_sample_error((*seed, sample), tau)
-            if error is None:  # all samples are alike
+            if error is None:  # all samples are equal
                 return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), num_samples)
             statistics = statistics.add(noise.compute_features(felt + error, tau_arm, Y))
         return statistics

@@ -1,7 +1,7 @@
-"""The likelihood of what an object at rest feels like, at a small part of the cost: for hundreds of lifts.
+"""Likelihood of the measured torques of an object at rest, at a small part of the cost, for hundreds of lifts.
 
-It is that of ``WeberNoise`` for an arm that does not move and an object whose geometry is exact: errors of the joints
-are then independent, and nothing is factorised.
+It equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors of the joints are then
+independent, and no matrix is factorised.
 """
 
 from typing import NamedTuple
@@ -16,13 +16,13 @@ from affordance.proprioception.torque_noise import WeberNoise
 
 
 class StaticPercept(NamedTuple):
-    """What was felt of one object at rest.
+    """Measured torques of one object at rest.
 
     Attributes:
         tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
         regressor: Torque per density, Y Phi, shape (num_joints, M), [N m / (kg/m^3)].
-        residual: Torque felt, less that of the arm alone, shape (num_joints,), [N m].
-        noise: How well joints feel.
+        residual: Measured torque less that of the arm alone, shape (num_joints,), [N m].
+        noise: Errors of measured torques.
     """
 
     tau_arm: Array
@@ -31,7 +31,7 @@ class StaticPercept(NamedTuple):
     noise: WeberNoise
 
     def compute_likelihood(self, rho: Array) -> Likelihood:
-        """Likelihood of the densities with errors of the size at the torque that densities rho, (M,), predict."""
+        """Computes the likelihood of the densities, with errors evaluated at the torque that rho, (M,), predicts."""
         predicted = self.tau_arm + self.regressor @ rho
         variances = self.noise.threshold**2 + (self.noise.weber_fraction * predicted) ** 2
         weighted = self.regressor.T / variances
@@ -42,11 +42,12 @@ class StaticPercept(NamedTuple):
         )
 
     def find_likelihood(self, belief: DensityBelief) -> Likelihood:
-        """Likelihood of the densities; errors have the size that belief and percept together lead to expect.
+        """Finds the likelihood of the densities, with errors evaluated at the posterior mean.
 
-        Costs a few products of (M, num_joints) matrices and a solve of M equations in each of about ten iterations.
+        The cost is a few products of (M, num_joints) matrices and a solve of M equations in each of about ten
+        iterations.
 
         Args:
-            belief: About the densities before, of size M.
+            belief: Belief about the densities before the measurement, of size M.
         """
         return find_fixed_point(belief, self.compute_likelihood)

@@ -1,4 +1,4 @@
-"""The proprioceptive system of the paper's figure 2: the recursive Bayesian estimator."""
+"""Proprioceptive system of the paper's figure 2: sensing and the recursive Bayesian estimator."""
 
 from typing import Any, NamedTuple
 
@@ -19,7 +19,7 @@ from affordance.proprioception.torque_noise import NoiseModel
 
 
 class SampleCounts(NamedTuple):
-    """How many samples of a trial were rejected, and why, and how many were accepted."""
+    """Numbers of samples of a trial that were rejected, by reason, and accepted."""
 
     missing: int
     not_finite: int
@@ -28,17 +28,17 @@ class SampleCounts(NamedTuple):
 
     @property
     def rejected(self) -> int:
-        """How many were rejected."""
+        """Number of rejected samples."""
         return self.missing + self.not_finite + self.impossible
 
 
 class DensityEstimator(SampledSystem):
-    """The recursive Bayesian estimator of an object's densities.
+    """Recursive Bayesian estimator of an object's densities.
 
-    Its discrete state is the sufficient statistic of the presentation so far: mean features of the samples and their
-    number; beside it counts of accepted and rejected samples. The posterior is an output, computed from statistic and
-    prior when it is asked for. When the presentation ends, in the event in which the memory takes the posterior over,
-    evidence and p-value are kept and the statistic starts anew, so that nothing is counted twice.
+    The discrete state is the sufficient statistic of the presentation so far (mean features of the samples and their
+    number) and counts of accepted and rejected samples. The posterior is an output, computed from statistic and prior
+    on demand. When the presentation ends, in the event in which the memory stores the posterior, evidence and p-value
+    are stored and the statistic is reset, so that nothing is counted twice.
 
     Input ports:
         prior: Belief before the first sample, ObjectBelief.
@@ -46,8 +46,8 @@ class DensityEstimator(SampledSystem):
 
     Output ports:
         posterior: Belief given the samples so far, ObjectBelief.
-        log_evidence: Log probability density of the samples before they were measured, (1,).
-        p_value: Probability of samples as surprising as these under the prior, (1,).
+        log_evidence: Log probability density of the samples under the prior, (1,).
+        p_value: Probability, under the prior, of samples at least as improbable as these, (1,).
     """
 
     def __init__(
@@ -56,11 +56,11 @@ class DensityEstimator(SampledSystem):
         """Declares states, ports and events.
 
         Args:
-            arm: The internal model's arm.
-            noise: Of the measured torques.
+            arm: Arm of the internal model.
+            noise: Errors of measured torques.
             deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
             sample_period: Time between two samples, [s].
-            duration: Of a presentation, [s].
+            duration: Duration of a presentation, [s].
         """
         super().__init__()
         self._model = ArmModel(arm)
@@ -85,16 +85,16 @@ class DensityEstimator(SampledSystem):
         self.DeclareVectorOutputPort("p_value", 1, self._calc_p_value, prerequisites_of_calc={self._inference.ticket})
 
     def get_counts(self, context: Context) -> SampleCounts:
-        """Returns how many samples were accepted, and how many rejected and why."""
+        """Returns the numbers of accepted and rejected samples."""
         return SampleCounts(*(int(count) for count in context.get_discrete_state(self._counts).value()))
 
     def get_evidence(self, context: Context) -> tuple[float, float]:
-        """Returns log evidence and p-value of the presentation that ended last."""
+        """Returns log evidence and p-value of the last complete presentation."""
         log_evidence, p_value = context.get_discrete_state(self._evidence).value()
         return float(log_evidence), float(p_value)
 
     def forget(self, context: Context) -> None:
-        """Starts the presentation anew: samples so far do not count."""
+        """Restarts the presentation: resets statistics and counts."""
         for group in (self._statistics, self._counts):
             context.SetDiscreteState(group, np.zeros(context.get_discrete_state(group).size()))
 
@@ -121,7 +121,7 @@ class DensityEstimator(SampledSystem):
         discrete.set_value(self._statistics, np.zeros(context.get_discrete_state(self._statistics).size()))
 
     def get_statistics(self, context: Context) -> TorqueStatistics:
-        """Returns what was felt so far."""
+        """Returns the statistics of the torques measured so far."""
         state = context.get_discrete_state(self._statistics).value()
         return TorqueStatistics(state[:-1], int(state[-1]))
 
@@ -142,18 +142,18 @@ class DensityEstimator(SampledSystem):
 
 
 class Proprioception(SampledSystem):
-    """Adds the noise of feeling to the joints' torques and accelerations; angles and rates are felt as they are.
+    """Sensor of the joints that adds noise to torques and accelerations; angles and velocities are exact.
 
-    The errors that last a trial and the seed of those that do not are parameters of the Context. Where torques arrive
-    late, those on their way are its discrete state. A torque that did not arrive is NaN.
+    The errors that last a trial, and the seed of those that do not, are parameters of the Context. If torques are
+    delayed, those not yet delivered are the discrete state. A torque that did not arrive is NaN.
 
     Input ports:
-        state: True joint angles and rates, (2 num_joints,), [rad, rad/s].
+        state: True joint angles and velocities, (2 num_joints,), [rad, rad/s].
         tau: True torques, (num_joints,), [N m].
         vdot: True joint accelerations, (num_joints,), [rad/s^2].
 
     Output ports:
-        measurement: Felt torques, then angles and rates, then accelerations, (4 num_joints,).
+        measurement: Measured torques, then angles and velocities, then accelerations, (4 num_joints,).
     """
 
     def __init__(
@@ -196,7 +196,7 @@ class Proprioception(SampledSystem):
     def _calc_measurement(self, context: Context, output: BasicVector) -> None:
         felt = self._feel(context)
         if self._faults != NO_FAULTS:
-            # Longer by one than the seeds of errors of feeling, so that the two are drawn apart.
+            # Longer by one than the seeds of sensing errors, so that faults and errors are independent.
             seed = (*self._seed.get(context), self._count_samples(context), 1)
             if self._faults.delay_samples:
                 felt = context.get_discrete_state(self._late).value()[: self._num_joints]
@@ -205,7 +205,7 @@ class Proprioception(SampledSystem):
         output.SetFromVector(np.concatenate([felt, self._state.Eval(context), vdot]))
 
     def _feel(self, context: Context) -> Array:
-        """Torques with the noise of feeling, (num_joints,), [N m]."""
+        """Returns the torques with sensing noise, shape (num_joints,), [N m]."""
         tau = self._tau.Eval(context)
         gain = context.get_numeric_parameter(self._gain_error).value()
         offset = context.get_numeric_parameter(self._offset_error).value()
@@ -219,6 +219,6 @@ class Proprioception(SampledSystem):
         return round(context.get_time() / self._sample_period)
 
     def _update_late(self, context: Context, discrete_state: DiscreteValues) -> None:
-        """Sends off what is felt now, behind what is on its way."""
+        """Appends the current measurement to the queue of delayed torques."""
         on_their_way = context.get_discrete_state(self._late).value()
         discrete_state.set_value(self._late, np.concatenate([on_their_way[self._num_joints :], self._feel(context)]))

@@ -1,8 +1,8 @@
 """Errors of measured joint torques: the observation models of proprioception.
 
-Both models reduce a trial to the running mean of a feature vector, so that the estimator is recursive whichever is
-chosen, and turn that mean into a likelihood of the held object's densities. With tau the measured torque, tau_arm
-that of the arm alone, and Y the payload regressor, every sample says  tau = tau_arm + Y Phi rho + error.
+Both models reduce a trial to the running mean of a feature vector, so that the estimator is recursive with either,
+and convert that mean to a likelihood of the held object's densities. With tau the measured torque, tau_arm that of
+the arm alone, and Y the payload regressor, every sample obeys  tau = tau_arm + Y Phi rho + error.
 """
 
 from dataclasses import dataclass
@@ -20,24 +20,24 @@ from affordance.objects.inertia import NUM_PARAMETERS
 
 @runtime_checkable
 class NoiseModel(Protocol):
-    """What proprioception adds to the true torques, and what its samples therefore say."""
+    """Model of torque errors: draws them, and computes the likelihood of measured torques."""
 
     def num_features(self, num_joints: int) -> int:
-        """Length of the feature vector that is averaged."""
+        """Returns the length of the feature vector that is averaged."""
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Features of one sample; tau and tau_arm of shape (num_joints,), Y of shape (num_joints, 10)."""
+        """Computes the features of a sample; tau and tau_arm of shape (num_joints,), Y of shape (num_joints, 10)."""
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Likelihood of the densities given the mean features of a trial.
+        """Computes the likelihood of the densities given the mean features of a trial.
 
         Args:
             features: Mean features, shape (num_features,).
-            num_samples: How many samples they are the mean of, at least 1.
+            num_samples: Number of samples in the mean, at least 1.
             num_joints: Number of joints.
-            geometry: Phi and its uncertainty.
+            geometry: Geometry of the object: Phi and its uncertainty.
             rho: Densities at which errors that grow with torque are evaluated, shape (M,), [kg/m^3].
         """
 
@@ -45,26 +45,26 @@ class NoiseModel(Protocol):
         """Draws gain and offset errors that last a whole trial, each of shape (num_joints,)."""
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Draws an error that is new in every sample, at true torques tau, (num_joints,), [N m]; None for none."""
+        """Draws the error of one sample at true torques tau, (num_joints,), [N m]; None if no error is its own."""
 
     def compute_sd(self, tau: Array) -> Array:
-        """Standard deviation of the error of a sample at true torques tau, (num_joints,) each, [N m]."""
+        """Computes standard deviations of a sample's error at true torques tau, shape (num_joints,) each, [N m]."""
 
 
 @dataclass(frozen=True)
 class WeberNoise:
-    """One measurement a trial, with errors of a Weber fraction and an absolute threshold.
+    """One measurement per trial, with errors of a Weber fraction and an absolute threshold.
 
     The measurement is the mean torque of the hold. Its standard deviation at joint j is
     sqrt(threshold^2 + (weber_fraction tau_j)^2), with tau_j the mean total torque, the arm's own weight included.
-    As drawn, the error is a gain and an offset that last the trial, which gives the mean exactly that deviation.
-    Where samples are independent, gain and offset are new in each of n, and the mean's variance is an nth of that:
-    exactly where the torque is constant, as at rest.
+    The error is drawn as a gain and an offset that last the trial, which gives the mean exactly that deviation. If
+    samples are independent, gain and offset are drawn anew in each of n, and the variance of the mean is an nth of
+    that, exactly so if the torque is constant, as at rest.
 
     Attributes:
         weber_fraction: Weber fraction w, dimensionless.
         threshold: Absolute threshold s0, [N m].
-        independent_samples: Whether every sample is a percept of its own.
+        independent_samples: True if every sample is an independent measurement.
     """
 
     weber_fraction: Annotated[
@@ -80,25 +80,25 @@ class WeberNoise:
     ] = False
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the numbers against their bounds.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A number is not finite, or is out of bounds.
         """
         check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
-        """tau, tau_arm and Y, flattened."""
+        """Returns the length of tau, tau_arm and Y, flattened."""
         return num_joints * (2 + NUM_PARAMETERS)
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """tau, tau_arm and Y, flattened."""
+        """Concatenates tau, tau_arm and Y, flattened."""
         return np.concatenate([tau, tau_arm, Y.ravel()])
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Likelihood of the mean torque; errors are evaluated at the torque that rho predicts."""
+        """Computes the likelihood of the mean torque, with errors evaluated at the torque that rho predicts."""
         tau, tau_arm = features[:num_joints], features[num_joints : 2 * num_joints]
         Y = features[2 * num_joints :].reshape(num_joints, NUM_PARAMETERS)
         regressor = Y @ geometry.Phi  # (num_joints, M)
@@ -119,7 +119,7 @@ class WeberNoise:
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """A gain error and an offset a joint; none that last where samples are independent."""
+        """Draws a gain error and an offset for each joint; zeros if samples are independent."""
         if self.independent_samples:
             return np.zeros(num_joints), np.zeros(num_joints)
         rng = np.random.default_rng(seed)
@@ -127,7 +127,7 @@ class WeberNoise:
         return gain, self.threshold * rng.standard_normal(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """Gain error and offset of a sample that is a percept of its own; None where the error is the trial's."""
+        """Draws the error of an independent sample, a gain error and an offset; None if errors last the trial."""
         if not self.independent_samples:
             return None
         gain, offset = np.random.default_rng(seed).standard_normal((2, len(tau)))
@@ -135,13 +135,13 @@ class WeberNoise:
         return error
 
     def compute_sd(self, tau: Array) -> Array:
-        """Threshold and Weber fraction together."""
+        """Computes standard deviations from threshold and Weber fraction, shape (num_joints,), [N m]."""
         return np.hypot(self.threshold, self.weber_fraction * tau)
 
 
 @dataclass(frozen=True)
 class WhiteNoise:
-    """The engineer's model: every sample has an independent error, as torque sensors of robots have.
+    """White noise, as of robots' torque sensors: every sample has an independent error.
 
     Attributes:
         sd: Standard deviation of a sample's error at every joint, [N m].
@@ -154,26 +154,26 @@ class WhiteNoise:
     ] = 0.7
 
     def __post_init__(self) -> None:
-        """Checks the number.
+        """Checks the number against its bounds.
 
         Raises:
-            BadArgumentError: It is not finite, or out of bounds.
+            BadArgumentError: The number is not finite, or is out of bounds.
         """
         check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
-        """Y^T Y, Y^T r and r^T r, flattened."""
+        """Returns the length of Y^T Y, Y^T r and r^T r, flattened."""
         return NUM_PARAMETERS**2 + NUM_PARAMETERS + 1
 
     def compute_features(self, tau: Array, tau_arm: Array, Y: Array) -> Array:
-        """Y^T Y, Y^T r and r^T r with r = tau - tau_arm: what the normal equations are made of."""
+        """Computes the terms of the normal equations: Y^T Y, Y^T r and r^T r with r = tau - tau_arm."""
         residual = tau - tau_arm
         return np.concatenate([(Y.T @ Y).ravel(), Y.T @ residual, [residual @ residual]])
 
     def compute_likelihood(
         self, features: Array, num_samples: int, num_joints: int, geometry: Geometry, rho: Array
     ) -> Likelihood:
-        """Likelihood of all samples; it does not depend on rho, and takes the geometry for exact."""
+        """Computes the likelihood of all samples, which does not depend on rho; the geometry is taken as exact."""
         sums = num_samples * features / self.sd**2
         YtY = sums[: NUM_PARAMETERS**2].reshape(NUM_PARAMETERS, NUM_PARAMETERS)
         log_scale = num_samples * num_joints * np.log(2.0 * np.pi * self.sd**2)
@@ -186,13 +186,13 @@ class WhiteNoise:
         )
 
     def draw_trial_errors(self, seed: tuple[int, ...], num_joints: int) -> tuple[Array, Array]:
-        """None that lasts."""
+        """Returns zeros, as no error lasts a trial."""
         return np.zeros(num_joints), np.zeros(num_joints)
 
     def draw_sample_error(self, seed: tuple[int, ...], tau: Array) -> Array | None:
-        """White noise."""
+        """Draws white noise."""
         return self.sd * np.random.default_rng(seed).standard_normal(len(tau))
 
     def compute_sd(self, tau: Array) -> Array:
-        """The same at every torque."""
+        """Returns the standard deviation, which is equal at all torques."""
         return np.full(len(tau), self.sd)

@@ -1,1 +1,1 @@
-"""Protocols of experiments as files: what they hold, what they mean, and what is measured."""
+"""Protocols of experiments as files: their contents, their meaning, and the numbers that they measure."""

@@ -1,4 +1,4 @@
-"""What blocks say of objects: checked against the objects there are."""
+"""Checks of a protocol's blocks against its objects."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,11 +11,11 @@ from affordance.protocols.presentations import weigh
 
 
 def check_blocks(path: Path, blocks: Sequence[BlockEntry], objects: ProtocolObjects) -> None:
-    """Refuses blocks that would present an object otherwise than they say.
+    """Refuses blocks that contradict their objects.
 
     Raises:
-        BadValueError: A group that comes first is not among the objects of its block, or an object that changes its
-            weight is not, never changes it, or would be of a density that nothing has.
+        BadValueError: A group that comes first, or an object whose weight changes, is not among the objects of its
+            block; or the weight never changes, or implies an impossible density.
     """
     for index, block in enumerate(blocks):
         if block.do.choose is not None:
@@ -32,7 +32,7 @@ def check_blocks(path: Path, blocks: Sequence[BlockEntry], objects: ProtocolObje
 
 
 def list_changed(blocks: Sequence[BlockEntry], objects: ProtocolObjects) -> list[Tool]:
-    """Objects as heavy as they become, where their weight changes."""
+    """Lists the objects whose weight changes, with their first and last weights."""
     changed = []
     for block in blocks:
         if block.gradual is not None:

@@ -1,4 +1,4 @@
-"""The blocks of a protocol: which objects are presented in which order, and what is done in a presentation."""
+"""Blocks of a protocol: objects, their order, and the action of a presentation."""
 
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
@@ -8,20 +8,20 @@ from pydantic import Field, model_validator
 from affordance.files.data_model import DataModel, Text, Whole, Within, complain
 from affordance.protocols.object_entries import ALL
 
-# Longest presentation, [s], and most presentations of a block.
+# Longest presentation, [s], and largest number of repetitions of a block.
 _DURATION_MAX, _PRESENTATIONS_MAX = 60.0, 1000
 
 type Seconds = Annotated[float, Within(0.05, _DURATION_MAX)]
 
 
 class HoldEntry(DataModel):
-    """Hold the object in the arm's home posture."""
+    """Action of holding the object in the arm's home posture."""
 
     duration: Annotated[Seconds, Field(description="[s]")] = 3.0
 
 
 class ClampEntry(DataModel):
-    """Push up against a clamp with what the object is believed to weigh; it lets go, and the object is held."""
+    """Action of pushing up against a clamp with the believed weight, and holding the object after release."""
 
     duration: Annotated[Seconds, Field(description="How long it is held after release, [s].")] = 1.0
     closed_form: Annotated[
@@ -30,23 +30,23 @@ class ClampEntry(DataModel):
 
 
 class ReachEntry(DataModel):
-    """Move the free end of the object along a path."""
+    """Action of moving the free end of the object along a path."""
 
     path: Annotated[str, Text(), Field(description="A path file.")] = "paths/reach.yaml"
 
 
 class ChooseEntry(DataModel):
-    """Choose the grip with which a task takes the least work, by what is believed; the object is not held."""
+    """Choice of the grip that needs the least expected work for a task; the object is not held."""
 
     reach: Annotated[Annotated[str, Text()] | None, Field(description="The path file of a reach.")] = None
     hammer: Annotated[Annotated[str, Text()] | None, Field(description="The nail file of a blow.")] = None
 
     @model_validator(mode="after")
     def check_task(self) -> Self:
-        """Refuses a choice about no task or two.
+        """Refuses a choice without a task or with two.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: There is not exactly one task.
         """
         if (self.reach is None) == (self.hammer is None):
             raise complain("must have either 'reach' or 'hammer'")
@@ -54,11 +54,11 @@ class ChooseEntry(DataModel):
 
 
 class LookEntry(DataModel):
-    """Only look at the object: nothing is felt, and what is expected of it is asked."""
+    """Action of only looking at the object: nothing is felt, and the observer's expectation is recorded."""
 
 
 class ActionEntry(DataModel):
-    """What is done in a presentation: one of these."""
+    """Action of a presentation: exactly one of these."""
 
     hold: HoldEntry | None = None
     clamp: ClampEntry | None = None
@@ -68,10 +68,10 @@ class ActionEntry(DataModel):
 
     @model_validator(mode="after")
     def check_one(self) -> Self:
-        """Refuses presentations in which nothing or several things are done.
+        """Refuses presentations without an action or with several.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: There is not exactly one action.
         """
         done = [name for name in ActionEntry.model_fields if getattr(self, name) is not None]
         if len(done) != 1:
@@ -81,13 +81,13 @@ class ActionEntry(DataModel):
 
     @property
     def duration(self) -> float:
-        """How long the object is in the hand, [s]; 0 if it is not held."""
+        """Time for which the object is in the hand, [s]; 0 if it is not held."""
         held = self.hold or self.clamp
         return 0.0 if held is None else held.duration
 
 
 class GradualEntry(DataModel):
-    """An object whose weight changes evenly from the first repetition to the last, by its density."""
+    """Object whose weight changes linearly from the first repetition to the last, by its density."""
 
     object: Annotated[str, Text(), Field(description="Its name.")]
     mass_from: Annotated[float, Within(1e-3, 100.0), Field(description="In the first repetition, [kg].")]
@@ -95,7 +95,7 @@ class GradualEntry(DataModel):
 
 
 class BlockEntry(DataModel):
-    """Presentations of some objects, each once a repetition."""
+    """Block of presentations of some objects, each once per repetition."""
 
     name: Annotated[str, Text()]
     objects: Annotated[str, Text(), Field(description="A group of objects.")] = ALL
@@ -126,7 +126,7 @@ class BlockEntry(DataModel):
 def change_holds(
     blocks: Sequence[BlockEntry], duration: float, repetitions: int | None = None
 ) -> tuple[BlockEntry, ...]:
-    """The blocks with holds of another duration, [s], and other repetitions of the first."""
+    """Returns the blocks with another duration of holds, [s], and other repetitions of the first block."""
     changed = []
     for block in blocks:
         if block.do.hold is not None:

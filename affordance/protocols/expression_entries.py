@@ -1,4 +1,4 @@
-"""Expressions over numbers in a protocol: what they are made of is checked when the file is read."""
+"""Expressions over numbers in a protocol, whose syntax is checked when the file is read."""
 
 import math
 from dataclasses import dataclass
@@ -16,13 +16,13 @@ from affordance.reporting.expressions import check_expression
 
 @dataclass(frozen=True)
 class Expression(Text):
-    """Says of a text that it is an expression over numbers."""
+    """Annotation of a text that is an expression over numbers."""
 
     def check(self, value: Any) -> str:
-        """Returns the text.
+        """Returns the text of the expression.
 
         Raises:
-            PydanticCustomError: It is none, or more than expressions are.
+            PydanticCustomError: The text is not a valid expression.
         """
         text = super().check(value)
         try:
@@ -34,13 +34,13 @@ class Expression(Text):
 
 @dataclass(frozen=True)
 class ExpressionOrNumber:
-    """Says that something is an expression over the numbers, a number, or true or false."""
+    """Annotation of a value that is an expression over the numbers, a number, or true or false."""
 
     def check(self, value: Any) -> Any:
-        """Returns it.
+        """Returns the value.
 
         Raises:
-            PydanticCustomError: It is none.
+            PydanticCustomError: The value is neither an expression nor a finite number.
         """
         if isinstance(value, str) and value.strip():
             return Expression().check(value)
@@ -55,11 +55,11 @@ class ExpressionOrNumber:
         return value
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """The check and nothing else."""
+        """Returns a core schema that runs the check only."""
         return core_schema.no_info_plain_validator_function(self.check)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """The same for editors."""
+        """Returns the JSON schema for editors."""
         return {"type": ["string", "number", "boolean"]}
 
 

@@ -1,4 +1,4 @@
-"""The presentations that a protocol leads to, as many for every observer, and what is measured in which."""
+"""Layout of a protocol's presentations, the same for every observer, and the measures taken in each."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from affordance.protocols.block_entries import ActionEntry, BlockEntry
 from affordance.protocols.number_entries import OF_OBJECTS, Measure
 
-# Measures that take a simulated motion.
+# Measures that need a simulated motion.
 _OF_MOTION = frozenset(
     {
         *(Measure.DROP, Measure.LIFT, Measure.EXCURSION, Measure.EXCURSION_GRIP, Measure.EXCURSION_CENTRE_OF_MASS),
@@ -17,21 +17,21 @@ _OF_MOTION = frozenset(
         *(Measure.PERIODS_LIMITED, Measure.PERIODS_FAILED, Measure.SAMPLES_REJECTED),
     }
 )
-# Measures that take an object in the hand.
+# Measures that need an object in the hand.
 _OF_FEELING = frozenset({Measure.P_VALUE, Measure.OUTLIER})
-# Measures that take a reach.
+# Measures that need a reach.
 _OF_REACHES = frozenset({Measure.WORK, Measure.PATH_ERROR})
-# Measures that a simulation alone has, whatever is done.
+# Measures that need a simulation, whatever the action.
 _OF_SIMULATION = frozenset({Measure.COM_ERROR, Measure.INERTIA_ERROR, Measure.DENSITIES})
 
 
 class Layout(NamedTuple):
-    """The presentations of a protocol that are measured, K of them.
+    """Layout of the K measured presentations of a protocol.
 
     Attributes:
         blocks: Blocks of the protocol.
-        block: Indices of their blocks, (K,).
-        is_closed_form: Truth value, true if nothing is simulated.
+        block: Index of the block of each presentation, (K,).
+        is_closed_form: True if nothing is simulated.
     """
 
     blocks: Sequence[BlockEntry]
@@ -39,37 +39,37 @@ class Layout(NamedTuple):
     is_closed_form: bool
 
     def find_measured(self, measure: Measure) -> NDArray[np.bool_]:
-        """In which presentations a measure is taken, (K,)."""
+        """Returns a mask of the presentations in which a measure is taken, (K,)."""
         taken = np.array([is_measured_in(measure, block.do, self.is_closed_form) for block in self.blocks])
         found: NDArray[np.bool_] = taken[self.block]
         return found
 
     def list_measures(self) -> list[Measure]:
-        """What is measured in some presentation, but for numbers of the objects."""
+        """Lists the measures taken in at least one presentation, and the numbers of the objects."""
         return [each for each in Measure if each in OF_OBJECTS or self.find_measured(each).any()]
 
 
 def lay_out(blocks: Sequence[BlockEntry], groups: Mapping[str, Sequence[int]], *, is_closed_form: bool) -> Layout:
-    """Lays out the presentations of a protocol that are measured.
+    """Lays out the measured presentations of a protocol.
 
     Args:
-        blocks: Blocks of the protocol; those of choices present nothing.
+        blocks: Blocks of the protocol; blocks of choices present nothing.
         groups: Indices of objects, by the name of the group.
-        is_closed_form: Truth value, true if nothing is simulated.
+        is_closed_form: True if nothing is simulated.
     """
     counts = [count_presentations(block, groups) if block.measured else 0 for block in blocks]
     return Layout(tuple(blocks), np.repeat(np.arange(len(blocks)), counts), is_closed_form)
 
 
 def count_presentations(block: BlockEntry, groups: Mapping[str, Sequence[int]]) -> int:
-    """How many presentations a block has, the same for every observer."""
+    """Counts the presentations of a block, the same for every observer."""
     if block.do.choose is not None:
         return 0
     return block.repetitions * len(groups[block.objects]) * block.times
 
 
 def is_measured_in(measure: Measure, action: ActionEntry, is_closed_form: bool) -> bool:
-    """Says whether a measure is taken in a presentation in which something is done."""
+    """Returns whether a measure is taken in presentations with an action."""
     if measure is Measure.FORCE:
         return action.clamp is not None or (is_closed_form and action.look is not None)
     if measure in _OF_REACHES:

@@ -1,4 +1,4 @@
-"""From what was measured of observers to the numbers that a protocol asks for."""
+"""Computation of a protocol's numbers from the measurements of observers."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -25,14 +25,15 @@ _COMPUTE_OF_OBJECTS: Mapping[Measure, Callable[[Sequence[Tool]], Any]] = {
 
 
 class MeasuredObservers(NamedTuple):
-    """What was measured of R observers in K presentations.
+    """Measurements of R observers in K presentations.
 
     Attributes:
         objects: Objects of the protocol.
-        presented: Indices of the objects that were presented, (R, K).
-        get: Function that returns a measure of all presentations, (R, K), or of the moments between them, (R, K + 1),
-            with the quantile of a belief; of DENSITIES of all M colours, (R, M).
-        find_measured: Function that says in which presentations a measure is taken, (K,); None if each is in all.
+        presented: Indices of the presented objects, (R, K).
+        get: Function that returns a measure in all presentations, (R, K), or at the moments between them, (R, K + 1),
+            given the quantile of a belief; DENSITIES of all M colours, (R, M).
+        find_measured: Function that returns a mask of the presentations in which a measure is taken, (K,); None if
+            every measure is taken in all.
     """
 
     objects: ProtocolObjects
@@ -42,12 +43,12 @@ class MeasuredObservers(NamedTuple):
 
 
 def list_materials(tools: Sequence[Tool]) -> dict[str, Any]:
-    """Colours of what tools are made of, by the material's name, in the order of their components."""
+    """Lists the shown colours of tools by the name of the material of each part, in the order of their components."""
     return {part.material.name: part.looks_like.colour for tool in tools for part in tool.components}
 
 
 def list_colours(tools: Sequence[Tool]) -> list[Any]:
-    """Colours that tools show, in the order of their components."""
+    """Lists the colours that tools show, in the order of their components."""
     return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
 
 
@@ -73,17 +74,17 @@ def compute_numbers(entries: Mapping[str, NumberEntry], measured: MeasuredObserv
 
 
 def compute_of_objects(entry: NumberEntry, objects: ProtocolObjects) -> Any:
-    """A number of the objects alone."""
-    assert entry.measure is not None  # it is one of them
+    """Computes a number of the objects alone."""
+    assert entry.measure is not None  # it is a measure of the objects
     number = _COMPUTE_OF_OBJECTS[entry.measure](objects.select(entry.of))
     return number[0] if entry.single and isinstance(number, list) else number
 
 
 def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredObservers) -> dict[str, Array]:
-    """Computes the numbers of each observer, (R, ...), but for those of the objects alone.
+    """Computes the numbers of each observer, (R, ...), except those of the objects alone.
 
     Raises:
-        BadValueError: An expression cannot be evaluated; names the number and not the file.
+        BadValueError: An expression cannot be evaluated; the message names the number but not the file.
     """
     found: dict[str, Array] = {}
     same: dict[str, Any] = {}  # for all observers
@@ -102,7 +103,7 @@ def compute_of_observers(entries: Mapping[str, NumberEntry], measured: MeasuredO
 def _evaluate(
     name: str, entry: NumberEntry, found: Mapping[str, Array], same: Mapping[str, Any], num_observers: int
 ) -> Array:
-    """An expression of numbers above it, observer by observer, (R, ...)."""
+    """Evaluates an expression of earlier numbers for each observer, (R, ...)."""
     expression = entry.expression or ""
     rows = []
     for observer in range(num_observers):
@@ -117,15 +118,15 @@ def _evaluate(
 def select_presentations[T: np.generic](
     values: NDArray[T], presented: NDArray[np.intp], group: Sequence[int]
 ) -> NDArray[T]:
-    """The columns of those presentations that are of a group, in their order, (R, n)."""
-    columns = [np.flatnonzero(np.isin(row, group)) for row in presented]
-    if all(np.array_equal(columns[0], other) for other in columns):
-        return np.ascontiguousarray(values[:, columns[0]])
-    return np.stack([row[chosen] for row, chosen in zip(values, columns, strict=True)])
+    """Selects the columns of the presentations of a group of objects, in their order, (R, n)."""
+    chosen = np.isin(presented, group)
+    if (chosen == chosen[0]).all():
+        return np.ascontiguousarray(values[:, chosen[0]])
+    return np.stack([row[own] for row, own in zip(values, chosen, strict=True)])
 
 
 def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) -> Array:
-    """One number of each observer."""
+    """Computes one number for each observer."""
     group = measured.objects.groups[entry.of]
     values, presented = measured.get(measure, entry.quantile), measured.presented
     if measure in MOMENTS:
@@ -157,7 +158,7 @@ def _measure(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) 
 
 
 def find_taken(entry: NumberEntry, measure: Measure, measured: MeasuredObservers) -> NDArray[np.bool_]:
-    """In which of all presentations a number is measured, whatever the object, (K,)."""
+    """Returns a mask of the presentations in which a number is measured, whatever the object, (K,)."""
     taken = np.ones(measured.presented.shape[1], dtype=bool)
     if measured.find_measured is not None:
         taken &= measured.find_measured(measure)
@@ -167,24 +168,24 @@ def find_taken(entry: NumberEntry, measure: Measure, measured: MeasuredObservers
 
 
 def _take[T: np.generic](values: NDArray[T], taken: NDArray[np.bool_]) -> NDArray[T]:
-    """The columns that are taken; the array itself if all are."""
+    """Selects the taken columns; returns the array itself if all are taken."""
     return values if taken.all() else values[:, taken]
 
 
 def predict_from_line(values: Array, presented: NDArray[np.intp], tools: Sequence[Tool], target: Tool) -> float:
-    """What a line through values and the volumes of the objects presented says for another object."""
+    """Predicts the value of another object from a line fitted to values over the volumes of the presented objects."""
     volumes = np.array([compute_volume(tool) for tool in tools])
     slope, intercept = np.polyfit(volumes[presented], values, 1)
     return float(intercept + slope * compute_volume(target))
 
 
 def compute_volume(tool: Tool) -> float:
-    """Volume of all parts, [m^3]."""
+    """Computes the volume of all parts, [m^3]."""
     return sum(part.shape.volume for part in tool.components)
 
 
 def _summarise(name: str, entry: NumberEntry, values: Array) -> dict[str, Any]:
-    """Takes observers together."""
+    """Summarises a number over observers."""
     if entry.over == "median":
         return {name: np.median(values, axis=0)}
     if entry.over == "median of all":

@@ -1,4 +1,4 @@
-"""The numbers of a protocol: what is measured of every observer, and what of all of them is reported."""
+"""Numbers of a protocol: measures of every observer, and their summaries over observers."""
 
 import enum
 from typing import Annotated, Literal, Self
@@ -12,16 +12,16 @@ from affordance.protocols.object_entries import ALL
 
 
 class Measure(enum.StrEnum):
-    """What can be measured; SI units."""
+    """Measures of observers and objects; SI units."""
 
-    # Of every presentation.
-    FORCE = "force"  # upward, before release from a clamp
-    WEIGHT = "weight"  # true
+    # Measures of every presentation.
+    FORCE = "force"  # upward force before release from a clamp
+    WEIGHT = "weight"  # true weight
     FOUNDS_KIND = "founds a kind"  # 1 if one kind more is remembered after it than before, else 0
     EXPECTED_MASS = "expected mass"  # at the most probable densities, before the object is felt
-    DROP = "drop"  # how far the object's geometric centre sinks below where it was
-    LIFT = "lift"  # how far it rises
-    EXCURSION = "excursion"  # its height of largest magnitude, with its sign
+    DROP = "drop"  # largest descent of the object's geometric centre
+    LIFT = "lift"  # largest rise of the geometric centre
+    EXCURSION = "excursion"  # height of largest magnitude, with its sign
     EXCURSION_GRIP = "excursion of the grip"
     EXCURSION_CENTRE_OF_MASS = "excursion of the centre of mass"
     DEVIATION = "deviation"  # the magnitude of the excursion
@@ -34,29 +34,29 @@ class Measure(enum.StrEnum):
     PERIODS_LIMITED = "periods limited"  # control periods in which a limit is active
     PERIODS_FAILED = "periods failed"
     SAMPLES_REJECTED = "samples rejected"
-    MASS_ERROR = "mass error"  # of the expected mass, as a fraction
+    MASS_ERROR = "mass error"  # relative error of the expected mass
     COM_ERROR = "centre of mass error"
-    INERTIA_ERROR = "inertia error"  # of the moments of inertia about the grip, as a fraction
-    # Before the first presentation and after each.
+    INERTIA_ERROR = "inertia error"  # relative error of the moments of inertia about the grip
+    # Measures before the first presentation and after each.
     DENSITY = "believed density"  # of the first material, a quantile of the belief
     DENSITY_MODE = "most probable density"
-    # After what came before the measured presentations, by material.
+    # Measures after the presentations that precede the measured ones, by material.
     DENSITIES = "believed densities"
-    # Of the objects, whatever observers do.
+    # Measures of the objects, whatever observers do.
     TRUE_MASS = "true mass"
     TRUE_CENTRE_OF_MASS = "true centre of mass"  # along the tool from the grip
     TRUE_DENSITY = "true density"  # of the first part of the first object
     TRUE_DENSITIES = "true densities"  # by material
 
 
-# Numbers of the objects, whatever observers do.
+# Measures of the objects alone.
 OF_OBJECTS = (Measure.TRUE_MASS, Measure.TRUE_CENTRE_OF_MASS, Measure.TRUE_DENSITY, Measure.TRUE_DENSITIES)
-# Of the moments before the first presentation and after each.
+# Measures before the first presentation and after each.
 MOMENTS = (Measure.DENSITY, Measure.DENSITY_MODE)
-# Keys of a number that every number may have, and those that say how its presentations become one number.
+# Keys that every number may have, and those that define how presentations become one number.
 _COMMON = {"meaning", "people"}
 _WAYS = {"first", "last", "single", "growth", "predicted_for", "correlated_with"}
-# Ways that leave nothing for others to say.
+# Ways that exclude each other.
 _ALONE = (
     {"single", "first", "last"},
     {"single", "predicted_for", "correlated_with"},
@@ -65,7 +65,7 @@ _ALONE = (
 
 
 class SpreadEntry(DataModel):
-    """How much people differ in a number, beyond what simulated observers do."""
+    """Standard deviation of a number between people, in addition to that between simulated observers."""
 
     sd: Annotated[float, Within(0.0), Field(description="Standard deviation between people.")]
     unit: Annotated[str, Text(), Field(description="That of the number; 1 if it has none.")]
@@ -73,7 +73,7 @@ class SpreadEntry(DataModel):
 
 
 class NumberEntry(DataModel):
-    """A number of metrics.json."""
+    """Entry of a number of metrics.json."""
 
     measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="What is measured.")] = None
     expression: Annotated[
@@ -111,10 +111,10 @@ class NumberEntry(DataModel):
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
-        """Refuses numbers that are nothing or two things.
+        """Refuses contradictory or incomplete entries.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: There is not exactly one of measure and expression, or keys exclude each other.
         """
         if (self.measure is None) == (self.expression is None):
             raise complain("must have either 'measure' or 'expression'")
@@ -130,7 +130,7 @@ class NumberEntry(DataModel):
         return self
 
     def _check_keys(self) -> None:
-        """Refuses keys that would say nothing."""
+        """Refuses keys that would have no effect."""
         given = self.model_fields_set - _COMMON - {"measure", "expression"}
         what = "an expression" if self.measure is None else f"the measure {self.measure.value!r}"
         for key in sorted(given - self._list_keys()):
@@ -141,7 +141,7 @@ class NumberEntry(DataModel):
                 raise complain(f"is given, must not be together with {first!r}", others[0])
 
     def _list_keys(self) -> set[str]:
-        """Keys that say something of such a number."""
+        """Lists the keys that have an effect on such a number."""
         if self.measure is None:
             return {"over", "interval"}
         if self.measure in OF_OBJECTS:
@@ -153,7 +153,7 @@ class NumberEntry(DataModel):
         return {"of", "over", "interval", *quantile, *ways}
 
 
-# Groups that figures draw.
+# Keys of groups by the kind of figure.
 _DRAWN = {
     "objects": ("of", "decoy"),
     "heights": ("of",),
@@ -164,7 +164,7 @@ _DRAWN = {
 
 
 class FigureEntry(DataModel):
-    """A figure, by how it is drawn."""
+    """Entry of a figure, by the kind of drawing."""
 
     draw: Literal[
         "objects", "heights", "heights of points", "density and drop", "lifts", "belief within a trial", "sinking"
@@ -181,10 +181,10 @@ class FigureEntry(DataModel):
 
     @model_validator(mode="after")
     def check_keys(self) -> Self:
-        """Refuses keys that such a figure does not draw.
+        """Refuses keys that have no effect on such a figure.
 
         Raises:
-            PydanticCustomError: There is one.
+            PydanticCustomError: There is such a key.
         """
         known = {"draw", "title", *_DRAWN.get(self.draw, ())}
         for key in sorted(self.model_fields_set - known):

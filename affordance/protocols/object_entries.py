@@ -1,4 +1,4 @@
-"""The objects of a protocol: their shapes, materials and looks, or the file that has them, in named groups."""
+"""Objects of a protocol, in named groups: shapes, materials and looks, or the file that defines them."""
 
 import difflib
 from collections.abc import Mapping, Sequence
@@ -10,8 +10,8 @@ from pydantic import Field, model_validator
 
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, join_key
-from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import build_tools, load_materials, load_tools
+from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
 from affordance.objects.tool_entries import ColourText, MaterialEntry, Name, ToolEntry
 from affordance.protocols.requirements import Requirement, check_requirements
@@ -21,7 +21,7 @@ ALL = "all"
 
 
 class CylinderEntry(DataModel):
-    """A cylinder held at its middle: the ellipsoid of its radius and volume, which at rest is felt as the same."""
+    """A cylinder along the hand's z, held at its middle."""
 
     name: Name
     radius: Annotated[float, Within(1e-3, 0.5), Field(description="[m]")]
@@ -30,12 +30,12 @@ class CylinderEntry(DataModel):
     colour: Annotated[ColourText, Field(description="What it shows, as '#8c8c8c'.")]
 
     def build(self) -> Tool:
-        """Builds the object.
+        """Builds the object from its entry.
 
         Raises:
-            PydanticCustomError: Nothing is as light or as dense.
+            PydanticCustomError: The density is out of bounds.
         """
-        solid = Ellipsoid((self.radius, self.radius, 0.75 * self.height))
+        solid = Cylinder(self.radius, self.height)
         density = self.mass / solid.volume
         if not DENSITY_MIN <= density <= DENSITY_MAX:
             problem = f"makes a density of {density:.3g} kg/m^3, must be from {DENSITY_MIN:g} to {DENSITY_MAX:g}"
@@ -46,17 +46,17 @@ class CylinderEntry(DataModel):
 
     @model_validator(mode="after")
     def check_density(self) -> Self:
-        """Refuses cylinders that nothing is made of.
+        """Refuses cylinders of impossible density.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: The density is out of bounds.
         """
         self.build()
         return self
 
 
 class GroupEntry(DataModel):
-    """Some of the objects: by their names, or by their places, which count from 1 or, from the last, from -1."""
+    """Group of objects by their names, or by places, which count from 1 or, backwards from the last, from -1."""
 
     names: Annotated[list[str] | None, Field(description="Names of objects.", min_length=1)] = None
     first: Annotated[
@@ -68,10 +68,10 @@ class GroupEntry(DataModel):
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
-        """Refuses groups that are given in both ways or in none.
+        """Refuses groups that are given in both ways or in neither.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: There are not either names or both places.
         """
         by_place = self.first is not None and self.last is not None
         if by_place == (self.names is not None):
@@ -79,10 +79,10 @@ class GroupEntry(DataModel):
         return self
 
     def select(self, tools: Sequence[Tool]) -> list[int]:
-        """Indices of the objects.
+        """Returns the indices of the group's objects.
 
         Raises:
-            LookupError: There is no object of such a name or place; says so.
+            LookupError: There is no object of such a name or place, or the group is empty; the message says which.
         """
         known = [tool.name for tool in tools]
         if self.names is not None:
@@ -102,7 +102,7 @@ class GroupEntry(DataModel):
 
 
 class ObjectsEntry(DataModel):
-    """The objects of a protocol."""
+    """Objects of a protocol."""
 
     file: Annotated[
         Annotated[str, Text()] | None,
@@ -127,10 +127,10 @@ class ObjectsEntry(DataModel):
 
     @model_validator(mode="after")
     def check_given(self) -> Self:
-        """Refuses protocols without objects, and groups of a name that is taken.
+        """Refuses protocols without objects, and groups with the reserved name.
 
         Raises:
-            PydanticCustomError: It has none, or one of its groups is called 'all'.
+            PydanticCustomError: There are no objects, or a group is called 'all'.
         """
         if self.file is None and self.tools is None and self.cylinders is None:
             raise complain("has no objects, must have 'file', 'tools' or 'cylinders'")
@@ -140,12 +140,12 @@ class ObjectsEntry(DataModel):
 
 
 class ProtocolObjects(NamedTuple):
-    """Objects, and which of them is in which group.
+    """Objects of a protocol with their groups.
 
     Attributes:
-        tools: In the order of the file.
+        tools: Objects, in the order of the file.
         groups: Indices of objects, by the name of the group.
-        path: Of the file that they are from, for errors.
+        path: Path of the file that defines the objects, for errors.
     """
 
     tools: tuple[Tool, ...]
@@ -153,7 +153,7 @@ class ProtocolObjects(NamedTuple):
     path: Path
 
     def select(self, group: str) -> list[Tool]:
-        """The objects of a group."""
+        """Returns the objects of a group."""
         return [self.tools[index] for index in self.groups[group]]
 
 
@@ -161,13 +161,13 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
     """Builds the objects of a protocol.
 
     Args:
-        entry: What the protocol says.
-        path: The protocol's file.
-        models: The folder of models.
+        entry: Entry of the objects in the protocol.
+        path: Path of the protocol's file.
+        models: Folder of models.
         key: Place of the entry in the protocol.
 
     Raises:
-        BadValueError: A file is wrong, a name is twice or none there is, or the objects are not as is required.
+        BadValueError: A file is invalid, a name is missing or used twice, or the objects do not meet a requirement.
     """
     tools: tuple[Tool, ...] = ()
     source = path
@@ -194,7 +194,7 @@ def build_objects(entry: ObjectsEntry, path: Path, models: Path, key: str = "obj
 
 
 def find_file(name: str, key: str, path: Path, models: Path) -> Path:
-    """Finds a file that a protocol names: in the protocol's own folder or, if it is not there, in that of the models.
+    """Finds a file named by a protocol: in the protocol's own folder or, failing that, in the folder of models.
 
     Args:
         name: Path of the file, relative to one of these folders.
@@ -203,10 +203,10 @@ def find_file(name: str, key: str, path: Path, models: Path) -> Path:
         models: Folder of models.
 
     Raises:
-        BadValueError: There is neither.
+        BadValueError: The file is in neither folder.
     """
     for folder in (path.parent, models):
-        if (folder / name).exists():  # what is no file is refused by whoever reads it
+        if (folder / name).exists():  # a folder is refused when it is read
             return folder / name
     problem = f"is {name!r}, which is neither in the protocol's folder nor in {models}"
     there = {each.stem: each.name for each in path.parent.iterdir() if each != path}

@@ -1,4 +1,4 @@
-"""Results of people for the numbers of a protocol: published values, their own lifts, and what follows from them."""
+"""People's results for the numbers of a protocol: published values, single lifts, and derived expressions."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -19,11 +19,11 @@ from affordance.protocols.published import Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
-# Row of a table that says how many people there were.
+# Row of a table with the number of people.
 NUM_PEOPLE = "num_people"
 # Step of the derivatives by which errors propagate, as a fraction of a standard error.
 _STEP = 1e-4
-# Acceleration of gravity where people lift, [m/s^2].
+# Gravitational acceleration where people lift, [m/s^2].
 _GRAVITY = 9.81
 
 
@@ -31,8 +31,8 @@ class People(NamedTuple):
     """Results of people.
 
     Attributes:
-        table: Published values; None if there are none.
-        lifts: Single lifts; None if they are not given.
+        table: Published values; None without a table.
+        lifts: Single lifts; None without such data.
     """
 
     table: PublishedTable | None = None
@@ -40,7 +40,7 @@ class People(NamedTuple):
 
 
 class Spread(NamedTuple):
-    """How much people differ in a number.
+    """Standard deviation of a number between people.
 
     Attributes:
         sd: Standard deviation between people.
@@ -52,10 +52,10 @@ class Spread(NamedTuple):
 
 
 def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> None:
-    """Refuses rows of a table that are of no number.
+    """Refuses rows of a table that belong to no number.
 
     Raises:
-        BadValueError: There is one, or the number of people is none.
+        BadValueError: A row belongs to no number, or the number of people is less than 2.
     """
     for quantity in table.list_quantities():
         if quantity == NUM_PEOPLE:
@@ -76,20 +76,19 @@ def list_people(
     objects: ProtocolObjects | None = None,
     blocks: Sequence[BlockEntry] = (),
 ) -> dict[str, Published]:
-    """What people did of the numbers of a protocol: published, by their own lifts, and what expressions make of it.
+    """Lists people's values of the numbers of a protocol: published, from single lifts, and by expressions of these.
 
-    Of published values errors propagate to first order; they are taken as independent, for whether they covary is
+    Errors of published values propagate to first order; they are assumed independent, for their covariances are
     rarely published.
 
     Args:
-        entries: The numbers of the protocol.
+        entries: Numbers of the protocol.
         people: Results of people.
-        objects: Objects of the protocol, which people's own lifts need.
+        objects: Objects of the protocol, needed for single lifts.
         blocks: Blocks of the protocol.
 
     Raises:
-        BadValueError: The table does not say how many people there were where an error propagates, or somebody has
-            lifted less often than a number asks for.
+        BadValueError: Somebody has lifted less often than a number asks for.
         AffordanceError: An expression is wrong.
     """
     known: dict[str, Published] = {}
@@ -108,12 +107,12 @@ def list_people(
             used = {other: value for other, value in known.items() if other in names}
             missing = [other for other in names if other in entries and other not in known]
             if used and not missing:
-                known[name] = _propagate(entry.expression, used, people.table)
+                known[name] = _propagate(entry.expression, used)
     return known
 
 
 def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
-    """The same as metrics.json has them: NAME, and NAME_ci95 where an interval is known."""
+    """Returns people's values as in metrics.json: NAME, and NAME_ci95 where an interval is known."""
     numbers: dict[str, Any] = {}
     for name, value in people.items():
         numbers[name] = value.value
@@ -125,10 +124,10 @@ def describe_people(people: Mapping[str, Published]) -> dict[str, Any]:
 def measure_people(
     entries: Mapping[str, NumberEntry], lifts: PeopleLifts, objects: ProtocolObjects, blocks: Sequence[BlockEntry]
 ) -> dict[str, Array]:
-    """Numbers of force and weight of every person, (P,); those that are lists are left out.
+    """Computes the numbers of force and weight of every person, (P,); those that are lists are omitted.
 
     Raises:
-        BadValueError: Somebody has lifted less often than a number asks for.
+        BadValueError: A person has fewer lifts than a number needs.
     """
     chosen: dict[str, NumberEntry] = {}
     for name, entry in entries.items():
@@ -154,16 +153,16 @@ def list_spreads(
     objects: ProtocolObjects | None = None,
     blocks: Sequence[BlockEntry] = (),
 ) -> dict[str, Spread]:
-    """How much people differ in the numbers of a protocol, where it is known.
+    """Lists the standard deviations between people of the numbers of a protocol, where they are known.
 
-    What the protocol says of a number comes first, then the spread of people's own lifts, then what follows from a
+    The protocol's own value comes first, then the standard deviation of people's single lifts, then that implied by a
     published interval and the number of people. That of an expression follows from its parts to first order, taken as
-    independent; people who push hard push hard at everything, so of a ratio it is rather too large.
+    independent; since people who push hard do so for every object, it is too large for a ratio.
 
     Args:
-        entries: The numbers of the protocol.
+        entries: Numbers of the protocol.
         people: Results of people.
-        means: Predicted means of the numbers, at which expressions are taken.
+        means: Predicted means of the numbers, at which expressions are linearised.
         objects: Objects of the protocol.
         blocks: Blocks of the protocol.
     """
@@ -193,7 +192,7 @@ def list_spreads(
 
 
 def compute_error(expression: str, means: Mapping[str, float], errors: Mapping[str, float]) -> float:
-    """Error of an expression by those of the numbers in it, to first order, taken as independent."""
+    """Computes the error of an expression from those of its numbers, to first order, taken as independent."""
     changes = []
     for name, error in errors.items():
         if error > 0.0:
@@ -213,7 +212,7 @@ def _measure_person(
     objects: ProtocolObjects,
     blocks: Sequence[BlockEntry],
 ) -> dict[str, Array]:
-    """The numbers of one person, by the lifts of measured blocks of which there is a force."""
+    """Computes the numbers of one person from the lifts in measured blocks with a known force."""
     unmeasured = [index for index, block in enumerate(blocks) if not block.measured]
     kept = np.isfinite(person.force) & ~np.isin(person.block, unmeasured)
     tool, force, mass = person.tool[kept], person.force[kept], person.mass[kept]
@@ -234,17 +233,14 @@ def _measure_person(
 
 
 def _compute_quantile(count: float) -> float:
-    """Student's quantile of a 95 % interval over so many people."""
+    """Computes Student's quantile of a 95 % interval for a number of people."""
     return float(student_t.ppf(0.5 + CONFIDENCE / 2.0, count - 1.0))
 
 
-def _propagate(expression: str, used: Mapping[str, Published], table: PublishedTable) -> Published:
+def _propagate(expression: str, used: Mapping[str, Published]) -> Published:
     """The value of an expression, with the interval that follows from those of what it is calculated from."""
-    quantile = _compute_quantile(table.get(NUM_PEOPLE).value)
     means = {name: value.value for name, value in used.items()}
-    ses = {
-        name: 0.5 * (value.high - value.low) / quantile for name, value in used.items() if math.isfinite(value.low)
-    }
+    halves = {name: 0.5 * (value.high - value.low) for name, value in used.items() if math.isfinite(value.low)}
     middle = float(evaluate(expression, means))
-    half = quantile * compute_error(expression, means, ses) if ses else math.nan
+    half = compute_error(expression, means, halves) if halves else math.nan
     return Published(middle, middle - half, middle + half, "1", "calculated from the others")

@@ -1,4 +1,4 @@
-"""What people did lift by lift: a table of their own, in the columns of the lifts.csv that every run writes."""
+"""Single lifts of people: a table with the columns of the lifts.csv that every run writes."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -15,7 +15,7 @@ from affordance.files.csv_table import read_csv, read_number
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 
-# Columns of lifts.csv; those of people need not have all of them.
+# Columns of lifts.csv; tables of people need not have all of them.
 COLUMNS = (
     *("observer", "learner", "block", "cycle", "lift", "object", "mass", "size", "force", "expected"),
     *("believed_density", "kind", "surprise"),
@@ -24,13 +24,13 @@ _NEEDED = ("observer", "lift", "object", "force")
 
 
 class PersonLifts(NamedTuple):
-    """What one person did in N presentations, in their order.
+    """Lifts of one person in N presentations, in their order.
 
     Attributes:
         tool: Indices of the objects, (N,).
         force: Upward force before release, (N,), [N]; NaN where it was not measured.
-        mass: Masses of the objects, (N,), [kg]; NaN where the table does not say.
-        block: Indices of the blocks, (N,); -1 if the table does not say.
+        mass: Masses of the objects, (N,), [kg]; NaN where the table has none.
+        block: Indices of the blocks, (N,); -1 without a column of blocks.
     """
 
     tool: NDArray[np.intp]
@@ -68,7 +68,8 @@ def load_people_lifts(path: Path, objects: ProtocolObjects, blocks: Sequence[Blo
         blocks: Blocks of the protocol.
 
     Raises:
-        BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
+        BadValueError: The file cannot be read, or a value is invalid; the message names its row, its column and the
+            fault.
     """
     rows = read_csv(path, RESULTS)
     header = _check_header(path, rows[0] if rows else [])

@@ -1,4 +1,4 @@
-"""Texts of a protocol are plain: what looks like a template is refused, as nothing fills it in."""
+"""Check that the texts of a protocol are plain: templates are refused, since nothing would fill them in."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,15 +8,15 @@ from affordance.exceptions import BadValueError
 from affordance.files.data_model import join_key
 from affordance.files.yaml_reader import show_value
 
-# What templates begin with.
+# Beginnings of templates.
 _MARKS = ("{{", "{%", "{#")
 
 
 def refuse_templates(path: Path, content: Any) -> None:
-    """Refuses a parsed file in which a text, or a name, holds the beginning of a template.
+    """Refuses a parsed file in which a text or a name contains the beginning of a template.
 
     Raises:
-        BadValueError: One does.
+        BadValueError: A text or a name contains one.
     """
     waiting: list[tuple[tuple[int | str, ...], Any]] = [((), content)]
     while waiting:

@@ -1,4 +1,4 @@
-"""The presentations of a protocol: who is given what, in which order."""
+"""Presentations of a protocol: objects and their order for each observer."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -10,18 +10,18 @@ from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 
-# Presentations of a block: a hundred times those of Linear+ (Cesanek and others 2021), which take people an hour.
+# Largest number of presentations of a block: a hundred times those of Linear+ (Cesanek et al. 2021), an hour's work.
 _MOST = 20_000
 
 
 @dataclass(frozen=True)
 class Presentation:
-    """One object, presented once.
+    """Presentation of one object.
 
     Attributes:
-        tool: Which object.
-        block: Which block of the protocol.
-        mass: What it weighs this time, [kg]; None for what it always weighs.
+        tool: Index of the object.
+        block: Index of the block in the protocol.
+        mass: Mass in this presentation, [kg]; None for the object's own mass.
         cycle: Number of the repetition, from 1.
     """
 
@@ -37,14 +37,14 @@ def draw_presentations(
     """Draws the presentations of a block.
 
     Args:
-        block: The block.
-        index: Its place in the protocol.
-        objects: Those of the protocol.
-        rng: Draws what is shuffled.
-        repeat: The observer, who has the row of that number in a Latin square.
+        block: Block of the presentations.
+        index: Index of the block in the protocol.
+        objects: Objects of the protocol.
+        rng: Random generator of shuffled orders.
+        repeat: Index of the observer, and of the observer's row in a Latin square.
 
     Raises:
-        AffordanceError: It makes more presentations than one can sit through.
+        AffordanceError: The block has too many presentations.
     """
     group = list(objects.groups[block.objects])
     count = len(group) * block.repetitions * block.times
@@ -66,7 +66,7 @@ def draw_presentations(
 
 
 def weigh(tool: Tool, mass: float) -> Tool:
-    """The object with all its densities scaled, so that it has another mass, [kg]."""
+    """Returns the object with all its densities scaled to another mass, [kg]."""
     factor = mass / tool.mass
     made = [replace(part.material, density=factor * part.material.density) for part in tool.components]
     parts = [replace(part, material=material) for part, material in zip(tool.components, made, strict=True)]
@@ -74,7 +74,7 @@ def weigh(tool: Tool, mass: float) -> Tool:
 
 
 def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, row: int) -> list[int]:
-    """Orders objects for one repetition; row is that of a Latin square."""
+    """Orders objects for one repetition; row is the index of the row in a Latin square."""
     if order == "shuffled":
         return [tools[int(place)] for place in rng.permutation(len(tools))]
     if order == "latin square" and tools:  # all may come first
@@ -83,17 +83,12 @@ def order_objects(tools: Sequence[int], order: str, rng: np.random.Generator, ro
 
 
 def count_rows(count: int) -> int:
-    """Rows of the square for a number of objects: twice as many for an odd number."""
+    """Counts the rows of the square for a number of objects: the same number if it is even, else twice as many."""
     return count if count % 2 == 0 else 2 * count
 
 
 def build_row(count: int, row: int) -> list[int]:
-    """A row of the square of ``build_latin_square``."""
+    """A row of a square: each object is equally often in each place, and after each other one (Williams 1949)."""
     zigzag = [(place + 1) // 2 if place % 2 else (count - place // 2) % count for place in range(count)]
     places = [(place + row) % count for place in zigzag]
     return places if row < count else places[::-1]
-
-
-def build_latin_square(count: int) -> list[list[int]]:
-    """Orders in which each object comes equally often in each place, and after each other one (Williams 1949)."""
-    return [build_row(count, row) for row in range(count_rows(count))]

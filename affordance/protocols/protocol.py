@@ -1,4 +1,4 @@
-"""A protocol: what is presented to whom, what is measured, and what is claimed of it, as one file."""
+"""Protocol of an experiment as one file: objects, observers, presentations, numbers and claims."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -19,16 +19,16 @@ from affordance.protocols.plain_texts import refuse_templates
 from affordance.protocols.report_entries import ReportEntry
 from affordance.reporting.plain_report import PlainReport
 
-# Where the protocols are that come with the program, in the folder of models.
+# Folder of the program's protocols in the folder of models.
 FOLDER = "protocols"
-# Folders of results that are no protocol's.
+# Folders of results that do not belong to a protocol.
 TAKEN = (
     *("vision", "robustness", "learners", "tools", "arms", "recorded", "kappa", "trust", "benchmarks"),
     *("experience", "frames", "agreement", "vision_comparison", "ours"),
 )
-# How files of protocols end.
+# Suffixes of protocol files.
 SUFFIXES = (".yaml", ".yml")
-# The objects that are chosen about and not held, beside the groups.
+# Name of the objects that are chosen about and not held, in addition to the groups.
 NOVEL = "novel"
 
 # Files that a run writes next to the figures of a protocol.
@@ -51,15 +51,15 @@ type FigureName = Annotated[str, FileName(), AfterValidator(_check_figure)]
 
 
 class NoiseEntry(DataModel):
-    """How well joints feel torque."""
+    """Errors of measured joint torques."""
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
-    # Not zero: a joint that bears nothing would feel it without error, and know everything.
+    # Not zero: a joint without load would measure its torque without error.
     threshold: Annotated[float, Within(1e-6, 10.0), Field(description="[N m]")]
 
 
 class ObserversEntry(DataModel):
-    """Who is simulated."""
+    """Simulated observers."""
 
     number: Annotated[int, Whole(1, 1_000_000)] = 200
     learners: Annotated[
@@ -77,10 +77,10 @@ class ObserversEntry(DataModel):
 
     @model_validator(mode="after")
     def check_learners(self) -> Self:
-        """Refuses learners that are named twice.
+        """Refuses a learner that is named twice.
 
         Raises:
-            PydanticCustomError: One is.
+            PydanticCustomError: A learner is named twice.
         """
         learners = self.learners or []
         for index, learner in enumerate(learners):
@@ -90,7 +90,7 @@ class ObserversEntry(DataModel):
 
 
 class Protocol(DataModel):
-    """An experiment as a file."""
+    """Protocol of an experiment, as a file."""
 
     name: Annotated[str, Text(), AfterValidator(_check_name), Field(description="Of its folder of results.")]
     question: Annotated[str, Text(), Field(description="What it asks, in a sentence or two.")]
@@ -122,10 +122,11 @@ class Protocol(DataModel):
 
     @model_validator(mode="after")
     def check_names(self) -> Self:
-        """Refuses groups, objects and blocks that there are not.
+        """Refuses unknown groups, and blocks that contradict each other.
 
         Raises:
-            PydanticCustomError: There is one.
+            PydanticCustomError: A group is unknown, a block's name is used twice, or blocks or keys do not fit
+                together.
         """
         groups = [ALL, *self.objects.groups]
         for key, group in self._list_groups():
@@ -154,11 +155,11 @@ class Protocol(DataModel):
 
     @property
     def has_choices(self) -> bool:
-        """Whether observers choose a grip, of which the numbers are those of Simulations III and IV."""
+        """True if observers choose a grip; the numbers are then those of Simulations III and IV."""
         return any(block.do.choose is not None for block in self.blocks)
 
     def _check_choices(self) -> None:
-        """Refuses keys that say nothing of choices, or nothing without them."""
+        """Refuses keys without effect on choices, and keys without effect in the absence of choices."""
         if not self.has_choices:
             if self.novel is not None:
                 raise complain("is given, must not be without a block that chooses about these objects", "novel")
@@ -177,15 +178,15 @@ class Protocol(DataModel):
 
     @property
     def is_closed_form(self) -> bool:
-        """Whether nothing is simulated: its lifts are in closed form."""
+        """True if nothing is simulated and lifts are computed in closed form."""
         return any(block.do.clamp is not None and block.do.clamp.closed_form for block in self.blocks)
 
     def build_report(self, path: Path) -> PlainReport:
-        """Builds what the protocol, read from a file, says of its report."""
+        """Builds the report of the protocol that was read from a file."""
         return self.report.build(path, self.name, self.question, numbers=self.numbers, figures=self.figures)
 
     def _list_groups(self) -> Iterator[tuple[str, str]]:
-        """Every group that is named, with the key where it stands."""
+        """Yields every group that is named, with its key."""
         for index, block in enumerate(self.blocks):
             yield f"blocks[{index}].objects", block.objects
             if block.first is not None:
@@ -202,10 +203,10 @@ class Protocol(DataModel):
 
 
 def load_protocol(path: Path) -> Protocol:
-    """Reads a protocol.
+    """Reads a protocol from a file.
 
     Raises:
-        BadValueError: The file or one of its values is wrong; the message says which and how.
+        BadValueError: The file or one of its values is invalid; the message names it and the fault.
     """
     content = read_yaml(path)
     refuse_templates(path, content)
@@ -213,25 +214,25 @@ def load_protocol(path: Path) -> Protocol:
 
 
 def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
-    """How many observers a protocol wants, by its name or path; None if it does not say.
+    """Returns the number of observers given in a protocol, found by its name or path; None if it gives none.
 
     Raises:
-        BadValueError: There is no such protocol, or the file is wrong.
+        BadValueError: There is no such protocol, or the file is invalid.
     """
     observers = load_protocol(find_protocol(name, models)).observers
     return observers.number if "number" in observers.model_fields_set else None
 
 
 def check_folder_is_free(name: str, path: Path, models: Path = MODELS) -> None:
-    """Refuses a protocol of one's own whose results would take the place of others.
+    """Refuses a user's protocol whose results would overwrite others.
 
     Args:
-        name: Name of the protocol, and so of its folder of results.
-        path: Path of its file.
+        name: Name of the protocol and of its folder of results.
+        path: Path of the protocol's file.
         models: Folder of models.
 
     Raises:
-        BadValueError: It is called as one that comes with the program, or as a study, and is another file.
+        BadValueError: The name is that of a study or of a protocol of the program, and the file is another.
     """
     shipped = {(folder / FOLDER / f"{name}.yaml").resolve() for folder in (models, MODELS)}
     if path.resolve() in shipped:
@@ -246,15 +247,15 @@ def _describe_owner(name: str) -> str:
 
 
 def list_shipped(models: Path = MODELS) -> list[str]:
-    """Names of the protocols that come with a folder of models."""
+    """Lists the names of the protocols in a folder of models."""
     return sorted(path.stem for path in (models / FOLDER).glob("*.yaml"))
 
 
 def find_protocol(name: str, models: Path = MODELS) -> Path:
-    """The file of a protocol, given by its path or, if it comes with the models, by its name.
+    """Finds the file of a protocol, given by its path or, for one of the program's, by its name.
 
     Raises:
-        BadValueError: There is none.
+        BadValueError: There is no protocol of that name.
     """
     path = Path(name)
     if path.suffix in SUFFIXES:

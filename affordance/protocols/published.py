@@ -1,4 +1,4 @@
-"""Published measurements of people, read from small tables that name their source."""
+"""Published measurements of people, read from small tables that give their source."""
 
 import math
 from difflib import get_close_matches
@@ -12,14 +12,14 @@ _COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
 
 
 class Published(NamedTuple):
-    """A published value.
+    """Published value with its interval and source.
 
     Attributes:
-        value: Mean over people, in the unit.
-        low: Lower end of its 95 % interval; NaN if none is published.
-        high: Upper end.
-        unit: SI; 1 if it has none.
-        source: Where it stands.
+        value: Mean over people, in the given unit.
+        low: Lower end of the 95 % interval; NaN if none is published.
+        high: Upper end of the 95 % interval; NaN if none is published.
+        unit: SI unit; 1 for a dimensionless value.
+        source: Source of the value.
     """
 
     value: float
@@ -30,26 +30,26 @@ class Published(NamedTuple):
 
 
 class PublishedTable:
-    """The published values of a group of people, by quantity."""
+    """Published values of a group of people, by quantity."""
 
     def __init__(self, path: Path, values: dict[str, Published]) -> None:
-        """Takes the file and what it holds."""
+        """Stores the path of the file and the values."""
         self.path = path
         self._values = values
 
     def has(self, quantity: str) -> bool:
-        """Says whether it has a value of a quantity."""
+        """Returns whether the table has a value of a quantity."""
         return quantity in self._values
 
     def list_quantities(self) -> list[str]:
-        """Lists its quantities, in the order of its rows."""
+        """Lists the quantities in the order of the rows."""
         return list(self._values)
 
     def get(self, quantity: str) -> Published:
         """Returns the value of a quantity.
 
         Raises:
-            BadValueError: The table does not have it; the nearest name that it has is given.
+            BadValueError: The table lacks the quantity; the message gives the nearest name.
         """
         if quantity not in self._values:
             near = get_close_matches(quantity, self._values, n=1)
@@ -63,7 +63,8 @@ def load_published(path: Path) -> PublishedTable:
     """Reads a table with the columns quantity, value, low, high, unit and source.
 
     Raises:
-        BadValueError: The file cannot be read, or a row and column of it is wrong; the message says which and how.
+        BadValueError: The file cannot be read, or a value is invalid; the message names its row, its column and the
+            fault.
     """
     rows = read_csv(path)
     if not rows or tuple(rows[0]) != _COLUMNS:

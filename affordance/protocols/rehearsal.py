@@ -1,7 +1,7 @@
-"""A protocol's numbers tried out before any observer is simulated: on made-up measurements of the right shapes.
+"""Rehearsal of a protocol's numbers on made-up measurements of the right shapes, before anything is simulated.
 
-Which object is presented when, and what it weighs, is that of the protocol; what is felt and done is drawn. A number
-that cannot be measured, counted or calculated is found within milliseconds, with the key where it stands.
+The objects of the presentations and their masses are those of the protocol; all other measurements are drawn. A
+number that cannot be measured, counted or calculated is found within milliseconds, with its key.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,12 +29,12 @@ from affordance.reporting.expressions import find_names
 
 
 def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[Presentation]]) -> MeasuredObservers:
-    """Makes up what is measured of a few observers.
+    """Makes up the measurements of a few observers.
 
     Args:
         objects: Objects of the protocol.
         layout: Presentations of the protocol.
-        drawn: Presentations of each observer that are measured, K each.
+        drawn: Measured presentations of each observer, K each.
     """
     presented = np.array([[each.tool for each in row] for row in drawn], dtype=np.intp).reshape(len(drawn), -1)
     masses = np.array([[weigh_presentation(each, objects) for each in row] for row in drawn]).reshape(presented.shape)
@@ -51,14 +51,14 @@ def imagine(objects: ProtocolObjects, layout: Layout, drawn: Sequence[Sequence[P
 
 
 def weigh_presentation(presentation: Presentation, objects: ProtocolObjects) -> float:
-    """What the object of a presentation weighs then, [kg]."""
+    """Returns the mass of the object in a presentation, [kg]."""
     return objects.tools[presentation.tool].mass if presentation.mass is None else presentation.mass
 
 
 def rehearse(
     path: Path, entries: Mapping[str, NumberEntry], layout: Layout, imagined: MeasuredObservers
 ) -> dict[str, Any]:
-    """Computes numbers of what was made up.
+    """Computes a protocol's numbers from made-up measurements.
 
     Args:
         path: Path of the protocol's file, for errors.
@@ -66,10 +66,10 @@ def rehearse(
         layout: Presentations of the protocol.
         imagined: Made-up measurements, from ``imagine``.
 
-    Returns: The numbers, of the right shapes and of no meaning.
+    Returns: Numbers of the right shapes with meaningless values.
 
     Raises:
-        BadValueError: A number names others than those above it, or cannot be measured or calculated.
+        BadValueError: A number refers to one that does not precede it, or cannot be measured or calculated.
     """
     above: list[str] = []
     for name, entry in entries.items():
@@ -86,14 +86,14 @@ def rehearse(
 
 
 def _check_expression(path: Path, name: str, entry: NumberEntry, above: Sequence[str]) -> None:
-    """Refuses an expression that names a number which does not stand above it."""
+    """Refuses an expression that refers to a number which does not precede it."""
     for other in sorted(find_names(entry.expression or "").difference(above)):
         problem = describe_choice(other, above) if above else f"is {other!r}, must be one above it, and there is none"
         raise BadValueError(path, f"numbers.{name}.expression", f"names a number that {problem}")
 
 
 def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, imagined: MeasuredObservers) -> None:
-    """Refuses what is measured nowhere, or not as often as is asked for."""
+    """Refuses a number that is measured nowhere, or less often than needed."""
     key = f"numbers.{name}"
     for at, measure in (("measure", entry.measure), ("correlated_with", entry.correlated_with)):
         if measure is not None and not layout.find_measured(measure).any():
@@ -130,7 +130,7 @@ def _check_measure(path: Path, name: str, entry: NumberEntry, layout: Layout, im
 def _check_prediction(
     path: Path, key: str, entry: NumberEntry, imagined: MeasuredObservers, presented: NDArray[np.intp]
 ) -> None:
-    """Refuses a line through objects of one size."""
+    """Refuses a prediction from objects of one size."""
     volumes = {compute_volume(imagined.objects.tools[tool]) for tool in presented}
     if len(volumes) < 2:
         problem = f"is {entry.of!r}, must be objects of at least two sizes, as a line through them predicts another"
@@ -140,7 +140,7 @@ def _check_prediction(
 def _check_correlation(
     path: Path, key: str, entry: NumberEntry, imagined: MeasuredObservers, taken: NDArray[np.bool_]
 ) -> None:
-    """Refuses a correlation with what never changes."""
+    """Refuses a correlation of measures that never change."""
     for at, measure in (("measure", entry.measure), ("correlated_with", entry.correlated_with)):
         assert measure is not None
         values = select_presentations(

@@ -1,4 +1,4 @@
-"""The report of a protocol: plain texts, and claims with criterion and bound."""
+"""Report of a protocol: plain texts, and claims with criterion and bound."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,16 +14,16 @@ from affordance.reporting.claims import Claim, Criterion
 from affordance.reporting.plain_report import PlainReport
 from affordance.reporting.section import ReportFigure
 
-# Prose of protocols and studies that come with the program: templates, trusted because they are its own.
+# Prose of the program's own protocols and studies: templates, which are trusted.
 _SECTIONS = Path(__file__).parents[1] / "experiments" / "sections"
 
 
 @dataclass(frozen=True)
 class OneSection(Text):
-    """Says of a text that it is the name of a section of the program."""
+    """Annotation of a text that is the name of a section of the program."""
 
     def check(self, value: Any) -> str:
-        """Returns the name.
+        """Returns the name of the section.
 
         Raises:
             PydanticCustomError: There is no section of that name.
@@ -38,7 +38,7 @@ _BOUNDS = ("above", "at_least", "at_most", "below", "is")
 
 
 class CriterionEntry(DataModel):
-    """An expression over the numbers, and its bound; of a list every entry must keep it."""
+    """Criterion: an expression over the numbers, and its bound, which every entry of a list must satisfy."""
 
     name: Annotated[str, Text(), Field(description="What the expression is, in words.")]
     value: Bound
@@ -54,24 +54,24 @@ class CriterionEntry(DataModel):
     @model_validator(mode="before")
     @classmethod
     def check_bound(cls, content: Any) -> Any:
-        """Refuses criteria without a bound.
+        """Refuses a criterion without a bound.
 
         Raises:
-            PydanticCustomError: It is one.
+            PydanticCustomError: There is no bound.
         """
         if isinstance(content, dict) and not any(name in content for name in _BOUNDS):
             raise complain(f"has no bound, must have one of {', '.join(_BOUNDS)}")
         return content
 
     def build(self) -> Criterion:
-        """The criterion as it is judged."""
+        """Builds the criterion to be judged."""
         fields = {name: getattr(self, "is_" if name == "is" else name) for name in _BOUNDS}
         bounds = {name: bound for name, bound in fields.items() if bound is not None}
         return Criterion(self.name, self.value, bounds, self.unit, self.scale, self.digits)
 
 
 class ClaimEntry(DataModel):
-    """What is said, by whom, and what decides whether it is met."""
+    """Claim with its source, and the criteria that decide whether it is met."""
 
     key: Annotated[str, Text()]
     source: Annotated[str, Text(), Field(description="Who says it and where; 'ours' for what we ask of ourselves.")]
@@ -80,14 +80,14 @@ class ClaimEntry(DataModel):
 
 
 class ReportFigureEntry(DataModel):
-    """A figure and what it shows."""
+    """Figure of the report with its caption."""
 
     file: Annotated[str, FileName(), Field(description="Its name in the folder of results, as 'heights.png'.")]
     caption: Annotated[str, Text()]
 
 
 class ReportEntry(DataModel):
-    """A section of the report, in plain texts; what is left out is made from question, numbers and figures."""
+    """Section of the report in plain texts; omitted parts are made from question, numbers and figures."""
 
     section: Annotated[
         Annotated[str, OneSection()] | None,
@@ -105,14 +105,14 @@ class ReportEntry(DataModel):
     remarks: list[Annotated[str, Text()]] | None = None
 
     def build(self, source: Path, title: str, question: str, *, numbers: Any, figures: Any) -> PlainReport:
-        """Builds the report.
+        """Builds the report from its entry.
 
         Args:
-            source: The protocol's file, for errors.
+            source: Path of the protocol's file, for errors.
             title: Name of the protocol.
-            question: What it asks.
-            numbers: Its numbers, entries by name.
-            figures: Its figures, entries by name.
+            question: Question of the protocol.
+            numbers: Numbers of the protocol, entries by name.
+            figures: Figures of the protocol, entries by name.
         """
         plain = {name: getattr(self, name) for name in ("order", "title", "summary", "remarks")}
         given: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
@@ -130,7 +130,7 @@ class ReportEntry(DataModel):
         )
 
     def list_claims(self) -> tuple[Claim, ...]:
-        """The claims as they are judged."""
+        """Lists the claims to be judged."""
         return tuple(
             Claim(claim.key, claim.source, claim.text, tuple(each.build() for each in claim.criteria))
             for claim in self.claims

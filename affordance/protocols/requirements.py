@@ -1,4 +1,4 @@
-"""What the objects of a protocol must be: conditions that a protocol names, checked before anything runs."""
+"""Requirements of a protocol on its objects, checked before anything runs."""
 
 import enum
 import itertools
@@ -11,14 +11,14 @@ from affordance.exceptions import BadValueError
 from affordance.objects.colour import SAME_COLOUR, is_same_colour
 from affordance.objects.tool import Tool
 
-# Masses that differ by less than this fraction are equal: what is left is rounding.
+# Masses that differ by less than this fraction are equal up to rounding.
 SAME_MASS = 1e-9
-# Centres of mass closer than this are not different, [m].
+# Distance from which centres of mass count as different, [m].
 _APART = 1e-3
 
 
 class Requirement(enum.StrEnum):
-    """A condition on objects; "the decoy" is the last of them."""
+    """Condition on objects; "the decoy" is the last of them."""
 
     DECOY_AFTER_TWO = "decoy after two"  # at least three objects, the last is the decoy
     TWO_AND_DECOY = "two and a decoy"  # three objects, the last is the decoy
@@ -39,17 +39,17 @@ def check_requirements(requirements: Sequence[Requirement], path: Path, tools: S
     """Checks the objects of a file.
 
     Raises:
-        BadValueError: They are not as is required.
+        BadValueError: The objects do not meet a requirement.
     """
     for requirement in requirements:
         _CHECKS[requirement](path, tools)
 
 
 def check_tools_are_honest(path: Path, tools: Sequence[Tool]) -> None:
-    """Refuses tools that show what they are not made of.
+    """Refuses tools that look like another material than their own.
 
     Raises:
-        BadValueError: One does.
+        BadValueError: A part looks like another material than its own.
     """
     for tool in tools:
         for i, part in enumerate(tool.components):
@@ -92,7 +92,7 @@ def _check_colours_differ(path: Path, tools: Sequence[Tool]) -> None:
 
 
 def _check_honest(path: Path, tools: Sequence[Tool]) -> None:
-    """All but the last are of what they show; where all show one material the message names what they are of."""
+    """Checks that all objects but the last look like their own material; names the materials if all look alike."""
     *honest, _ = tools
     shown = {component.looks_like for tool in tools for component in tool.components}
     made = {component.material for tool in honest for component in tool.components}
@@ -106,7 +106,7 @@ def _check_decoy_lighter(path: Path, tools: Sequence[Tool]) -> None:
     decoy = tools[-1]
     looks_like = decoy.components[0].looks_like
     density = decoy.mass / sum(component.shape.volume for component in decoy.components)
-    if density >= looks_like.density * (1.0 - 1e-9):  # equal, but for rounding, is not less
+    if density >= looks_like.density * (1.0 - 1e-9):  # equal up to rounding is not less
         problem = f"has a density of {density:g} kg/m^3, must be less than the {looks_like.density:g}"
         raise BadValueError(path, f"tools: {decoy.name}", f"{problem} of {looks_like.name}, which it looks like")
 

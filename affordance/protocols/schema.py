@@ -1,4 +1,4 @@
-"""What editors need to know of protocols, and a commented start of one."""
+"""JSON schema of protocols for editors, and a commented template of a protocol."""
 
 import json
 from pathlib import Path
@@ -9,26 +9,26 @@ from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import FOLDER, Protocol, check_folder_is_free, load_protocol
 
 SCHEMA_FILE = "protocol.schema.json"
-# The commented start; what stands for the name of the protocol in it.
+# Commented template, and the placeholder of the protocol's name in it.
 _TEMPLATE, _NAME = "template.yaml.txt", "NAME"
 
 
 def build_schema() -> str:
-    """The JSON schema of protocols, as text."""
+    """Builds the JSON schema of protocols, as text."""
     return json.dumps(Protocol.model_json_schema(by_alias=True), indent=1) + "\n"
 
 
 def write_protocol(name: str, folder: Path) -> tuple[Path, Path]:
-    """Writes a commented protocol that can be run as it is, and the schema beside it.
+    """Writes a commented protocol that can be run as it is, with the schema in the same folder.
 
     Args:
-        name: Of the protocol and, with .yaml, of its file.
-        folder: Where to.
+        name: Name of the protocol and, with .yaml, of its file.
+        folder: Folder that receives the files.
 
-    Returns: The two files.
+        Returns: Paths of protocol and schema.
 
     Raises:
-        BadValueError: The name is not fit, or there is such a file already, which is kept.
+        BadValueError: The name is invalid, or the file exists already, which is kept.
     """
     path, schema = folder / f"{name}.yaml", folder / SCHEMA_FILE
     if path.parent != folder:

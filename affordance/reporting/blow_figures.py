@@ -1,4 +1,4 @@
-"""Figures of hammering: renderings of the blow, what happens to the nail, and which grip is the cheaper one."""
+"""Figures of hammering: renderings of the blow, forces on the nail, and a map of the grip that needs less work."""
 
 from collections.abc import Mapping, Sequence
 
@@ -18,25 +18,25 @@ from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS,
 from affordance.reporting.formatting import fold, label
 
 _MILLI = 1e3
-# Of the grips: the first two are those of the map.
+# Colours of the grips; the first two are used in the map.
 _GRIP_COLOURS = tuple(OBJECT_COLOURS[i] for i in (0, 2, 1, 3, 4, 5))
-# What a colour bar of ratios is marked with, as far as it goes, and how far it goes at least.
+# Ticks of a colour bar of ratios, as far as it extends, and its least extent.
 _RATIOS = np.array([1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0])
 _LEAST_RATIO = 1.2
-# Letters in a line of a legend within a figure, and of a title.
+# Characters per line of a legend within a figure, and of a title.
 _LEGEND_WIDTH = 60
-_LINE = 0.16  # of a name, [inch]
-# A label stands on the other side of a case that lies beyond so much of a map.
+_LINE = 0.16  # height of a line of a name, [inch]
+# Fraction of a map's range beyond which a label is placed on the other side of its case.
 _ROOM = 0.75
 _NOT_FEASIBLE = "#C8C8C8"
 
 
 def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: Sequence[str]) -> Figure:
-    """Draws figure 9: renderings, one row a grip.
+    """Draws figure 9: renderings, one row per grip.
 
     Args:
-        rows: What each row is of, and its pictures, (height, width, 3) each; all rows are alike.
-        titles: What each column shows.
+        rows: Pictures by the label of their row, (height, width, 3) each; equal sizes within a column.
+        titles: Title of each column.
     """
     shapes = [picture.shape for picture in next(iter(rows.values()))]
     ratios = [width / height for height, width, _ in shapes]
@@ -56,11 +56,11 @@ def draw_renderings(rows: Mapping[str, Sequence[NDArray[np.uint8]]], *, titles: 
 
 
 def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Figure:
-    """Draws the forces on a nail around the strike, and how far it is driven.
+    """Draws the forces on a nail around the strike, and its travel.
 
     Args:
-        records: What happened to the nail, by the grip of the blow.
-        force_demanded: Peak of the resistance that was asked for, [N].
+        records: Records of the nail's motion and forces, by grip.
+        force_demanded: Demanded peak of the nail's resistance, [N].
     """
     figure = Figure(figsize=(7.2, 5.4))
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=[2.0, 1.0])
@@ -101,21 +101,21 @@ def draw_map(
     value_label: str,
     title: str,
 ) -> Figure:
-    """Draws which of two grips needs less absolute work, over demanded force and another quantity.
+    """Draws a map of which of two grips needs less absolute work, over demanded force and another quantity.
 
     Args:
-        forces: Demanded force, (F,), rising, [N].
-        values: The other quantity, (R,), rising.
-        work: Absolute work with each grip, (R, F), [J].
-        feasible: Whether the blow is feasible with each grip, (R, F).
-        case: Force and value of the case that is marked.
-        case_label: What it is called.
+        forces: Demanded forces, (F,), ascending, [N].
+        values: Values of the other quantity, (R,), ascending.
+        work: Absolute work by grip, (R, F), [J].
+        feasible: True where the blow is feasible, by grip, (R, F).
+        case: Force and value of the marked case.
+        case_label: Label of the marked case.
         value_label: Name and unit of the other quantity.
-        title: Stands above.
+        title: Title of the figure.
     """
     one, other = work
     can_one, can_other = feasible[one], feasible[other]
-    # How much dearer the other is; positive where the one is cheaper.
+    # Log ratio of the other grip's work to the first grip's; positive where the first is cheaper.
     advantage = np.full(can_one.shape, np.nan)
     np.log(np.divide(work[other], work[one], where=can_one & can_other, out=advantage), out=advantage)
     limit = np.log(_LEAST_RATIO)
@@ -123,7 +123,7 @@ def draw_map(
         limit = max(limit, float(np.nanmax(np.abs(advantage))))
     above, below = fold(one), fold(other)
     height = 5.2 + _LINE * (above.count("\n") + below.count("\n"))
-    figure = Figure(figsize=(8.0, height), layout="constrained")  # which places the colour bar
+    figure = Figure(figsize=(8.0, height), layout="constrained")  # this layout places the colour bar
     axes = figure.subplots()
     colours = _GRIP_COLOURS[:2]
     scale = LinearSegmentedColormap.from_list("advantage", [colours[1], "#FFFFFF", colours[0]])
@@ -174,7 +174,7 @@ def draw_map(
 
 
 def _is_near_the_end(values: Array, value: float) -> bool:
-    """Whether there is no room for a label beyond a value."""
+    """Returns True if there is no room for a label beyond a value."""
     return bool(value > values[0] + _ROOM * np.ptp(values))
 
 
@@ -195,7 +195,7 @@ def _fill(axes: Axes, forces: Array, values: Array, cells: NDArray[np.bool_], li
 
 
 def _mark_ratios(bar: Colorbar, limit: float) -> None:
-    """Marks ratios to either side of one, at most three, on a colour bar of their logarithms."""
+    """Puts at most three ratios on either side of one on a colour bar of log ratios."""
     falling = _RATIOS[np.log(_RATIOS) <= limit][::-1]
     falling = falling[:: -(-len(falling) // 3)]
     ratios = np.concatenate([falling, [1.0], falling[::-1]])
@@ -204,6 +204,6 @@ def _mark_ratios(bar: Colorbar, limit: float) -> None:
 
 
 def _mix(colour: str, grey: float, share: float) -> tuple[float, float, float]:
-    """A colour with a share of black (0) or white (1)."""
+    """Mixes a colour with a share of black (grey = 0) or white (grey = 1)."""
     red, green, blue = ((1.0 - share) * part + share * grey for part in to_rgb(colour))
     return red, green, blue

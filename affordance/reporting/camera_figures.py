@@ -1,4 +1,4 @@
-"""Figures of vision: what the camera saw, what was detected, how accurate it is, and what errors cost."""
+"""Figures of vision: camera images, detections, their accuracy, and the cost of errors."""
 
 import textwrap
 from collections.abc import Sequence
@@ -16,19 +16,19 @@ from affordance.vision.pixels.pipeline import Detection, draw_outline
 from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import DEFAULT_RIG
 
-# How much of the picture is shown around the object, [pixels].
+# Margin of the picture shown around the object, [pixels].
 _ROOM = 25
 _TITLE_WIDTH = 55  # [characters]
 
 
 class CameraView(NamedTuple):
-    """One observation of an object by the camera.
+    """Observation of an object by the camera.
 
     Attributes:
-        title: What it is.
-        picture: What the camera saw.
-        detection: What was detected; None if nothing was.
-        note: Stands beside the title.
+        title: Name of the observation.
+        picture: RGB-D image from the camera.
+        detection: Detected object; None if nothing was detected.
+        note: Remark appended to the title.
     """
 
     title: str
@@ -38,7 +38,7 @@ class CameraView(NamedTuple):
 
 
 def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.camera) -> Figure:
-    """Draws observations, one a row: picture, depth, parts, and fitted outlines over the picture."""
+    """Draws observations, one per row: picture, depth, parts, and fitted outlines over the picture."""
     figure = Figure(figsize=(12.0, 1.9 * len(views) + 0.3))
     rows = figure.subplots(len(views), 4, squeeze=False)
     for axes, view in zip(rows, views, strict=True):
@@ -49,10 +49,10 @@ def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.
 
 
 def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
-    """Draws numbers of several ways of doing the same, one panel a number, trial by trial.
+    """Draws quantities trial by trial for several methods, one panel per quantity.
 
     Args:
-        panels: What is shown, with its unit, and its values by way, shape (K,) each.
+        panels: Values by method, (K,) each, by the quantity's name with its unit.
     """
     figure = Figure(figsize=(3.3 * len(panels), 3.4))
     all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
@@ -71,12 +71,12 @@ def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
 
 
 def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
-    """Draws errors of detected features, and whether they are as large as stated.
+    """Draws errors of detected features, and the calibration of their stated uncertainty.
 
     Args:
-        errors: Absolute relative errors by what they are of.
-        targets: What the median of each is to be at most.
-        claimed: Errors of predicted masses in the standard deviations that were claimed.
+        errors: Absolute relative errors, by feature.
+        targets: Largest admissible median of the errors, by feature.
+        claimed: Errors of predicted masses, in units of their stated standard deviations.
     """
     figure = Figure(figsize=(11.0, 3.8))
     left, right = figure.subplots(1, 2)
@@ -131,7 +131,7 @@ def _draw_camera_view(row: NDArray[np.object_], view: CameraView, camera: Camera
 
 
 def _find_window(view: CameraView) -> tuple[slice, slice]:
-    """Rows and columns around the object; the whole picture if it was not detected. At least 4 to 3."""
+    """Finds the rows and columns around the object, at least 4:3; the whole picture if it was not detected."""
     height, width = view.picture.depth.shape
     if view.detection is None:
         return slice(0, height), slice(0, width)

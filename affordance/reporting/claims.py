@@ -1,8 +1,8 @@
-"""Claims as data: what is said, by whom, and the criterion by which numbers meet it or not.
+"""Claims as data: statement, source, and the criteria by which the numbers confirm or contradict it.
 
-A criterion compares an expression over the numbers of an experiment with a bound. It stands apart from the prose, so
-that it can be read, and tested with numbers that contradict it. Expressions know the keys of metrics.json, lists as
-arrays (``expressions.py``).
+A criterion compares an expression over the numbers of an experiment with a bound. It is kept apart from the prose, so
+that it can be read on its own and tested with numbers that contradict it. Expressions can use the keys of
+metrics.json; lists become arrays (``expressions.py``).
 """
 
 import operator
@@ -12,13 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.expressions import evaluate
+from affordance.reporting.expressions import comes_of_numbers, evaluate
 from affordance.reporting.formatting import format_beside
 
-# Entries of a list that are shown.
+# Most entries of a list that are shown.
 _SHOWN = 100
 
-# How a value is compared with its bound, and how that is said.
+# Comparisons of a value with its bound, each with its wording.
 COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
     "above": (operator.gt, "above"),
     "at_least": (operator.ge, "at least"),
@@ -29,15 +29,17 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
 
 
 class Criterion(NamedTuple):
-    """A bound on an expression; of a list every entry must meet it.
+    """Bound on an expression; every entry of a list must meet it.
+
+    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
 
     Attributes:
-        name: What the expression is, in words.
-        value: The expression.
-        bounds: Bounds by how they are compared, keys of COMPARISONS; each an expression too.
-        unit: Of value and bounds as they are shown.
-        scale: From SI to that unit.
-        digits: Decimals shown, or more where the side of the bound would not be seen.
+        name: Description of the expression, in words.
+        value: Expression that is compared.
+        bounds: Bounds by comparison, a key of COMPARISONS; each is an expression too.
+        unit: Unit in which value and bounds are shown.
+        scale: Factor from SI to that unit.
+        digits: Decimals shown; more are shown where needed to tell the value from the bound.
     """
 
     name: str
@@ -49,13 +51,13 @@ class Criterion(NamedTuple):
 
 
 class Claim(NamedTuple):
-    """What is said, and what decides whether it is met.
+    """Statement with the criteria that decide whether it is met.
 
     Attributes:
-        key: Short name, one an experiment.
-        source: Who says it and where; "ours" for what we ask of ourselves.
-        text: What is said.
-        criteria: All must be met.
+        key: Short name, unique within an experiment.
+        source: Author and place of the statement; "ours" for what we require of ourselves.
+        text: Statement.
+        criteria: Criteria, all of which must be met.
     """
 
     key: str
@@ -65,13 +67,13 @@ class Claim(NamedTuple):
 
 
 class CriterionResult(NamedTuple):
-    """A criterion with what was found.
+    """Criterion with the value found.
 
     Attributes:
-        name: What was measured.
-        value: The number or numbers, as text.
-        bound: The bound, as text.
-        met: Whether it is met.
+        name: Description of the measured quantity.
+        value: Measured number or numbers, as text.
+        bound: Bound, as text.
+        met: True if the criterion is met.
     """
 
     name: str
@@ -81,14 +83,14 @@ class CriterionResult(NamedTuple):
 
 
 class ClaimResult(NamedTuple):
-    """A claim with what was found.
+    """Claim with the results of its criteria.
 
     Attributes:
-        key: Of the claim.
-        source: Of the claim.
-        text: Of the claim.
-        met: Whether all criteria are met.
-        criteria: Each with what was found; the first is the headline.
+        key: Key of the claim.
+        source: Source of the claim.
+        text: Statement of the claim.
+        met: True if all criteria are met.
+        criteria: Results of the criteria; the first is the headline.
     """
 
     key: str
@@ -102,11 +104,11 @@ def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[C
     """Compares claims with the numbers of an experiment.
 
     Args:
-        claims: What is said.
-        numbers: Those of metrics.json.
+        claims: Claims to judge.
+        numbers: Numbers of metrics.json.
 
     Raises:
-        AffordanceError: An expression is wrong, or names a number that there is not.
+        AffordanceError: An expression is invalid or names an unknown number.
     """
     results = []
     for claim in claims:
@@ -124,10 +126,9 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
         raise AffordanceError(
             f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
         )
+    decided = all(comes_of_numbers(each, numbers) for each in (criterion.value, *criterion.bounds.values()))
     try:
-        met = value is not None and all(
-            bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items()
-        )
+        met = decided and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())
         texts = [
             (COMPARISONS[how][1] + " " + _show_bound(criterion, bound, is_computed=isinstance(written, str))).strip()
             for (how, bound), written in zip(bounds.items(), criterion.bounds.values(), strict=True)
@@ -141,14 +142,16 @@ def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any])
 
 def _show(criterion: Criterion, value: Any, bound: Any) -> str:
     """The value in its unit, with decimals that show on which side of the bound it lies."""
-    if value is None:
+    if value is None or not np.size(value):
         return "none"
     if isinstance(value, str):
         return value
     if isinstance(value, bool | np.bool_):
         return "yes" if value else "no"
     entries = np.ravel(value) * criterion.scale
-    limits = np.broadcast_to(np.inf if bound is None else np.asarray(bound) * criterion.scale, entries.shape)
+    limits = np.broadcast_to(
+        np.inf if bound is None or not np.size(bound) else np.asarray(bound) * criterion.scale, entries.shape
+    )
     shown = [
         format_beside(float(entry), float(limit), criterion.digits)
         for entry, limit in zip(entries[:_SHOWN], limits, strict=False)
@@ -157,7 +160,7 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
 
 
 def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
-    """The bound in the unit of the value; one that is written as a number, as it is written."""
+    """Formats the bound in the unit of the value; a bound given as a number keeps the digits it was written with."""
     if isinstance(bound, str):
         return bound
     if isinstance(bound, bool | np.bool_):
@@ -168,5 +171,5 @@ def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
 
 
 def _join(shown: Sequence[str], count: int) -> str:
-    """Entries of a list; of a long one the first, and how many there are."""
+    """Joins the entries shown, with the total count if some are omitted."""
     return ", ".join(shown) + (f", ... ({count} in all)" if count > len(shown) else "")

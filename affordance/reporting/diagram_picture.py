@@ -1,7 +1,7 @@
-"""The block diagram of a Diagram that is really run, drawn to be read as the paper's figure 2.
+"""Block diagram of a Diagram as it is run, laid out like the paper's figure 2.
 
-Systems, ports and connections are read off the Diagram; only grouping and style are added. Ports that nothing is
-connected to are left out, of which a plant has dozens.
+Systems, ports and connections are read from the Diagram; only grouping and style are added. Unconnected ports, of
+which a plant has dozens, are omitted.
 """
 
 import html
@@ -14,7 +14,7 @@ from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
 from affordance.system_libraries import hide_font_warnings
 
-# The parts of the paper's figure 2; systems of other names belong to the world.
+# Groups of the paper's figure 2; systems with other names belong to the world.
 _GROUPS = {
     "Visual system": ("#dbe9f6", {"feature_sensor", "material_memory", "visual_prior"}),
     "Proprioceptive system": ("#e3f1e0", {"proprioception", "density_estimator"}),
@@ -23,12 +23,12 @@ _GROUPS = {
 }
 # The teaching signal: posteriors become priors, from trial to trial.
 _TEACHING_SIGNAL = ("density_estimator", "posterior", "material_memory", "posterior")
-# Connections against the flow from vision over control to proprioception; they do not decide where a system stands.
+# Connections against the flow from vision over control to proprioception; they are ignored in the layout.
 _FEEDBACK = {_TEACHING_SIGNAL[::2], ("plant", "mpc_controller"), ("scene_graph", "plant")}
 
 
 def describe_diagram(diagram: Diagram) -> str:
-    """Describes a Diagram in the DOT language; the same Diagram gives the same text."""
+    """Describes a Diagram in the DOT language; the text is deterministic."""
     systems = sorted(diagram.GetSystems(), key=lambda system: str(system.get_name()))
     inputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
     outputs: dict[str, set[tuple[int, str]]] = defaultdict(set)
@@ -85,7 +85,7 @@ def save_diagram(diagram: Diagram, folder: Path, name: str) -> None:
 
 
 def _escape(name: str) -> str:
-    """A name within quotation marks, as DOT wants it; ports of a plant are called after models, which files name."""
+    """Escapes a name for a quoted DOT string; ports of a plant carry names of models, which come from files."""
     return name.replace("\\", "\\\\").replace('"', '\\"')
 
 
@@ -94,7 +94,7 @@ def _find_group(name: str) -> str:
 
 
 def _describe_ports(name: str, inputs: set[tuple[int, str]], outputs: set[tuple[int, str]]) -> str:
-    """A table: the system's name above its connected ports, inputs on the left and outputs on the right."""
+    """Builds an HTML table: the system's name above its connected ports, inputs left and outputs right."""
     left = [port for _, port in sorted(inputs)]
     right = [port for _, port in sorted(outputs)]
     rows = [f'<TR><TD COLSPAN="2" BGCOLOR="white"><B>{html.escape(name)}</B></TD></TR>']

@@ -1,94 +1,51 @@
-"""Expressions over numbers: arithmetic, comparisons, entries of lists and mappings, and the functions below, no more.
+"""Expressions over numbers, restricted to arithmetic, comparisons, indexing and the functions below.
 
-They stand in files of others. So what an expression is made of is looked at before it is evaluated, and evaluating
-it takes no more time and memory than some passes over the numbers that it names: whole numbers stay exact doubles,
-texts are only compared, and nothing comes out larger than what goes in.
+They come from files of users. The syntax tree is therefore checked before it is evaluated, and evaluation takes no
+more time and memory than a few passes over the named numbers: integers stay exactly representable as doubles,
+texts can only be compared, and no result is larger than its operands.
 """
 
 import ast
 import difflib
 import operator
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from affordance.exceptions import AffordanceError
+from affordance.reporting.expression_operations import (
+    ARITHMETIC,
+    COMPARE,
+    DIVISIONS,
+    FUNCTIONS,
+    OF_LISTS,
+    UNARY,
+    take,
+)
 
-# Letters, and nested operations: of ours the longest has 70, and 3.
+# Most characters and most nested operations; the longest of our own has 70 characters and 3 levels.
 _LONGEST, _DEEPEST = 1000, 60
-# Letters of all texts of a list.
-_MOST_LETTERS = 10_000_000
 # Whole numbers beyond are no exact doubles.
 _LARGEST = 2**53
 
 
-def _list_values(mapping: Any) -> Any:
-    if not isinstance(mapping, Mapping):
-        raise TypeError("values() wants numbers by name")
-    return _take(list(mapping.values()))
-
-
-# What expressions may call, with the number of arguments.
-FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
-    "abs": (np.abs, 1),
-    "all": (np.all, 1),
-    "any": (np.any, 1),
-    "diff": (np.diff, 1),
-    "len": (len, 1),
-    "log": (np.log, 1),
-    "max": (np.max, 1),
-    "maximum": (np.maximum, 2),
-    "mean": (np.mean, 1),
-    "min": (np.min, 1),
-    "minimum": (np.minimum, 2),
-    "ptp": (np.ptp, 1),
-    "sqrt": (np.sqrt, 1),
-    "sum": (np.sum, 1),
-    "values": (_list_values, 1),
-}
-# Functions of what is no number.
-_OF_LISTS = ("len", "values")
-_ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-    ast.FloorDiv: operator.floordiv,
-    ast.Mod: operator.mod,
-    ast.Pow: np.float_power,  # of doubles: whole numbers would grow without end
-}
-_UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
-    ast.UAdd: operator.pos,
-    ast.USub: operator.neg,
-    ast.Not: operator.not_,
-}
-_COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-}
-
-
 def check_expression(expression: str) -> None:
-    """Makes sure that something is an expression.
+    """Checks the syntax of an expression.
 
     Raises:
-        AffordanceError: It is none, or longer or deeper than expressions are.
+        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
     """
     _parse(expression)
 
 
 def find_names(expression: str | float | bool) -> frozenset[str]:
-    """Finds the numbers that an expression names.
+    """Finds the names of the numbers that an expression uses.
 
     Raises:
-        AffordanceError: It is no expression.
+        AffordanceError: It is not a valid expression.
     """
     if not isinstance(expression, str):
         return frozenset()
@@ -97,11 +54,16 @@ def find_names(expression: str | float | bool) -> frozenset[str]:
     return frozenset(node.id for node in names if id(node) not in called)
 
 
-def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
+def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: list[Any] | None = None) -> Any:
     """Evaluates an expression over numbers; lists are arrays.
 
+    Args:
+        expression: The expression.
+        numbers: Numbers, lists, texts and mappings by name.
+        parts: List that receives the values of all operands on the way, and the value itself.
+
     Raises:
-        AffordanceError: It is wrong, names a number that there is not, or asks for more than numbers are.
+        AffordanceError: It is invalid, names an unknown number, or its evaluation fails.
     """
     if not isinstance(expression, str):
         return expression
@@ -109,9 +71,31 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any]) -> Any:
     try:
         with np.errstate(all="ignore", over="raise"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of means of nothing, which are NaN
-            return _evaluate(body, numbers)
+            return _evaluate(body, numbers, [] if parts is None else parts)
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise _complain(expression, str(error)) from error
+
+
+def comes_of_numbers(expression: str | float | bool, numbers: Mapping[str, Any]) -> bool:
+    """Whether no part of an expression that decides its value is infinite, NaN, or a list without entries.
+
+    Such a part may be hidden in the value: 1 / 0 > 0 is true, and so is all() of nothing.
+
+    Raises:
+        AffordanceError: It cannot be evaluated.
+    """
+    parts: list[Any] = []
+    if isinstance(expression, str):
+        evaluate(expression, numbers, parts)
+    else:
+        parts.append(expression)
+    return all(_is_definite(part) for part in parts)
+
+
+def _is_definite(value: Any) -> bool:
+    if value is None or isinstance(value, str | Mapping) or _is_text(value):
+        return value is not None and bool(np.size(value))
+    return bool(np.size(value)) and bool(np.isfinite(value).all())
 
 
 def _complain(expression: str, problem: str) -> AffordanceError:
@@ -126,7 +110,7 @@ def _parse(expression: str) -> ast.expr:
         raise _complain(expression, f"it has {len(expression)} letters, must have at most {_LONGEST}")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of backslashes in texts
+            warnings.simplefilter("ignore")  # on backslashes in texts
             body = ast.parse(expression.strip(), mode="eval").body
         for problem in _list_problems(body, _DEEPEST):
             raise _complain(expression, problem)
@@ -137,7 +121,7 @@ def _parse(expression: str) -> ast.expr:
 
 
 def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
-    """What a part of an expression holds that none may hold."""
+    """Lists the faults of a node of an expression and of the nodes below."""
     if deepest <= 0:
         yield f"it has more than {_DEEPEST} nested operations"
         return
@@ -150,13 +134,15 @@ def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
                 yield f"it has a whole number beyond {_LARGEST}"
         case ast.Name():
             pass
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in _ARITHMETIC:
+        case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
+            if isinstance(op, DIVISIONS) and isinstance(right, ast.Constant) and right.value == 0:
+                yield "it divides by zero"
             parts = [left, right]
-        case ast.UnaryOp(op=unary, operand=operand) if type(unary) in _UNARY:
+        case ast.UnaryOp(op=unary, operand=operand) if type(unary) in UNARY:
             parts = [operand]
         case ast.BoolOp(values=values):
             parts = [*values]
-        case ast.Compare(left=left, ops=ops, comparators=others) if all(type(each) in _COMPARE for each in ops):
+        case ast.Compare(left=left, ops=ops, comparators=others) if all(type(each) in COMPARE for each in ops):
             parts = [left, *others]
         case ast.IfExp(test=test, body=body, orelse=orelse):
             parts = [test, body, orelse]
@@ -184,8 +170,15 @@ def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterat
         yield f"{name} takes {wanted} argument{'' if wanted == 1 else 's'} and nothing else"
 
 
-def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any]) -> Any:
-    """The value of a part of an expression that was checked."""
+def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any], parts: list[Any]) -> Any:
+    """The value of a part of an expression that was checked, which the list of parts receives."""
+    value = _compute(node, numbers, parts)
+    if node is not None:
+        parts.append(value)
+    return value
+
+
+def _compute(node: ast.expr | None, numbers: Mapping[str, Any], parts: list[Any]) -> Any:
     match node:
         case None:
             return None
@@ -194,59 +187,50 @@ def _evaluate(node: ast.expr | None, numbers: Mapping[str, Any]) -> Any:
         case ast.Name(id=name):
             if name not in numbers:
                 raise LookupError(f"there is no number {name!r}")
-            return _take(numbers[name])
+            return take(numbers[name])
         case ast.BinOp(left=left, op=op, right=right):
-            operands = _evaluate(left, numbers), _evaluate(right, numbers)
+            operands = _evaluate(left, numbers, parts), _evaluate(right, numbers, parts)
             _check_numbers(*operands)
-            return _bound(_ARITHMETIC[type(op)](*operands))
+            return _bound(ARITHMETIC[type(op)](*operands))
         case ast.UnaryOp(op=unary, operand=operand):
-            value = _evaluate(operand, numbers)
+            value = _evaluate(operand, numbers, parts)
             _check_numbers(value)
-            return _UNARY[type(unary)](value)
+            return UNARY[type(unary)](value)
         case ast.BoolOp(op=both, values=values):
             value = None
             for part in values:
-                value = _evaluate(part, numbers)
+                value = _evaluate(part, numbers, parts)
                 if bool(value) != isinstance(both, ast.And):
                     break
             return value
         case ast.Compare(left=left, ops=ops, comparators=others):
-            value, holds = _evaluate(left, numbers), None
+            value, holds = _evaluate(left, numbers, parts), None
             for compare, part in zip(ops, others, strict=True):
-                other = _evaluate(part, numbers)
+                other = _evaluate(part, numbers, parts)
                 if _is_text(value) and _is_text(other):
                     _check_shapes(value, other)
                 else:
                     _check_numbers(value, other)
-                found = _COMPARE[type(compare)](value, other)
+                found = COMPARE[type(compare)](value, other)
                 holds = found if holds is None else np.logical_and(holds, found)
                 value = other
             return holds
         case ast.IfExp(test=test, body=body, orelse=orelse):
-            return _evaluate(body if _evaluate(test, numbers) else orelse, numbers)
+            return _evaluate(body if _evaluate(test, numbers, parts) else orelse, numbers, parts)
         case ast.Subscript(value=of, slice=ast.Slice(lower=lower, upper=upper, step=step)):
-            ends = [_evaluate(end, numbers) for end in (lower, upper, step)]
-            return _evaluate(of, numbers)[slice(*(None if end is None else operator.index(end) for end in ends))]
+            ends = [_evaluate(end, numbers, parts) for end in (lower, upper, step)]
+            return _compute(of, numbers, parts)[
+                slice(*(None if end is None else operator.index(end) for end in ends))
+            ]
         case ast.Subscript(value=of, slice=index):
-            return _take_entry(_evaluate(of, numbers), _evaluate(index, numbers))
+            return _take_entry(_compute(of, numbers, parts), _evaluate(index, numbers, parts))
         case ast.Call(func=ast.Name(id=name), args=arguments):
-            values = [_evaluate(argument, numbers) for argument in arguments]
-            if name not in _OF_LISTS:
-                _check_numbers(*values)
+            if name in OF_LISTS:
+                return FUNCTIONS[name][0](*(_compute(argument, numbers, parts) for argument in arguments))
+            values = [_evaluate(argument, numbers, parts) for argument in arguments]
+            _check_numbers(*values)
             return FUNCTIONS[name][0](*values)
-    raise TypeError(f"it has a {type(node).__name__.lower()}")  # nothing that was checked comes here
-
-
-def _take(value: Any) -> Any:
-    """A value of which others are calculated: lists as arrays, of numbers or of texts."""
-    if isinstance(value, list | tuple):
-        # NumPy gives each text of a list the room of the longest.
-        if len(value) * max((len(each) for each in value if isinstance(each, str)), default=0) > _MOST_LETTERS:
-            raise ValueError("its texts are too long to be compared")
-        value = np.array(value)
-    if isinstance(value, np.ndarray) and value.dtype.kind not in "biufU":
-        raise TypeError("its entries are no numbers")
-    return value
+    raise TypeError(f"it has a {type(node).__name__.lower()}")  # unreachable after the check
 
 
 def _take_entry(value: Any, index: Any) -> Any:
@@ -254,7 +238,7 @@ def _take_entry(value: Any, index: Any) -> Any:
         if index not in value:
             near = difflib.get_close_matches(str(index)[:100], [str(name) for name in value], n=1)
             raise LookupError(f"it has no {index!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
-        return _take(value[index])
+        return take(value[index])
     if not isinstance(value, np.ndarray):
         raise TypeError("a single number or text has no entries")
     return value[operator.index(index)]
@@ -265,11 +249,11 @@ def _is_text(value: Any) -> bool:
 
 
 def _check_numbers(*values: Any) -> None:
-    """Makes sure that values are numbers, and together make no more of them than the largest is.
+    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes.
 
     Raises:
-        TypeError: One is a text, a mapping or nothing.
-        ValueError: Their shapes do not fit, or make a table of two lists.
+        TypeError: A value is a text, a mapping or None.
+        ValueError: Their shapes do not match, or would broadcast to a larger array.
     """
     for value in values:
         kind = value.dtype.kind if isinstance(value, np.ndarray | np.generic) else ""
@@ -285,5 +269,5 @@ def _check_shapes(*values: Any) -> None:
 
 
 def _bound(value: Any) -> Any:
-    """Whole numbers that are no exact doubles become doubles."""
+    """Converts integers that are not exactly representable as doubles to doubles."""
     return float(value) if isinstance(value, int) and abs(value) > _LARGEST else value

@@ -1,4 +1,4 @@
-"""Pictures of results. The colours are those of Okabe & Ito, which the colour-blind tell apart; heights are in cm."""
+"""Figures of results, in the colour-blind safe palette of Okabe & Ito; heights are in cm."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,40 +14,40 @@ from affordance.files.atomic import write_atomic
 from affordance.reporting.formatting import count_observers, label
 from affordance.reporting.statistics import Estimate
 
-# In the order of the paper's figure 4: blue, green, red, cyan; the decoy magenta.
+# Blue, green, red, cyan in the order of the paper's figure 4; the decoy is magenta.
 OBJECT_COLOURS = ("#0072B2", "#009E73", "#D55E00", "#56B4E9", "#E69F00", "#000000")
 DECOY_COLOUR = "#CC79A7"
-# Told apart by these when there are more objects than colours.
+# Markers and lines that distinguish objects where there are more of them than colours.
 MARKERS = ("o", "s", "^")
 LINE_STYLES = ("-", "--", "-.", ":")
 FONT_SIZE = 10
-# With more objects there is no room for words or units at every one.
+# Most objects with words or units at every tick.
 _MOST_WIDE_TICKS = 6
-# Of a legend below a figure, beside the length of its lines, in letters.
+# Characters across a legend below a figure, and those that each entry takes for its line.
 _LEGEND_WIDTH, _LEGEND_LINE = 130, 10
-# A legend within half a figure, in letters.
+# Characters per line of a legend within half a figure.
 _NARROW = 22
 _METRES_TO_CM = 100.0
 
 
 def save_figure(figure: Figure, folder: Path, name: str) -> None:
-    """Writes a figure as NAME.png and NAME.svg, each whole, the same bytes for the same figure."""
+    """Writes a figure as NAME.png and NAME.svg, each atomically and with reproducible bytes."""
     matplotlib.rcParams["svg.hashsalt"] = "affordance"
     figure.set_layout_engine("constrained")
-    for text in figure.findobj(Text):  # Tick labels are written when they are drawn: those of powers remain formulae.
+    for text in figure.findobj(Text):  # Tick labels are set when drawn; those of powers remain formulae.
         text.set_parse_math("$" not in text.get_text())
     write_atomic(folder / f"{name}.png", lambda path: figure.savefig(path, dpi=200))
     write_atomic(folder / f"{name}.svg", lambda path: figure.savefig(path, metadata={"Date": None}))
 
 
 def count_columns(labels: Sequence[str]) -> int:
-    """How many names fit beside each other below a figure of 12 inches, 6 at most."""
+    """Counts the labels that fit side by side in a legend below a figure of 12 inches, 6 at most."""
     longest = max(len(line) for each in labels for line in each.split("\n"))
     return max(1, min(len(labels), 6, _LEGEND_WIDTH // (_LEGEND_LINE + longest)))
 
 
 def tidy(*all_axes: Axes) -> None:
-    """Takes away the frame of plots above and to the right."""
+    """Removes the top and right spines of plots."""
     for axes in all_axes:
         axes.spines[["top", "right"]].set_visible(False)
 
@@ -55,15 +55,15 @@ def tidy(*all_axes: Axes) -> None:
 def draw_density_and_drop(
     *, quartiles: Array, mode: Array, density_true: float, drop: Estimate, masses: Array, num_repeats: int
 ) -> Figure:
-    """Draws figure 3: the density believed after each trial, and how far the arm dropped in each.
+    """Draws figure 3: the density belief after each trial, and the drop of the arm in each.
 
     Args:
         quartiles: 25th, 50th and 75th percentile before the first and after each trial, shape (K + 1, 3), [kg/m^3].
         mode: Most probable density at the same moments, which control uses, shape (K + 1,), [kg/m^3].
-        density_true: The true density, [kg/m^3].
+        density_true: True density, [kg/m^3].
         drop: Drop in each trial, shape (K,), [m].
         masses: True mass of each object, shape (K,), [kg].
-        num_repeats: How many observers the numbers are of.
+        num_repeats: Number of observers.
     """
     figure = Figure(figsize=(9.0, 3.8))
     left, right = figure.subplots(1, 2)
@@ -105,15 +105,15 @@ def draw_density_and_drop(
 def draw_heights(
     *, times: Array, shown: Array, mean: Estimate, labels: list[str], shown_label: str, num_repeats: int
 ) -> Figure:
-    """Draws figure 4: the height of each object over time; the last is the decoy.
+    """Draws figure 4: the height of each object over time; the last object is the decoy.
 
     Args:
-        times: (N,), [s].
+        times: Times, (N,), [s].
         shown: Heights in one run, shape (K, N), [m].
         mean: Heights over repeats, shape (K, N), [m].
         labels: Name of each object.
-        shown_label: Which run is shown.
-        num_repeats: How many observers the mean is of.
+        shown_label: Label of the run shown.
+        num_repeats: Number of observers in the mean.
     """
     figure = Figure(figsize=(12.0, 3.8))
     one, every, near = figure.subplots(1, 3, sharex=True)
@@ -126,9 +126,9 @@ def draw_heights(
             _shade(axes, times, mean.low[k], mean.high[k], colour)
     every.sharey(one)
     _mark_times(times, one, every, near)
-    # By the curves: with few observers the intervals reach further than all of what is to be enlarged.
+    # The limits follow the curves: with few observers the intervals reach beyond the region to be enlarged.
     low, high = every.get_ylim()
-    if len(labels) > 2:  # between the first, which is not known yet, and the decoy
+    if len(labels) > 2:  # between the first, still unknown, and the decoy
         learned = 1.5 * _METRES_TO_CM * float(np.abs(mean.mean[1:-1]).max())
         near.set_ylim(max(low, -learned), min(high, learned))
     one.set_ylabel("height of the object's centre (cm)")
@@ -154,13 +154,13 @@ def draw_heights_of_points(
     """Draws figure 6: the height of each object over time, and of several points of the last, the decoy.
 
     Args:
-        times: (N,), [s].
+        times: Times, (N,), [s].
         shown: Heights of the centres in one run, shape (K, N), [m].
-        mean: The same over repeats, shape (K, N), [m].
-        decoy: Heights of points of the decoy over repeats by what the points are, shape (N,) each, [m].
+        mean: Heights of the centres over repeats, shape (K, N), [m].
+        decoy: Heights of points of the decoy over repeats, by the point's label, shape (N,) each, [m].
         labels: Name of each object.
-        shown_label: Which run is shown.
-        num_repeats: How many observers the mean is of.
+        shown_label: Label of the run shown.
+        num_repeats: Number of observers in the mean.
     """
     figure = Figure(figsize=(12.0, 4.4))
     one, every, points = figure.subplots(1, 3, sharex=True, sharey=True)
@@ -172,7 +172,7 @@ def draw_heights_of_points(
         every.plot(times, _METRES_TO_CM * mean.mean[k], color=colour, label=label(labels[k]), linewidth=1.6)
         _shade(every, times, mean.low[k], mean.high[k], colour)
     for k, (point, heights) in enumerate(decoy.items()):
-        # All in the decoy's colour, as long as there are lines to tell them apart by.
+        # All in the decoy's colour, as long as line styles suffice to distinguish them.
         line = LINE_STYLES[k % len(LINE_STYLES)]
         colour = (of_decoy, *others)[k // len(LINE_STYLES) % len(OBJECT_COLOURS)]
         points.plot(times, _METRES_TO_CM * heights.mean, line, color=colour, label=label(point), linewidth=1.6)
@@ -182,7 +182,7 @@ def draw_heights_of_points(
     one.set_title(f"Objects' centres, one observer ({shown_label})", fontsize=FONT_SIZE)
     every.set_title(f"Mean of {num_repeats}, 95 % interval", fontsize=FONT_SIZE)
     points.set_title("Points of the decoy, the same mean", fontsize=FONT_SIZE)
-    # The first serves two of the three plots.
+    # The first legend serves two of the three plots.
     figure.legend(*every.get_legend_handles_labels(), frameon=False, loc="outside lower left")
     figure.legend(*points.get_legend_handles_labels(), frameon=False, loc="outside lower right")
     tidy(one, every, points)
@@ -190,15 +190,15 @@ def draw_heights_of_points(
 
 
 def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
-    """Draws figures 8 and 10: how often the cheaper grip is chosen after how many trials of experience.
+    """Draws figures 8 and 10: the proportion of choices of the cheaper grip over the trials of experience.
 
     Args:
-        curves: Proportions by what they are of, shape (K + 1,) each.
-        title: Says what is chosen.
+        curves: Proportions by label, shape (K + 1,) each.
+        title: Title of the figure.
     """
     figure = Figure(figsize=(6.4, 4.2))
     axes = figure.subplots()
-    spread = 0.06  # that intervals do not hide each other
+    spread = 0.06  # offset that keeps intervals from hiding each other
     for k, (name, curve) in enumerate(curves.items()):
         trials = np.arange(len(curve.mean)) + spread * (k - (len(curves) - 1) / 2)
         error = np.maximum(0.0, [curve.mean - curve.low, curve.high - curve.mean])
@@ -218,8 +218,8 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
     """Draws paths in space from above and from the side.
 
     Args:
-        reference: The path that was asked for, (N, 3), [m].
-        paths: Those that were taken, (N, 3) each, [m].
+        reference: Points of the demanded path, (N, 3), [m].
+        paths: Points of the paths taken, by label, (N, 3) each, [m].
     """
     figure = Figure(figsize=(9.0, 4.2))
     above, aside = figure.subplots(1, 2)
@@ -245,7 +245,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
 
 
 def _mark_times(times: Array, *all_axes: Axes) -> None:
-    """Names the time, and marks where every height began."""
+    """Labels the time axis, and draws a line at the initial height."""
     for axes in all_axes:
         axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
         axes.set_xlabel("time (s)")
@@ -258,5 +258,5 @@ def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> No
 
 
 def _style(k: int) -> tuple[str, str]:
-    """Colour and line of the k-th object."""
+    """Returns colour and line style of the k-th object."""
     return OBJECT_COLOURS[k % len(OBJECT_COLOURS)], LINE_STYLES[k // len(OBJECT_COLOURS) % len(LINE_STYLES)]

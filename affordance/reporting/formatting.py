@@ -1,17 +1,17 @@
-"""Numbers and names as report and figures show them: in one place, so that they are the same everywhere."""
+"""Formatting of numbers and names, shared by report and figures."""
 
 import re
 from collections.abc import Iterable, Mapping
 
-# With fewer observers chance alone decides many of the claims.
+# Number of observers below which chance alone decides many of the claims.
 ENOUGH_OBSERVERS = 20
-# Letters in a line of a name that stands beside an axis.
+# Characters per line of a name at an axis.
 AXIS_WIDTH = 14
 _MAX_DIGITS = 9
 
 
 def format_number(value: float, digits: int = 3) -> str:
-    """Formats a number with so many significant digits; without an exponent where that is readable.
+    """Formats a number with the given number of significant digits; without an exponent where that is readable.
 
     Zero, infinity and NaN are "0", "infinite" and "undefined".
     """
@@ -31,12 +31,12 @@ def format_number(value: float, digits: int = 3) -> str:
 
 
 def format_beside(value: float, bound: float, digits: int = 1) -> str:
-    """Formats a number with so many decimals that it is seen on which side of a bound it lies.
+    """Formats a number with enough decimals to show on which side of a bound it lies.
 
     Args:
-        value: The number.
-        bound: The bound, in the same unit.
-        digits: Decimals, if they do.
+        value: Number to format.
+        bound: Bound, in the same unit.
+        digits: Least number of decimals.
     """
     if 0.0 < abs(bound) < 1e-4:
         return format_number(value, max(2, digits))
@@ -48,22 +48,22 @@ def format_beside(value: float, bound: float, digits: int = 1) -> str:
 
 
 def format_list(values: Iterable[float], digits: int = 2) -> str:
-    """Formats numbers with so many decimals, separated by commas."""
+    """Formats numbers with the given number of decimals, separated by commas."""
     return ", ".join(f"{value:.{digits}f}" for value in values)
 
 
 def format_by_name(values: Mapping[str, float], unit: str, digits: int = 2) -> str:
-    """Formats a quantity by the name of what it is of: 9.70 J (wood) and 13.70 J (steel)."""
+    """Formats a quantity with the name of each value: 9.70 J (wood) and 13.70 J (steel)."""
     return " and ".join(f"{value:.{digits}f} {unit} ({name})" for name, value in values.items())
 
 
 def count_observers(num: int) -> str:
-    """Counts observers: 1 observer, 2 observers."""
+    """Formats a number of observers: 1 observer, 2 observers."""
     return f"{num} observer{'' if num == 1 else 's'}"
 
 
 def fold(text: str, width: int = AXIS_WIDTH) -> str:
-    """Breaks a text into lines at spaces, hyphens and underscores; what has none is broken anywhere."""
+    """Breaks a text into lines at spaces, hyphens and underscores, or anywhere if it has none."""
     lines = [""]
     for piece in re.findall(r"[^\s_-]*[\s_-]?", text):
         if len((lines[-1] + piece).rstrip()) > width:
@@ -76,7 +76,7 @@ def fold(text: str, width: int = AXIS_WIDTH) -> str:
 
 
 def label(text: str, width: int = 44) -> str:
-    """A text as a label in a legend: folded, and never hidden, as those that begin with an underscore would be."""
+    """Folds a text into a legend label; a leading underscore, which would hide the label, is protected."""
     return fold(f"\u200b{text}" if text.startswith("_") else text, width)
 
 

@@ -1,4 +1,4 @@
-"""A picture of what a learner with kinds remembers."""
+"""Figure of the memory of a learner with kinds."""
 
 from collections.abc import Sequence
 
@@ -12,14 +12,14 @@ _LINE = "#000000"
 
 
 def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
-    """Draws kinds as bars from their mean less to their mean plus two standard deviations, and their objects below.
+    """Draws each kind as a bar of mean ± 2 standard deviations, with its objects below.
 
-    A filled mark is an object's own density, an open one that of its kind; beside it stand its length, how often it
-    has been lifted as one of its kind, and with what probability it is one.
+    A filled marker is an object's own density, an open one that of its kind. The label gives the object's length, the
+    number of times it was lifted as a member of the kind, and its probability of membership.
 
     Args:
-        kinds: At least one, from ``summarise_kinds``.
-        title: Says whose memory it is.
+        kinds: Kinds from ``summarise_kinds``, at least one.
+        title: Title of the figure.
     """
     heights = [1 + len(kind.objects) for kind in kinds]
     figure = Figure(figsize=(8.0, 1.2 + 0.28 * (sum(heights) + len(kinds))))

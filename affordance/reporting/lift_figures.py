@@ -1,4 +1,4 @@
-"""Pictures of forces lift by lift: observers of each learner, and what people did."""
+"""Figures of forces lift by lift: observers of each learner, and human data."""
 
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
@@ -13,7 +13,7 @@ from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import estimate_mean
 
 _PEOPLE = "#000000"
-# Of so many observers each is drawn.
+# Most observers that are drawn one by one.
 _MOST_DRAWN = 30
 
 
@@ -21,9 +21,9 @@ class LiftCurve(NamedTuple):
     """Forces of the observers of one learner.
 
     Attributes:
-        label: Its name.
-        forces: (R, C), [N].
-        predicted: What other objects' forces predict for each lift, (R, C), [N]; None if it is not asked for.
+        label: Name of the learner.
+        forces: Forces of R observers in C lifts, (R, C), [N].
+        predicted: Forces predicted from those for the other objects, (R, C), [N]; None to omit them.
     """
 
     label: str
@@ -32,29 +32,29 @@ class LiftCurve(NamedTuple):
 
 
 class IntervalValue(Protocol):
-    """A mean with its 95 % interval."""
+    """Mean with its 95 % interval."""
 
     @property
     def value(self) -> float:
-        """The mean."""
+        """Mean."""
 
     @property
     def low(self) -> float:
-        """The lower end."""
+        """Lower end of the interval."""
 
     @property
     def high(self) -> float:
-        """The upper end."""
+        """Upper end of the interval."""
 
 
 class PeopleMark(NamedTuple):
-    """What people did in some of the lifts.
+    """Human data for some of the lifts.
 
     Attributes:
-        label: What it is.
+        label: Name of the quantity.
         interval: Mean and interval, [N].
-        first: Number of the first of these lifts.
-        last: Number of the last.
+        first: Number of the first of these lifts, from 1.
+        last: Number of the last of these lifts.
     """
 
     label: str
@@ -71,14 +71,14 @@ def draw_lifts(
     title: str,
     people_lifts: Array | None = None,
 ) -> Figure:
-    """Draws forces lift by lift: a panel a learner, single observers thin, people's intervals in each.
+    """Draws forces lift by lift: one panel per learner, single observers thin, human intervals in each.
 
     Args:
-        curves: One for each learner.
+        curves: Forces of each learner.
         weights: True weight in each lift, (C,), [N].
-        people: What people did; empty if nobody has done it.
-        title: Says which experiment it is.
-        people_lifts: Forces of each person lift by lift, (P, C), [N], NaN where there is none; drawn behind.
+        people: Human means; empty if there are no data.
+        title: Title of the figure.
+        people_lifts: Forces of P persons lift by lift, (P, C), [N], NaN where missing; drawn behind.
     """
     figure = Figure(figsize=(4.0 * max(2, len(curves)), 4.3), layout="constrained")
     panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
@@ -121,7 +121,7 @@ def draw_lifts(
 
 
 def _draw_people(axes: Axes, lifts: Array, forces: Array) -> None:
-    """Draws people's lifts in grey behind the observers': each person thin, and their mean with its interval."""
+    """Draws human lifts in grey behind the observers': each person thin, and their mean with its interval."""
     for row in forces[:_MOST_DRAWN]:
         axes.plot(lifts, row, color=_PEOPLE, linewidth=0.4, alpha=0.25, zorder=0.5)
     there = np.isfinite(forces).all(axis=0)

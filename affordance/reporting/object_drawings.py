@@ -1,4 +1,4 @@
-"""Pictures of objects as seen from the side, drawn from the tools themselves."""
+"""Drawings of objects seen from the side, made from the tools themselves."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -20,21 +20,21 @@ from affordance.reporting.formatting import fold, label
 
 _METRES_TO_CM = 100.0
 _SCALE_BAR = 10.0  # [cm]
-_TITLE_WIDTH = 60  # of one object, in letters
-_HAND = 0.022  # radius it is drawn with, [m]
+_TITLE_WIDTH = 60  # of one object, [characters]
+_HAND = 0.022  # radius of the drawn hand, [m]
 _LINE = 0.8  # width of outlines
-# Directions in which the outline of a convex solid is found, none of them along an edge of a box that lies straight.
+# Directions in which the outline of a convex solid is sampled; the offset keeps them off the edges of a straight box.
 _DIRECTIONS, _OFF_AXIS = 256, 1e-3
-_MANY = 5000  # triangles, from which on they are drawn as an image
+_MANY = 5000  # triangles above which they are rasterised
 
 
 class Drawing(NamedTuple):
-    """An object in a picture.
+    """Object in a drawing.
 
     Attributes:
-        tool: The object as it is held.
-        title: Stands above it.
-        as_made: Whether it is drawn in the colours of what it is made of, rather than in those it shows.
+        tool: Object as it is held.
+        title: Title above the object.
+        as_made: True for the colours of its true materials, False for those of its appearance.
     """
 
     tool: Tool
@@ -46,8 +46,8 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
     """Draws objects at one scale, each with its hand and its true centre of mass.
 
     Args:
-        drawings: The objects.
-        columns: How many stand side by side.
+        drawings: Objects to draw.
+        columns: Number of objects side by side.
     """
     rows = -(-len(drawings) // columns)
     figure = Figure(figsize=(6.2 * columns, 1.5 * rows + 0.7))
@@ -85,7 +85,7 @@ def draw_objects(drawings: Sequence[Drawing], *, columns: int = 1) -> Figure:
 
 
 def _find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
-    """Least and largest x and y that tools and hands reach, and a little more, [cm]."""
+    """Finds the least and largest x and y of tools and hands, with a margin, [cm]."""
     corners = [np.array([[-2.0 * _HAND, -_HAND], [0.0, _HAND]])]
     for tool in tools:
         for part in tool.components:
@@ -97,7 +97,7 @@ def _find_limits(tools: Sequence[Tool]) -> tuple[Array, Array]:
 
 
 def _outline_ellipsoid(part: Component) -> Patch:
-    """What a solid ellipsoid shows along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
+    """Computes the outline of an ellipsoid along Tz: the ellipse of the upper left block of R diag(a^2) R^T."""
     R_TE = part.X_TE[:3, :3]
     shadow = (R_TE * part.shape.sizes**2) @ R_TE.T
     squares, directions = np.linalg.eigh(shadow[:2, :2])
@@ -108,7 +108,7 @@ def _outline_ellipsoid(part: Component) -> Patch:
 
 
 def _outline_solid(part: Component) -> Patch:
-    """What a convex solid shows along Tz: the hull of its points that lie farthest in every direction."""
+    """Computes the outline of a convex solid along Tz: the hull of its support points in all directions."""
     R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
     turns = np.linspace(0.0, 2.0 * np.pi, _DIRECTIONS, endpoint=False) + _OFF_AXIS
     points = [
@@ -119,7 +119,7 @@ def _outline_solid(part: Component) -> Patch:
 
 
 def _draw_mesh(axes: Axes, mesh: TriangleMesh, X_TE: Array, colour: Colour) -> None:
-    """Draws all that a mesh shows along Tz, dents and holes too, and the edges where it turns away."""
+    """Draws the projection of a mesh along Tz, including dents and holes, and its silhouette edges."""
     corners = _METRES_TO_CM * (mesh.vertices @ X_TE[:3, :3].T + X_TE[:3, 3])[:, :2]
     triangles = corners[mesh.faces]
     many = len(triangles) > _MANY

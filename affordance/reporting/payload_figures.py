@@ -1,4 +1,4 @@
-"""Pictures of an identified payload: how well a run is fitted, what is believed, and whether errors are noise."""
+"""Figures of an identified payload: fit of a run, posterior, and autocorrelation of errors."""
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -23,12 +23,12 @@ _LABELS = (
     "I yz (kg cm²)",
 )
 _SCALES = np.array([1.0, 1e2, 1e2, 1e2, *[1e4] * 6])
-# Autocorrelations are drawn so far, [s].
+# Longest lag of autocorrelations, [s].
 _LONGEST_LAG = 3.0
 
 
 def draw_fit(fit: PayloadFit) -> Figure:
-    """Draws what the load added to each channel, the fit, and what is left, over time."""
+    """Draws the load's contribution to each channel, the fit, and the residual over time."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()  # (C, N, 26)
     residual = np.einsum("cni,ci->nc", z, fit.weights)
@@ -57,11 +57,11 @@ def draw_fit(fit: PayloadFit) -> Figure:
 
 
 def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure:
-    """Draws the marginals of mass, centre of mass and moments, beside what was believed before the run.
+    """Draws the marginals of mass, centre of mass and moments, with those of the prior.
 
     Args:
-        belief: The belief.
-        truth: Ten parameters, if they are known, shape (10,); else the reference mass is marked, if there is one.
+        belief: Posterior of the payload.
+        truth: True ten parameters, shape (10,); None to mark the reference mass, if there is one.
     """
     figure = Figure(figsize=(12.0, 5.2))
     axes = figure.subplots(2, 5).ravel()
@@ -72,7 +72,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
         interval = np.array([belief.marginals.low90[i], belief.marginals.high90[i]]) * _SCALES[i]
         margin = np.ptp(interval) + 1e-12
         edges = np.linspace(interval[0] - margin, interval[1] + margin, 41)
-        # Against the whole prior, so that its height here says how much of it lies here.
+        # Normalised by the whole prior, so that the height shows the prior's mass in this range.
         share = np.full(len(before), 1.0 / (len(before) * (edges[1] - edges[0])))
         axis.hist(before[:, i], edges, weights=share, color="#cccccc", label="before the run")
         axis.hist(
@@ -100,7 +100,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
 
 
 def draw_whiteness(fit: PayloadFit) -> Figure:
-    """Draws how far errors of one channel agree over time: white noise would fall to zero at once."""
+    """Draws the autocorrelation of each channel's errors; white noise would fall to zero at once."""
     evidence = fit.evidence
     z = evidence.samples.build_columns()
     residual = np.einsum("cni,ci->cn", z, fit.weights)
@@ -123,7 +123,7 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
 
 
 def _autocorrelate(residual: Array, used: Mask, rate: float) -> tuple[Array, Array]:
-    """Autocorrelation of a residual that has gaps, by pairs of samples that both count."""
+    """Computes the autocorrelation of a residual with gaps, from pairs of used samples."""
     num_lags = min(int(_LONGEST_LAG * rate), len(residual) - 1)
     size = 2 * len(residual)
     spectrum, mask = np.fft.rfft(residual, size), np.fft.rfft(used.astype(float), size)

@@ -1,4 +1,4 @@
-"""Pictures of what people and simulated observers did, lift by lift, and how well that determines a constant."""
+"""Figures of human data and simulated observers lift by lift, and of the fit of kappa to them."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -14,12 +14,12 @@ from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 _PEOPLE, _NEUTRAL = "#000000", "#777777"
-# Of so many observers each is drawn.
+# Most observers that are drawn one by one.
 _MOST_DRAWN = 30
 
 
 class Interval(NamedTuple):
-    """A published mean with its 95 % interval."""
+    """Published mean with its 95 % interval."""
 
     mean: float
     low: float
@@ -30,9 +30,9 @@ class LiftCurve(NamedTuple):
     """Forces of the observers of one learner.
 
     Attributes:
-        label: Its name.
-        test: For the test object, one column a cycle, (R, C), [N].
-        family: What the training objects predict for its size, (R, C), [N].
+        label: Name of the learner.
+        test: Forces for the test object by cycle, (R, C), [N].
+        family: Forces predicted from the training objects for its size, (R, C), [N].
     """
 
     label: str
@@ -50,16 +50,16 @@ def draw_test_object(
     num_last: int,
     title: str,
 ) -> Figure:
-    """Draws the force for the test object cycle by cycle: a panel a learner, people's intervals in each.
+    """Draws the force for the test object by cycle: one panel per learner, human intervals in each.
 
     Args:
-        curves: One for each learner.
+        curves: Forces of each learner.
         weight: True weight of the test object, [N].
-        first: People's force in its first lift, [N].
-        end: Their mean force in the last cycles, [N].
-        family: What their training objects predict for its size then, [N].
-        num_last: How many cycles are the last.
-        title: Says which experiment it is.
+        first: Human force in the first lift of the test object, [N].
+        end: Mean human force in the last cycles, [N].
+        family: Force that people's training objects predict for its size in the last cycles, [N].
+        num_last: Number of cycles that count as the last.
+        title: Title of the figure.
     """
     figure = Figure(figsize=(4.0 * len(curves), 4.3))
     panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
@@ -102,16 +102,16 @@ def draw_kappa_fit(
     threshold: float,
     title: str,
 ) -> Figure:
-    """Draws how the learned fraction depends on kappa in each group, and what that says of kappa.
+    """Draws the learned fraction over kappa in each group, and the likelihood of kappa.
 
     Args:
         curves: Learned fraction and its standard error by group, (K,) each.
-        people: That of people, in the same order.
-        profile: Values of kappa, and log likelihood less its largest value, (N,) each.
+        people: Learned fraction of people by group, in the same order.
+        profile: Values of kappa, and log likelihood relative to its maximum, (N,) each.
         kappas: Values that were simulated, (K,).
-        best: The most likely kappa and its interval.
-        threshold: Where the interval ends, below zero.
-        title: Says which learner it is.
+        best: Maximum-likelihood kappa and its interval.
+        threshold: Relative log likelihood at the ends of the interval, below zero.
+        title: Title of the figure.
     """
     figure = Figure(figsize=(9.0, 3.9))
     left, right = figure.subplots(1, 2)
@@ -140,13 +140,13 @@ def draw_kappa_fit(
 def draw_decoy_again(
     lifts: Mapping[str, Estimate], densities: Mapping[str, Array], *, density_true: float, labels: Sequence[str]
 ) -> Figure:
-    """Draws how far objects move when they are given, and what is believed of their material, for several learners.
+    """Draws the excursion of objects in repeated holds, and the density belief about their material, by learner.
 
     Args:
-        lifts: Farthest height of the object, up or down, in each of K holds, by learner, (K,) each, [m].
-        densities: Median density believed of the material before the first and after each hold, (K + 1,) each.
-        density_true: Of the material, [kg/m^3].
-        labels: What is held, K of them.
+        lifts: Largest excursion of the object, up or down, in each of K holds, by learner, (K,) each, [m].
+        densities: Median density belief before the first and after each hold, (K + 1,) each, [kg/m^3].
+        density_true: True density of the material, [kg/m^3].
+        labels: Names of the K held objects.
     """
     figure = Figure(figsize=(11.0, 4.2))
     left, right = figure.subplots(1, 2)

@@ -1,6 +1,6 @@
-"""The report of a protocol: plain texts, a table of all numbers, claims, and the prose of a section of the program.
+"""Report of a protocol: plain texts, a table of all numbers, claims, or the prose of a section of the program.
 
-Nothing in it is a template. What a protocol does not say is made from its question, its numbers and its figures.
+Texts of a protocol are never templates. Missing ones are made from its question, numbers and figures.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -17,24 +17,25 @@ from affordance.reporting.formatting import format_number
 from affordance.reporting.section import LAST, ReportFigure, Section, Table, render_section
 from affordance.reporting.section import find_names as find_names_of_section
 
-# Entries of a list that a cell of the table of numbers shows.
+# Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12
 _CI95 = "_ci95"
 
 
 @dataclass(frozen=True)
 class PlainReport:
-    """What a protocol says of its report, before there are numbers.
+    """Report settings of a protocol, before there are numbers.
 
     Attributes:
-        source: The protocol's file, for errors.
-        prose: Section file of the program whose prose, figures and tables are used; None for none.
-        title: Heading where neither ``given`` nor ``prose`` has one.
-        question: What is asked; the summary where there is no other.
+        source: Protocol file, for error messages.
+        prose: Section file of the program that provides prose, figures and tables; None for none.
+        title: Name of the protocol: the heading where ``given`` has none; that of ``prose`` follows it, or stands
+            alone where it is of the same name.
+        question: Question of the protocol; the summary where there is no other.
         figures: Figures where neither ``given`` nor ``prose`` has any.
-        meanings: What each number is, by its name; empty where the protocol does not say.
-        given: Plain texts that take the place of others: ``order``, ``title``, ``summary``, ``figures``, ``remarks``.
-        claims: Plain texts and expressions.
+        meanings: Description of each number, by its name; empty where the protocol gives none.
+        given: Plain texts that replace others: ``order``, ``title``, ``summary``, ``figures``, ``remarks``.
+        claims: Claims as plain texts and expressions.
     """
 
     source: Path
@@ -48,14 +49,14 @@ class PlainReport:
 
 
 def check_names(report: PlainReport, known: Collection[str]) -> None:
-    """Refuses a report that names numbers or facts which its protocol does not have.
+    """Rejects a report that names numbers or facts unknown to its protocol.
 
     Args:
-        report: The report.
-        known: Names of the numbers and facts that there will be.
+        report: Report settings.
+        known: Names of the numbers and facts that will be available.
 
     Raises:
-        BadValueError: A template of its section or an expression of a claim names another.
+        BadValueError: A template of its section or an expression of a claim uses another name.
     """
     if report.prose is not None:
         for key, names in find_names_of_section(report.prose).items():
@@ -75,12 +76,12 @@ def check_names(report: PlainReport, known: Collection[str]) -> None:
 
 
 def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Makes the section of a protocol.
+    """Renders the report section of a protocol.
 
     Args:
-        report: What the protocol says.
-        numbers: Those of metrics.json, with lists or arrays.
-        facts: What else templates and claims name, ``camera_caption``, ``few_observers`` and ``faults`` among them.
+        report: Report settings.
+        numbers: Numbers of metrics.json, with lists or arrays.
+        facts: Other values for templates and claims; needs ``camera_caption``, ``few_observers`` and ``faults``.
 
     Raises:
         AffordanceError: A template or an expression cannot be evaluated with these numbers.
@@ -91,6 +92,8 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
         given["remarks"] = [*given["remarks"], *remarks]
     if report.prose is not None:
         section = render_section(report.prose, numbers, facts)
+        if report.prose.stem != report.title:  # an experiment of a user's own, after one of the program
+            section = section._replace(title=f"{report.title} (as in {section.title})")
     else:
         seen = [ReportFigure("seen.png", facts["camera_caption"])] if facts["camera_caption"] else []
         tables = [_list_numbers(report.meanings, numbers)] if report.meanings else []
@@ -105,7 +108,7 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
 
 
 def _list_numbers(meanings: Mapping[str, str], numbers: Mapping[str, Any]) -> Table:
-    """A row for each number; with several learners, or people, a row for each of them."""
+    """Builds a table with a row per number, or per number and owner for several learners or human data."""
     who = {**numbers.get("learners", {}), **({"people": numbers["people"]} if numbers.get("people") else {})}
     header = ["number", *(["meaning"] if any(meanings.values()) else []), *(["of"] if who else [])]
     rows: list[Sequence[str]] = []
@@ -119,7 +122,7 @@ def _list_numbers(meanings: Mapping[str, str], numbers: Mapping[str, Any]) -> Ta
 
 
 def _show(value: Any) -> str:
-    """A number, several in a row, or several by name."""
+    """Formats a number, a list of numbers, or numbers by name."""
     if isinstance(value, Mapping):
         return ", ".join(f"{name}: {_show(entry)}" for name, entry in value.items())
     if value is None or isinstance(value, str):
@@ -128,7 +131,7 @@ def _show(value: Any) -> str:
 
 
 def _show_intervals(value: Any) -> str:
-    """One interval, shape (2,), or one for each entry of a list, shape (..., 2)."""
+    """Formats one interval, shape (2,), or one for each entry of a list, shape (..., 2)."""
     ends = np.reshape(np.asarray(value, dtype=float), (-1, 2))
     return _shorten([f"[{format_number(float(low))}, {format_number(float(high))}]" for low, high in ends])
 

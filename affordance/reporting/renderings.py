@@ -1,7 +1,7 @@
-"""Photographs of arm, tool and nail, by Drake's own renderer: no screen is needed.
+"""Renderings of arm, tool and nail by Drake's own renderer, which needs no screen.
 
-Frames: W the world, C the camera (Cz where it looks, Cy down). The camera looks from the arm's right, where a right
-arm hides nothing of what it holds, and a little from above and ahead.
+Frames: W the world, C the camera (Cz the viewing direction, Cy down). The camera looks from the arm's right, where a
+right arm hides nothing of what it holds, and a little from above and ahead.
 """
 
 from collections.abc import Sequence
@@ -32,14 +32,14 @@ from affordance.plant.nail import NailPlacement
 Image = NDArray[np.uint8]
 
 _RENDERER = "camera"
-_FIELD_OF_VIEW = np.radians(20.0)  # of the height: a long lens, that near and far things compare
-# From where the camera looks, about the vertical from the arm's right to its front, and above the horizon, [rad].
+_FIELD_OF_VIEW = np.radians(20.0)  # vertical; a long lens keeps near and far comparable
+# Viewpoint of the camera: angle about the vertical from the arm's right to its front, and above the horizon, [rad].
 _AZIMUTH, _ELEVATION = np.radians(20.0), np.radians(10.0)
-# Left free at each edge, of half a picture.
+# Margin at each edge, as a fraction of half a picture.
 _MARGIN = 0.04
-# Pictures are rendered so much larger, and averaged: the renderer leaves edges ragged.
+# Pictures are rendered this many times larger, then averaged: the renderer leaves edges ragged.
 _OVERSAMPLING = 3
-# Close-ups show so much above and below the highest point of the nail's head, along it, [m].
+# Extent of close-ups above and below the highest point of the nail's head, along the nail, [m].
 _ABOVE, _BELOW = 0.045, 0.06
 # A key light from above the camera's left, one from the camera itself, and one from below its right, so that nothing
 # is black. No shadows: the renderer's are ragged.
@@ -50,13 +50,13 @@ _LIGHTS = [
 
 
 class Pose(NamedTuple):
-    """What stands before the camera.
+    """Arm, tool and nail in the posture to be rendered.
 
     Attributes:
-        tool: What is in the hand.
-        placement: The nail and where it stands; None for none.
+        tool: Tool in the hand.
+        placement: Nail and its pose; None for none.
         q: Joint angles, (num_joints,), [rad].
-        travel: How far the nail was driven since it was set, [m].
+        travel: Travel of the nail since it was set, [m].
     """
 
     tool: Tool
@@ -66,15 +66,15 @@ class Pose(NamedTuple):
 
 
 def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Takes pictures of the whole arm and what it deals with, all by one camera that sees everything of every pose.
+    """Renders the whole arm with tool and nail, all poses by one camera that sees everything of every pose.
 
     Args:
         directives: Drake model directives of the arm.
-        poses: What is shown.
-        width: Of each picture, in pixels.
-        height: Of each picture, in pixels.
+        poses: Poses to render.
+        width: Width of each picture, [pixels].
+        height: Height of each picture, [pixels].
 
-    Returns: Red, green and blue of each, (height, width, 3).
+    Returns: Red, green and blue of each picture, (height, width, 3).
     """
     scenes = [_Scene(directives, pose) for pose in poses]
     R_WC = _turn_camera(_ELEVATION)
@@ -83,7 +83,7 @@ def render_poses(directives: Path, poses: Sequence[Pose], *, width: int, height:
 
 
 def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, height: int) -> list[Image]:
-    """Takes pictures of nails and of what strikes them, at one scale; arguments and result are as of the whole.
+    """Renders close-ups of nails and tools at one scale; arguments and result as in ``render_poses``.
 
     Raises:
         ValueError: A pose has no nail.
@@ -101,10 +101,10 @@ def render_close_ups(directives: Path, poses: Sequence[Pose], *, width: int, hei
 
 
 class _Scene:
-    """A pose in a Diagram that can be rendered."""
+    """Diagram of a pose that can be rendered."""
 
     def __init__(self, directives: Path, pose: Pose) -> None:
-        """Builds it."""
+        """Builds the Diagram."""
         builder = DiagramBuilder()
         arm = add_arm(builder, directives, pose.tool, pose.placement)
         scene_graph = builder.GetSubsystemByName("scene_graph")
@@ -120,20 +120,20 @@ class _Scene:
         self._query: Any = scene_graph.get_query_output_port().Eval(scene_graph.GetMyContextFromRoot(self._context))
 
     def find_corners(self) -> Array:
-        """Corners of boxes that contain all that can be seen, in W, (N, 3), [m]."""
+        """Returns corners of boxes that contain all visible geometry, in W, (N, 3), [m]."""
         inspector = self._query.inspector()
         corners = []
         signs = np.stack(np.meshgrid([-1, 1], [-1, 1], [-1, 1]), axis=-1).reshape(-1, 3)
         for geometry in inspector.GetAllGeometryIds(Role.kPerception):
             box = inspector.GetObbInGeometryFrame(geometry)
             if box is None:
-                continue  # a half space has no end
+                continue  # a half space is unbounded
             X_WG = self._query.GetPoseInWorld(geometry)
             corners.append((X_WG @ box.pose()).multiply((signs * box.half_width()).T).T)
         return np.concatenate(corners)
 
     def render(self, X_WC: RigidTransform, width: int, height: int) -> Image:
-        """Takes the picture, (height, width, 3)."""
+        """Renders the picture, (height, width, 3)."""
         n = _OVERSAMPLING
         camera = ColorRenderCamera(
             RenderCameraCore(
@@ -150,7 +150,7 @@ class _Scene:
 
 
 def _turn_camera(elevation: float) -> RotationMatrix:
-    """Axes R_WC of a camera that looks from the arm's right (-Wy), turned to its front (Wx)."""
+    """Computes the axes R_WC of a camera that looks from the arm's right (-Wy), turned to its front (Wx)."""
     looks = np.array([-np.sin(_AZIMUTH), np.cos(_AZIMUTH), -np.tan(elevation)])
     looks /= np.linalg.norm(looks)
     right = np.cross(looks, [0.0, 0.0, 1.0])
@@ -159,13 +159,13 @@ def _turn_camera(elevation: float) -> RotationMatrix:
 
 
 def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
-    """Goes back along Cz until every point is in the picture, and stands so that they are in its middle.
+    """Finds the camera position from which all points are in the picture and centred, by moving back along Cz.
 
-    A point (x, y, z) of C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), with k the
-    tangent of half the angle that is seen, and likewise for y.
+    A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), with k the
+    tangent of half the field of view; y is treated alike.
 
     Args:
-        points: In W, (N, 3), [m].
+        points: Positions in W, (N, 3), [m].
         R_WC: Axes of the camera.
         aspect: Width of the picture over its height.
 

@@ -1,6 +1,6 @@
-"""The arm in motion as a web page that needs nothing else: recorded joint angles, shown by Meshcat.
+"""Replay of recorded joint angles as a self-contained Meshcat web page.
 
-A blow is over in a few milliseconds, so a scene may run slower around it; the camera then looks closer.
+A blow lasts a few milliseconds, so a scene may run slower around it, with the camera zoomed in.
 """
 
 import gc
@@ -30,27 +30,26 @@ from affordance.plant.arm import attach_tool, parse_arm
 from affordance.plant.nail import NailPlacement, add_nail
 
 _FRAMES_PER_SECOND = 30.0
-# A breath between two scenes, with the last frame of the first, [s].
+# Pause between two scenes on the last frame of the first, [s].
 _PAUSE = 0.5
-# Where Meshcat keeps its camera, and how much it enlarges in slow motion.
+# Path of Meshcat's camera, and its magnification in slow motion.
 _CAMERA = "/Cameras/default/rotated/<object>"
 _ZOOM = 5.0
-# From one enlargement to the other, in the time of the replay, [s].
+# Duration of a change of magnification, in replay time, [s].
 _ZOOMING = 0.7
 
 
 class Scene(NamedTuple):
-    """One motion of the arm with one tool in its hand.
+    """Motion of the arm with one tool in its hand.
 
     Attributes:
-        tool: What is in the hand.
-        times: (N,), starting at 0, [s].
+        tool: Tool in the hand.
+        times: Times, (N,), starting at 0, [s].
         q: Joint angles, (N, num_joints), [rad].
-        caption: Said of it in the page.
-        placement: A nail, and where it stands; None for none.
-        travel: How far the nail is in, (N,), [m]; None for a nail that stays where it was set.
-        slow: From when to when, [s], it is shown how many times slower and larger, as is done around a strike; None
-            for never.
+        caption: Caption on the page.
+        placement: Nail and its pose; None for none.
+        travel: Travel of the nail, (N,), [m]; None for a nail that stays where it was set.
+        slow: Begin and end of slow motion, [s], and its factor, for a strike; None for none.
     """
 
     tool: Tool
@@ -68,16 +67,16 @@ def write_replay(
     """Writes the scenes, one after the other, as a self-contained page.
 
     Args:
-        path: The page.
+        path: HTML file to write.
         directives: Drake model directives of the arm.
-        scenes: What is shown.
+        scenes: Scenes to show.
         title: Title of the page.
-        p_WG: Points of the line that is drawn as what was asked for, shape (N, 3), [m]; the height of the hand in its
-            home posture if None, and no line if there is a nail.
+        p_WG: Points of the demanded path, drawn as a line, shape (N, 3), [m]; None for a line at the height of the
+            hand in its home posture, or no line if there is a nail.
 
     Raises:
-        ValueError: A scene is to be slow when it does not run, or not to be slower.
-        AffordanceError: Meshcat may not open a local port (as where DRAKE_ALLOW_NETWORK leaves it out).
+        ValueError: A slow interval is outside its scene, or its factor is less than 1.
+        AffordanceError: Meshcat cannot open a local port (as where DRAKE_ALLOW_NETWORK excludes it).
     """
     for scene in scenes:
         if scene.slow is not None:
@@ -101,14 +100,14 @@ def write_replay(
 
 
 def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: Array | None) -> list[str]:
-    """Plays the scenes into Meshcat's recording; returns what is said of each."""
+    """Plays the scenes into Meshcat's recording; returns the caption of each."""
     builder = DiagramBuilder()
     plant, scene_graph = AddMultibodyPlantSceneGraph(builder, 0.0)
     hand = parse_arm(plant, directives)
     names = [f"tool_{number}" for number, _ in enumerate(scenes)]
     for name, scene in zip(names, scenes, strict=True):
         attach_tool(plant, hand, scene.tool, name)
-    # After the arm, whose joints so come first in the plant's state.
+    # Added after the arm, so that the arm's joints come first in the plant's state.
     nails = {
         number: add_nail(plant, scene.placement, f"nail_{number}")
         for number, scene in enumerate(scenes)
@@ -153,14 +152,14 @@ def _record(meshcat: Meshcat, directives: Path, scenes: Sequence[Scene], p_WG: A
 
 
 def _slow_down(scene: Scene) -> Scene:
-    """The scene as the replay runs it: at each of its frames, interpolated between rows of the log."""
+    """Resamples a scene at the frames of the replay, interpolating between rows of the log."""
     if scene.slow is None:
         return scene
     begin, end, factor = scene.slow
     log = scene.times
     in_log = np.array([0.0, begin, end, log[-1]])
     in_replay = np.array([0.0, begin, begin + factor * (end - begin), log[-1] + (factor - 1.0) * (end - begin)])
-    # The end is a row, though no frame, so that the scene lasts as long as it should.
+    # The end is added as a row, though not on a frame, so that the scene keeps its duration.
     frames = np.append(np.arange(0.0, in_replay[-1], 1.0 / _FRAMES_PER_SECOND), in_replay[-1])
     times = np.interp(frames, in_replay, in_log)
     q = np.column_stack([np.interp(times, log, angle) for angle in scene.q.T])
@@ -169,7 +168,7 @@ def _slow_down(scene: Scene) -> Scene:
 
 
 def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
-    """How much the camera enlarges at a time of the replay of a scene."""
+    """Computes the magnification of the camera at a replay time of a scene."""
     if slow is None:
         return 1.0
     begin, end, factor = slow
@@ -179,7 +178,7 @@ def _zoom(slow: tuple[float, float, float] | None, time: float) -> float:
 
 
 def _describe(scene: Scene, start: float) -> str:
-    """What is said of a scene that begins at a time of the replay."""
+    """Returns the caption of a scene that begins at a replay time, with its slow motion."""
     if scene.slow is None:
         return scene.caption
     begin, end, factor = scene.slow
@@ -195,7 +194,7 @@ def _set_stage(
     p_WG: Array | None,
     placements: Sequence[NailPlacement],
 ) -> None:
-    """Looks at the arm from its side, or past its hand at the nails, and draws what was asked for as a line."""
+    """Points the camera at the arm from its side, or past the hand at the nails, and draws the demanded path."""
     p_WH = hand.CalcPoseInWorld(plant_context).translation()
     first_joint = plant.get_joint_actuator(plant.GetJointActuatorIndices()[0]).joint()
     p_WBo = first_joint.frame_on_parent().CalcPoseInWorld(plant_context).translation()
@@ -203,7 +202,7 @@ def _set_stage(
     reach = float(np.linalg.norm(p_WH - p_WBo))
     side = np.cross([0.0, 0.0, 1.0], p_WH - p_WBo)
     if placements:
-        # What is enlarged is what is in the middle.
+        # The camera zooms in on the middle of the picture.
         middle = np.mean([placement.p_WNo for placement in placements], axis=0)
         meshcat.SetCameraPose(middle - 1.35 * side + np.array([0.0, 0.0, 0.2 * reach]), middle)
     else:
@@ -219,7 +218,7 @@ def _set_stage(
 
 
 def _add_captions(page: str, title: str, captions: Sequence[str]) -> str:
-    """Names the page and what it shows when, in its lower left corner."""
+    """Sets the title of the page and adds captions with their times in its lower left corner."""
     lines = "<br>".join(html.escape(caption) for caption in captions)
     note = (
         '<div style="position:fixed;left:12px;bottom:12px;padding:8px 12px;background:#ffffffd9;'

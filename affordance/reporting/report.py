@@ -1,6 +1,6 @@
-"""The page that puts our figures beside the paper's claims, each claim met or not, with the number.
+"""Report page: our figures and the paper's claims, each met or not, with the numbers.
 
-Every experiment keeps its section beside its figures; the page is made of the sections a folder holds.
+Every experiment keeps its section with its figures; the page is made from the sections in a folder.
 """
 
 import base64
@@ -21,9 +21,11 @@ from affordance.reporting.section import ReportFigure, Section, Table
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
-# Experiments that were asked for and could not be done, with the reason of each.
+# Requested experiments that could not be run, with the reason for each.
 _LEFT_OUT = "left_out.json"
-# What there is more of an experiment, where its folder holds it.
+# The paper's simulations; no protocol of a user's own has such a name.
+_OF_THE_PAPER = ("weight", "com", "reach", "hammer")
+# Further files of an experiment that are linked where they exist.
 _LINKS = {
     "replay.html": "the arm in motion",
     "metrics.json": "all numbers",
@@ -33,22 +35,22 @@ _LINKS = {
 
 
 def write_section(folder: Path, section: Section) -> None:
-    """Keeps an experiment's section beside its figures."""
+    """Writes an experiment's section into the folder of its figures."""
     write_json(folder / _SECTION, section._asdict())
 
 
 def remove_section(folder: Path) -> None:
-    """Takes a section that no longer holds out of the report, if there is one."""
+    """Removes an outdated section from the report, if there is one."""
     (folder / _SECTION).unlink(missing_ok=True)
 
 
 def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection[str] = ()) -> None:
-    """Keeps which experiments were left out of a folder of results, for its report.
+    """Records the experiments left out of a folder of results, for its report.
 
     Args:
-        folder: The folder.
+        folder: Folder of results.
         left_out: Reasons by the experiment's name.
-        done: Names of experiments that were done, which are left out no more.
+        done: Names of completed experiments, removed from the record.
     """
     kept = {name: why for name, why in _read_left_out(folder).items() if name not in done} | dict(left_out)
     if kept:
@@ -58,11 +60,11 @@ def note_left_out(folder: Path, left_out: Mapping[str, str], *, done: Collection
 
 
 def write_report(folder: Path) -> Path:
-    """Writes FOLDER/report.html from the sections in its subfolders, and names what was left out.
+    """Writes FOLDER/report.html from the sections in its subfolders, with the experiments that were left out.
 
-    A section that is not one is named and quarantined; one whose figures cannot be read is named and left out.
+    An invalid section is logged and quarantined; one with unreadable figures is logged and left out.
 
-    Returns: The page's path.
+    Returns: Path of the page.
     """
     sections = []
     for path in folder.glob(f"*/{_SECTION}"):
@@ -94,21 +96,21 @@ def write_report(folder: Path) -> Path:
 
 
 class _Run(NamedTuple):
-    """What was run into a folder, in words: with which setup, and with how many observers by which versions."""
+    """Description of a run: setup; number of observers, seed, versions and date."""
 
     setup: str
     done: str
 
 
 def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
-    """Names of the folders by what was run into them; those whose metrics do not say are left out."""
+    """Groups the names of folders by their run; those with incomplete metrics are left out."""
     runs: dict[_Run, list[str]] = {}
     for folder in folders:
         try:
             numbers = json.loads((folder / "metrics.json").read_text(encoding="utf-8"))
             versions = numbers["versions"]
             done = (
-                f"{numbers['repeats']} observers or objects, seed {numbers['seed']}, by version "
+                f"{numbers['repeats']} {_name_repeats(numbers['repeats'])}, seed {numbers['seed']}, by version "
                 f"{versions['affordance']} with Drake {versions['drake']}, {numbers['finished']}"
             )
             run = _Run(_describe_setup(numbers["setup"]) if "setup" in numbers else "", done)
@@ -118,8 +120,12 @@ def read_runs(folders: Sequence[Path]) -> dict[_Run, list[str]]:
     return runs
 
 
+def _name_repeats(number: int) -> str:
+    return "observer or object" if number == 1 else "observers or objects"
+
+
 def _describe_setup(setup: Mapping[str, Any]) -> str:
-    """Arm, models, learners and changed settings in words."""
+    """Describes arm, models, learners and changed settings in words."""
     changed = ", ".join(f"{name} = {show_setting(value)}" for name, value in setup["settings"].items()) or "none"
     words = "learner" if len(setup["learners"]) == 1 else "learners"
     learners = ", ".join(setup["learners"])
@@ -127,8 +133,8 @@ def _describe_setup(setup: Mapping[str, Any]) -> str:
 
 
 def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
-    """The paper's heading if a claim of the paper is judged, and else that of the only section."""
-    if any(claim.source.startswith("paper") for section in sections for claim in section["claims"]):
+    """Finds the heading: the paper's if one of its simulations is there, else that of a single section."""
+    if any(section["anchor"] in _OF_THE_PAPER for section in sections):
         return "the paper and what we find"
     return str(sections[0]["title"]) if len(sections) == 1 else "results"
 
@@ -177,14 +183,14 @@ def _read_table(content: dict[str, Any]) -> Table:
 
 
 def _expect(kind: type, *values: object) -> None:
-    """Raises a TypeError where a value is of another kind than the page is made of."""
+    """Raises a TypeError if a value is not an instance of the expected type."""
     for value in values:
         if not isinstance(value, kind):
             raise TypeError(f"it holds {str(value)[:60]!r} in place of a {kind.__name__}")
 
 
 def _prepare(section: Section, home: Path) -> dict[str, Any]:
-    """What the template is given of a section: figures carried inside the page, links to what lies beside it."""
+    """Prepares a section for the template: embedded figures, and links to the files in its folder."""
     prepared: dict[str, Any] = section._asdict()
     prepared["anchor"] = re.sub(r"[^a-z0-9]+", "-", home.name.lower())
     prepared["figures"] = [

@@ -1,4 +1,4 @@
-"""The multiverse in one picture: how often each claim holds, and what moves it."""
+"""Figure of the multiverse: share of settings in which each claim holds, and the assumptions that matter."""
 
 from collections.abc import Sequence
 
@@ -16,14 +16,14 @@ _WIDTH = 14.0
 def draw_multiverse(
     claims: Sequence[str], assumptions: Sequence[str], *, shares: Estimate, indices: Array, null_levels: Array
 ) -> Figure:
-    """Draws shares of settings in which claims hold, and first-order indices as a map of claims by assumptions.
+    """Draws shares of settings in which claims hold, and a map of first-order indices of claims by assumptions.
 
     Args:
         claims: Names of C claims.
         assumptions: Names of D assumptions.
         shares: Shares with their intervals, (C,) each.
-        indices: First-order indices, (C, D); what does not exceed its null level is left white.
-        null_levels: By claim, (C,).
+        indices: First-order indices, (C, D); entries at or below their null level are left white.
+        null_levels: Null levels of the indices by claim, (C,).
     """
     rows = np.arange(len(claims))
     figure = Figure(figsize=(_WIDTH, _HEAD + _ROW_HEIGHT * len(claims)), layout="constrained")

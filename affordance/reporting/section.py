@@ -1,12 +1,13 @@
 """Sections of the report: prose as templates and claims as data, filled in with the numbers of an experiment.
 
 A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file`` and ``caption``), ``claims``
-(``key``, ``source``, ``text`` and ``criteria``), ``tables`` (``caption``, ``header`` and ``rows``, a line a row,
-cells between bars) and ``remarks``. Every text is a Jinja2 template over the numbers and facts; a figure, table or
-remark that comes out empty is left out.
+(``key``, ``source``, ``text``, ``criteria``, and ``given``, an expression: where it is false the claim is not made),
+``tables`` (``caption``, ``header`` and ``rows``, a line a row, cells between bars) and ``remarks``.
+Every text is a Jinja2 template over the numbers and facts; a figure, table or remark that comes out empty is left
+out.
 
-A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md). That
-templates are confined as well guards against what nobody thought of.
+A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md).
+Templates are sandboxed as a second line of defence.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,21 +22,22 @@ from affordance.exceptions import AffordanceError, name_object
 from affordance.files.yaml_reader import read_yaml
 from affordance.reporting import formatting
 from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
+from affordance.reporting.expressions import evaluate
 
 _METRES_TO_CM = 100.0
-# Place of a section that names none.
+# Order of a section that gives none.
 LAST = 100
-# Stands for a bar in a name or another text that is filled into a table, so that it does not end the cell;
-# from the part of Unicode for private use.
+# Replaces a bar in a text that is filled into a table, so that it does not end the cell; from Unicode's private use
+# area.
 _BAR = "\ue000"
 
 
 class ReportFigure(NamedTuple):
-    """A figure of the report.
+    """Figure of the report.
 
     Attributes:
-        file: Its name in the experiment's folder.
-        caption: What it shows.
+        file: File name in the experiment's folder.
+        caption: Caption.
     """
 
     file: str
@@ -43,12 +45,12 @@ class ReportFigure(NamedTuple):
 
 
 class Table(NamedTuple):
-    """A table of the report.
+    """Table of the report.
 
     Attributes:
-        caption: What it says.
-        header: Titles of its columns.
-        rows: Cells of its rows.
+        caption: Caption.
+        header: Titles of the columns.
+        rows: Cells of the rows.
     """
 
     caption: str
@@ -57,16 +59,16 @@ class Table(NamedTuple):
 
 
 class Section(NamedTuple):
-    """What an experiment reports.
+    """Report of an experiment.
 
     Attributes:
-        order: Place among the sections.
+        order: Position among the sections.
         title: Heading.
-        summary: What was done, in a few sentences.
-        figures: In order.
-        claims: Each with what was found.
-        tables: Numbers side by side.
-        remarks: Where we differ from the paper and why, and what else is to be known.
+        summary: Summary of the experiment, in a few sentences.
+        figures: Figures, in order.
+        claims: Claims with their results.
+        tables: Tables of numbers.
+        remarks: Differences from the paper with their reasons, and further remarks.
     """
 
     order: int
@@ -84,15 +86,15 @@ def load_claims(path: Path) -> tuple[Claim, ...]:
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
-    """Fills a section file in.
+    """Renders a section file.
 
     Args:
-        path: The section file.
-        numbers: Those of metrics.json, with lists or arrays.
-        facts: What else its templates name.
+        path: Section file.
+        numbers: Numbers of metrics.json, with lists or arrays.
+        facts: Other values for its templates.
 
     Raises:
-        AffordanceError: A template or an expression names what there is not.
+        AffordanceError: A template or an expression uses an unknown name or cannot be evaluated.
     """
     content, known = _read(path), {**numbers, **facts}
     environment = _build_environment()
@@ -117,7 +119,9 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     ]
     claims = [
         claim._replace(text=fill(claim.text), criteria=tuple(_fill_criterion(each, fill) for each in claim.criteria))
-        for claim in (read_claim(entry) for entry in content.get("claims", []))
+        for claim in (
+            read_claim(entry) for entry in content.get("claims", []) if evaluate(entry.get("given", True), known)
+        )
     ]
     remarks = [fill(text) for text in content.get("remarks", [])]
     return Section(
@@ -132,7 +136,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
 
 
 def find_names(path: Path) -> dict[str, frozenset[str]]:
-    """Finds what the templates of a section file name but do not set: numbers and facts, by the key they stand at."""
+    """Finds the undeclared names (numbers and facts) in the templates of a section file, by the template's key."""
     environment = _build_environment()
 
     def find(content: Any) -> frozenset[str]:
@@ -155,7 +159,7 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def read_claim(entry: Mapping[str, Any]) -> Claim:
-    """Takes a claim from an entry of a section file."""
+    """Reads a claim from an entry of a section file."""
     criteria = []
     for each in entry["criteria"]:
         fields = dict(each)
@@ -185,5 +189,5 @@ def _build_environment() -> jinja2.Environment:
 
 
 def _protect(value: Any) -> Any:
-    """What is filled in, such that it stays within its cell and its row."""
+    """Protects a value that is filled in, so that it stays within its cell and its row."""
     return " ".join(value.replace("|", _BAR).split("\n")) if isinstance(value, str) else value

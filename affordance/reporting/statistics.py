@@ -1,4 +1,4 @@
-"""From trajectories to the numbers that are reported, with their intervals."""
+"""Summary statistics of trajectories and choices, with confidence intervals."""
 
 from typing import NamedTuple
 
@@ -11,7 +11,7 @@ CONFIDENCE = 0.95
 
 
 class Estimate(NamedTuple):
-    """A mean over repeats with its 95 % interval, each of the shape of one repeat's value."""
+    """Mean over repeats with its 95 % interval, each of the shape of one repeat's value."""
 
     mean: Array
     low: Array
@@ -19,28 +19,28 @@ class Estimate(NamedTuple):
 
     @property
     def ci95(self) -> Array:
-        """Pairs [low, high] along the last axis, as metrics.json has them."""
+        """Pairs [low, high] along the last axis, as in metrics.json."""
         return np.stack([self.low, self.high], axis=-1)
 
 
 def compute_drop(heights: Array) -> Array:
-    """How far a height sinks below zero over time (last axis), max(0, -lowest), [m]."""
+    """Computes the drop below zero of a height over time (last axis), max(0, -lowest), [m]."""
     return np.maximum(0.0, -heights.min(axis=-1))
 
 
 def compute_lift(heights: Array) -> Array:
-    """How far a height rises above zero over time (last axis), max(0, highest), [m]."""
+    """Computes the rise above zero of a height over time (last axis), max(0, highest), [m]."""
     return np.maximum(0.0, heights.max(axis=-1))
 
 
 def compute_excursion(heights: Array) -> Array:
-    """The height of largest magnitude over time (last axis), with its sign, [m]."""
+    """Computes the height of largest magnitude over time (last axis), with its sign, [m]."""
     peaks = np.abs(heights).argmax(axis=-1)
     return np.take_along_axis(heights, peaks[..., None], axis=-1)[..., 0]
 
 
 def estimate_proportion(hits: Array, count: int) -> Estimate:
-    """Proportion of hits, counted (halves allowed), among a number of cases, with Wilson's 95 % interval.
+    """Estimates a proportion from a count of hits (halves allowed), with Wilson's 95 % interval.
 
     Wilson 1927, J. Am. Stat. Assoc. 22:209-212.
     """
@@ -52,7 +52,7 @@ def estimate_proportion(hits: Array, count: int) -> Estimate:
 
 
 def estimate_mean(values: Array) -> Estimate:
-    """Mean over repeats (first axis) with Student's 95 % interval; of a single repeat the interval is the value."""
+    """Estimates the mean over repeats (first axis) with Student's 95 % interval, of zero width for one repeat."""
     count = len(values)
     mean = values.mean(axis=0)
     if count == 1:

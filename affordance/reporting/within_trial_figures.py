@@ -1,4 +1,4 @@
-"""Pictures of what happens within a trial: the posterior as it narrows, and the arm as it sinks and comes back."""
+"""Figures of a single trial: the posterior as it narrows, and the arm as it sinks and recovers."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -14,13 +14,13 @@ _METRES_TO_CM = 100.0
 
 
 class Growth(NamedTuple):
-    """How a belief about a density grew within a trial, at N moments; each is what was believed up to then.
+    """Belief about a density within a trial, at N times; each entry conditions on the samples up to its time.
 
     Attributes:
-        times: (N,), [s].
+        times: Times, (N,), [s].
         quartiles: 25th, 50th and 75th percentile of the density, (N, 3), [kg/m^3].
         sd: Standard deviation of the normal distribution before it is restricted to positive values, (N,), [kg/m^3].
-        sd_at_rest: What it would be by theory if the arm had been at rest where it ended, (N,), [kg/m^3].
+        sd_at_rest: Theoretical standard deviation for an arm at rest in its final posture, (N,), [kg/m^3].
     """
 
     times: Array
@@ -30,13 +30,13 @@ class Growth(NamedTuple):
 
 
 class Sinking(NamedTuple):
-    """The height of an object, and what control believes of its density.
+    """Height of an object, and the density that control assumes.
 
     Attributes:
-        times: (N,), [s].
-        height: Of the object's centre above where it was given, (N,), [m].
-        belief_times: Until when each density is believed, (K,), [s].
-        density: (K,), [kg/m^3].
+        times: Times, (N,), [s].
+        height: Height of the object's centre relative to where it was given, (N,), [m].
+        belief_times: Times until which each density is assumed, (K,), [s].
+        density: Assumed densities, (K,), [kg/m^3].
     """
 
     times: Array
@@ -46,12 +46,12 @@ class Sinking(NamedTuple):
 
 
 def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str) -> Figure:
-    """Draws how the posterior narrows sample by sample.
+    """Draws the narrowing of the posterior sample by sample.
 
     Args:
-        growth: By noise.
-        density_true: The true density, [kg/m^3].
-        name: Of the object.
+        growth: Beliefs by noise model.
+        density_true: True density, [kg/m^3].
+        name: Name of the object.
     """
     figure = Figure(figsize=(9.0, 4.0))
     left, right = figure.subplots(1, 2, sharex=True)
@@ -86,12 +86,12 @@ def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str)
 
 
 def draw_sinking(lines: Mapping[str, Sinking], *, density_true: float, name: str) -> Figure:
-    """Draws the height of an object, and the density that control believes.
+    """Draws the height of an object, and the density that control assumes.
 
     Args:
-        lines: By what control believes.
-        density_true: The true density, [kg/m^3].
-        name: Of the object.
+        lines: Heights and densities by the belief that control uses.
+        density_true: True density, [kg/m^3].
+        name: Name of the object.
     """
     figure = Figure(figsize=(9.0, 3.8))
     left, right = figure.subplots(1, 2, sharex=True)

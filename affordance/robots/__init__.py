@@ -1,1 +1,1 @@
-"""Any arm of any robot file: reading it leniently once, and writing a clean arm that the strict program takes."""
+"""Import of arms from robot files: a lenient reader, and a writer of clean arms that strict parsing accepts."""

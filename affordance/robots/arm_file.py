@@ -1,4 +1,4 @@
-"""Writing an arm as an SDF, and where it stands and how it holds things as Drake model directives."""
+"""Writing an arm as an SDF, and its base pose and home posture as Drake model directives."""
 
 from collections.abc import Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
@@ -12,17 +12,17 @@ from affordance.robots.reduced_arm import ReducedArm, ReducedLink, describe_pose
 
 BASE = "base"
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-# The base is fixed to the world, so that its inertia enters nothing; Drake wants one all the same.
+# The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 
 
 def write_arm(arm: ReducedArm, visuals: Mapping[str, Sequence[Visual]], source: str) -> str:
-    """Writes an arm as an SDF that the strict program takes.
+    """Writes an arm as an SDF that strict parsing accepts.
 
     Args:
-        arm: The arm.
-        visuals: What is drawn, by the name of a link of the file written: ``base`` or one of the arm's.
-        source: What it was made of, for the comment at the top.
+        arm: Arm to write.
+        visuals: Shapes by the name of a link of the written file: ``base`` or a link of the arm.
+        source: Description of the arm's source, for the comment at the top.
     """
     names = name_links(arm)
     parts = [
@@ -53,7 +53,7 @@ def write_directives(home: Mapping[str, float], X_WB: RigidTransform) -> str:
 
     Args:
         home: Angle of every joint in the posture in which objects are held, [rad].
-        X_WB: Where its base stands.
+        X_WB: Pose of the base in the world.
     """
     angles = "\n".join(f"        {_quote(name)}: [{float(angle)!r}]" for name, angle in home.items())
     (x, y, z), rpy = describe_pose(X_WB)
@@ -75,7 +75,7 @@ def write_directives(home: Mapping[str, float], X_WB: RigidTransform) -> str:
 
 
 def name_links(arm: ReducedArm) -> list[str]:
-    """Names of the written links: the file's own, but for one called as the base or the hand's frame is."""
+    """Lists the names of the written links: those of the file, changed where they clash with base or hand frame."""
     names: list[str] = []
     for link in arm.links:
         name = link.name
@@ -163,12 +163,12 @@ def _quote(name: str) -> str:
 
 
 def turn_base(X_WB: RigidTransform, R_WH: Array, height: float | None) -> RigidTransform:
-    """Where the base stands once it is turned about the vertical so that the hand points along Wx.
+    """Computes the pose of the base once it is turned about the vertical so that the hand points along Wx.
 
     Args:
-        X_WB: Where it stands in the file.
+        X_WB: Pose of the base in the file.
         R_WH: Axes of the hand in its home posture there, (3, 3).
-        height: Of the base above the world's origin, [m]; the file's if None.
+        height: Height of the base above the world's origin, [m]; None for the file's.
     """
     yaw = float(np.arctan2(R_WH[1, 0], R_WH[0, 0]))
     R_WB = X_WB.rotation()

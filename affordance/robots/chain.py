@@ -1,4 +1,4 @@
-"""Which joints are the arm: from the tip up to where the arm begins."""
+"""Joints of the arm, from the tip up to the base."""
 
 from typing import NamedTuple
 
@@ -11,13 +11,13 @@ from affordance.robots.tree import RobotTree
 
 
 class Chain(NamedTuple):
-    """An arm's place in a robot.
+    """Chain of joints that forms the arm of a robot.
 
     Attributes:
-        base: The body it is fixed by.
-        joints: Its joints, from base to tip, all revolute.
-        tip: The frame at its end.
-        why_base: Why it begins there, in words.
+        base: Body that is fixed to the world.
+        joints: Joints of the arm, from base to tip, all revolute.
+        tip: Frame at the end of the arm.
+        why_base: Reason for this base, in words.
     """
 
     base: RigidBody
@@ -29,11 +29,11 @@ class Chain(NamedTuple):
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     """Finds the joints between tip and base.
 
-    Without a base the arm begins below the first joint that slides or floats, or at the first link from which another
-    limb leaves; else at the robot's root.
+    Without a base the arm begins below the first joint that slides or floats, or at the first link with another limb;
+    otherwise at the robot's root.
 
     Args:
-        tree: The robot.
+        tree: Robot.
         tip_name: Link or frame at the arm's end.
         base_name: Link that is fixed to the world; None to find one.
 
@@ -75,7 +75,7 @@ def _check_is_above(tree: RobotTree, base: RigidBody, base_name: str, tip: Frame
     """Rejects a base that is not above the tip.
 
     Raises:
-        BadValueError: It is not.
+        BadValueError: The base is neither the tip's body nor above it.
     """
     above = [joint.parent_body() for joint in tree.climb(tip.body())]
     if base.index() not in [tip.body().index(), *(link.index() for link in above)]:

@@ -1,4 +1,4 @@
-"""Values of the task files that an arm needs otherwise: each with its old and new value, and why."""
+"""Changes of task values for an arm, each with its old and new value and its reason."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -10,20 +10,20 @@ import yaml
 from affordance.files.atomic import write_text
 from affordance.files.yaml_reader import read_yaml
 
-# The key that stands for every length of the objects of a tools file; its values are factors.
+# Key that represents every length of the objects in a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"
 _LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
 
 
 class Change(NamedTuple):
-    """A value that differs from the one the tasks came with.
+    """Change of one value of a task file.
 
     Attributes:
         file: Path within the folder of models.
-        key: Where in the file.
-        old: What it was.
-        new: What it is; None if it is left out.
-        why: Why.
+        key: Path of the key in the file.
+        old: Value before the change.
+        new: Value after the change; None if the key is removed.
+        why: Reason for the change.
     """
 
     file: str
@@ -37,7 +37,7 @@ class Change(NamedTuple):
 
 
 def show(value: Any) -> str:
-    """A value in few digits."""
+    """Formats a value, with four significant digits where it is a number."""
     if value is None:
         return "left out"
     if isinstance(value, float):
@@ -48,7 +48,7 @@ def show(value: Any) -> str:
 
 
 def apply_changes(models: Path, changes: Sequence[Change]) -> None:
-    """Writes changed values into the files of a folder of models, and says so at the top of each.
+    """Writes changed values into the files of a folder of models, with a comment on each at the top of its file.
 
     Keys are paths such as ``blow.duration``, or SIZE_OF_TOOLS.
     """
@@ -68,7 +68,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
 
 
 def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> None:
-    """Changes the value at a path of keys, or with ``*`` all values there; some may be absent."""
+    """Changes the value at a path of keys, or with ``*`` all values there; absent keys are ignored."""
     first, rest = keys[0], keys[1:]
     if first == "*":
         for entry in content.values() if isinstance(content, dict) else content:
@@ -83,7 +83,7 @@ def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> No
 
 
 def _replace(new: Any, value: Any) -> Any:
-    """The new value, whatever the old one was."""
+    """Returns the new value, ignoring the old one."""
     return new
 
 

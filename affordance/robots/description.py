@@ -1,4 +1,4 @@
-"""What a robot's file says of its joints and links beyond what Drake keeps, in whatever format it is written."""
+"""Contents of a robot's file beyond what Drake keeps of joints and links, for all file formats."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from affordance.arrays import Array
 
 
 class Mimic(NamedTuple):
-    """A joint that follows another: q = multiplier q_leader + offset."""
+    """Coupling of a joint to another: q = multiplier q_leader + offset."""
 
     leader: str
     multiplier: float
@@ -20,16 +20,16 @@ class Mimic(NamedTuple):
 
 
 class JointNotes(NamedTuple):
-    """What a file says of a joint, besides axis, range, rate and damping, which Drake keeps.
+    """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
 
     Attributes:
-        kind: Its type, in the file's own word.
-        effort: Largest torque, [N m]; None where the file says none.
+        kind: Type of the joint, in the file's own word.
+        effort: Torque limit, [N m]; None where the file gives none.
         friction: Coulomb friction, [N m].
-        stiffness: Of a spring in the joint, [N m/rad].
-        mimic: Which joint it follows; None for none.
-        rotor_inertia: Of rotor and gears as felt at the joint, [kg m^2].
-        fault: Limits, damping or axis that no joint can have, left out of the text that Drake parses; empty for none.
+        stiffness: Stiffness of a spring in the joint, [N m/rad].
+        mimic: Coupling to another joint; None for none.
+        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
+        fault: Invalid limits, damping or axis, removed from the text that Drake parses; empty for none.
     """
 
     kind: str
@@ -42,14 +42,14 @@ class JointNotes(NamedTuple):
 
 
 class Inertial(NamedTuple):
-    """Inertia of a link as a file writes it.
+    """Inertia of a link as written in a file.
 
     Attributes:
-        mass: [kg].
-        place: Of the centre of mass in the link's frame, (3,), [m].
+        mass: Mass, [kg].
+        place: Position of the centre of mass in the link's frame, (3,), [m].
         rpy: Roll, pitch and yaw of the axes that the moments refer to, (3,), [rad].
         moments: Ixx, Iyy, Izz, Ixy, Ixz, Iyz about the centre of mass, (6,), [kg m^2].
-        in_link: Whether place and axes are those of the link's own frame; false where the file names another.
+        in_link: True if place and axes refer to the link's own frame; False where the file names another.
     """
 
     mass: float
@@ -59,7 +59,7 @@ class Inertial(NamedTuple):
     in_link: bool = True
 
     def find_fault(self) -> str:
-        """Says why no solid can have this inertia; empty if one can, by Drake's own check."""
+        """Describes why no solid can have this inertia; empty if one can, by Drake's own check."""
         Ixx, Iyy, Izz, *products = self.moments
         if self.mass < 0.0 or (self.mass == 0.0 and any(self.moments)):
             return f"has a mass of {self.mass:g} kg with moments of inertia, must have more than 0"
@@ -73,7 +73,7 @@ class Inertial(NamedTuple):
         return ""
 
     def _describe_impossible(self) -> str:
-        """Names the moments that no solid can have, and the products where it is these that are at fault."""
+        """Describes the impossible moments, or the products where these are at fault."""
         Ixx, Iyy, Izz, Ixy, Ixz, Iyz = self.moments
         if not RotationalInertia(Ixx, Iyy, Izz).CouldBePhysicallyValid():
             return f"an inertia no solid can have (Ixx, Iyy, Izz {Ixx:g}, {Iyy:g}, {Izz:g} kg m^2)"
@@ -86,15 +86,15 @@ class Inertial(NamedTuple):
 
 
 class Visual(NamedTuple):
-    """A shape that a file draws on a link.
+    """Shape that a file draws on a link.
 
     Attributes:
         shape: ``mesh``, ``box``, ``cylinder``, ``sphere``, ``ellipsoid`` or ``capsule``.
         sizes: Scale of a mesh, edges of a box, radius and length of a cylinder or capsule, radii, [m].
-        place: In the link's frame, (3,), [m].
-        rpy: Roll, pitch and yaw there, (3,), [rad].
-        mesh: What the file calls the mesh; empty for none.
-        colour: Red, green, blue, opacity; None where the file says none.
+        place: Position in the link's frame, (3,), [m].
+        rpy: Roll, pitch and yaw in the link's frame, (3,), [rad].
+        mesh: Name of the mesh in the file; empty for none.
+        colour: Red, green, blue, opacity; None where the file gives none.
     """
 
     shape: str
@@ -107,20 +107,20 @@ class Visual(NamedTuple):
 
 @dataclass(frozen=True)
 class Description:
-    """A robot's file, read.
+    """Contents of a robot's file.
 
     Attributes:
-        path: The file.
+        path: Path of the file.
         kind: ``urdf``, ``sdf`` or ``mjcf``.
-        text: The same without what does not concern motion, as Drake parses it.
-        joints: What it says of joints, by name.
+        text: Text that Drake parses, without elements that do not concern motion.
+        joints: Data of joints, by name.
         inertials: Inertias of links, by name, where they are written out.
-        faults: Links whose inertia cannot be used, and why; their inertia is left out of the text.
-        visuals: What it draws, by link.
-        dropped: What was left out, a sentence each.
-        undrawn: Links with a shape in the file that is not taken over.
-        frames: Names of frames that are declared apart from links.
-        sources: Other files that it includes.
+        faults: Faults of link inertias that cannot be used, by link; those inertias are removed from the text.
+        visuals: Shapes drawn, by link.
+        dropped: Descriptions of omitted content, one sentence each.
+        undrawn: Links with a shape in the file that is not imported.
+        frames: Names of frames that are declared separately from links.
+        sources: Other files that are included.
     """
 
     path: Path
@@ -137,6 +137,6 @@ class Description:
 
 
 def as_triple(values: Array | list[float]) -> tuple[float, float, float]:
-    """Three numbers as a tuple."""
+    """Converts three numbers to a tuple."""
     x, y, z = (float(value) for value in values)
     return x, y, z

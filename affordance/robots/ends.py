@@ -1,29 +1,29 @@
-"""Ends of a robot's limbs, which are what a tip can be; for those who do not know its names."""
+"""Ends of a robot's limbs, which can serve as tip; listed for users who do not know their names."""
 
 import difflib
 
 from affordance.robots.limbs import FEWEST_JOINTS, climb_limb, find_hand
 from affordance.robots.tree import RobotTree
 
-# Names listed at most: for one limb, and in all.
+# Most names listed, for one limb and in total.
 _OF_A_LIMB, _LISTED = 3, 12
 
 
 def list_ends(tree: RobotTree) -> dict[str, int]:
-    """Lists the ends of limbs, with the number of joints of the arm that each would end.
+    """Lists the ends of limbs, with the number of joints of the arm up to each.
 
-    They are links without another behind them and frames that the file names; of a hand its own link instead of its
-    fingers.
+    Ends are links without a child link and frames that the file names; a hand is listed by its own link, not
+    by its fingers.
     """
     carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
     frames = [f for f in tree.list_frames() if not f.is_body_frame() or f.body().index() not in carriers]
     found: dict[int, list[tuple[bool, str, int]]] = {}
-    beyond: dict[int, int] = {}  # most joints that follow on one
+    beyond: dict[int, int] = {}  # largest number of joints beyond each joint
     for frame in frames:
         hand = find_hand(tree, frame.body())
         limb = climb_limb(tree, hand or frame.body())
         if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
-            # First hands, then what weighs nothing and is there to be named.
+            # Hands first, then massless links and named frames, which mark places for tools.
             rank = hand is None and frame.is_body_frame() and frame.body().default_mass() > 0.0
             name = str(frame.name() if hand is None else hand.name())
             found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
@@ -39,7 +39,7 @@ def list_ends(tree: RobotTree) -> dict[str, int]:
 
 
 def describe_ends(tree: RobotTree, near: str = "") -> str:
-    """Names the ends of limbs, or those nearest to a name."""
+    """Describes the ends of limbs, or those with names nearest to a given one."""
     ends = list_ends(tree)
     close = difflib.get_close_matches(near, ends, n=3, cutoff=0.4) if near else []
     if close:
@@ -51,7 +51,7 @@ def describe_ends(tree: RobotTree, near: str = "") -> str:
 
 
 def suggest_frames(tree: RobotTree, name: str) -> str:
-    """Names links and frames that are called almost so, or the first ones."""
+    """Describes links and frames with similar names, or the first ones."""
     names = [str(frame.name()) for frame in tree.list_frames()]
     near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
     return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"

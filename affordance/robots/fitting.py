@@ -1,8 +1,8 @@
-"""Which path, blow and objects an arm can do: proposals, tried in a fixed order, never a silent change.
+"""Path, blow and objects that an arm can handle, found by proposals in a fixed order; every change is reported.
 
-The path is tried as it is, mirrored, slower, and last smaller; the blow as it is, slower, and less deep; objects
-stay as they are unless the arm cannot hold them. Everything is planned as the experiments plan it, with the
-true densities, and what can be planned is simulated as they simulate it.
+The path is tried unchanged, mirrored, slower, and last smaller; the blow unchanged, slower, and less deep; objects
+are changed only if the arm cannot hold them. Everything is planned as in the experiments, with the true densities,
+and feasible plans are simulated as in the experiments.
 """
 
 import math
@@ -31,21 +31,22 @@ from affordance.simulation.rollout import roll_out
 PATH, NAIL = "paths/reach.yaml", "nail.yaml"
 _HELD = ("tools/weight.yaml", "tools/com.yaml", "tools/novel.yaml")
 _ALL_TOOLS = (*_HELD, "tools/uncommon.yaml")
-# Sides and paces of the path, and its sizes if none of those will do.
+# Factors on the duration of the path, and on its size if none of those suffices.
 _PACES, _SIZES = (1.0, 1.25, 1.5, 2.0, 3.0), (0.75, 0.5, 0.35)
 _SWING_PACES = (1.0, 1.5, 2.0)
-# Objects are made smaller to where they load no joint by more than this part of its limit; the rest moves the arm.
+# Factors on the size of objects, and the largest load at home, as a fraction of a joint's torque limit, that leaves
+# enough torque for motion.
 _FACTORS, _ENOUGH = (0.9, 0.8, 0.7, 0.6, 0.5, 0.4), 0.8
 _STEP_OF_DEPTH = 1e-4  # depths are proposed in tenths of a millimetre
 _MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 class Fit(NamedTuple):
-    """What was found for one task.
+    """Changes that make one task feasible, or the reason why none do.
 
     Attributes:
-        changes: What must be changed; empty if it can be done as it is.
-        lack: Why it cannot be done whatever is changed; empty if it can.
+        changes: Necessary changes; empty if the task is feasible as it is.
+        lack: Reason why the task is infeasible despite all changes; empty if it is feasible.
     """
 
     changes: tuple[Change, ...]
@@ -53,14 +54,14 @@ class Fit(NamedTuple):
 
 
 class Holding(NamedTuple):
-    """How much the objects load the arm at home.
+    """Largest static load of the arm in its home posture.
 
     Attributes:
-        load: Largest part of a torque limit.
-        joint: Where.
-        object_name: Under which object.
-        mass: Of it, [kg].
-        empty: Largest part of a torque limit with an empty hand.
+        load: Largest fraction of a torque limit.
+        joint: Joint with that load.
+        object_name: Object that causes it; empty for the empty hand.
+        mass: Mass of that object, [kg].
+        empty: Largest fraction of a torque limit with an empty hand.
     """
 
     load: float
@@ -71,18 +72,18 @@ class Holding(NamedTuple):
 
 
 def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:
-    """Lists all objects as they are held, novel ones by each grip."""
+    """Lists all objects as they are held; novel ones once for each grip."""
     materials = load_materials(models / "materials.yaml")
     tools = [tool for file in files for tool in load_tools(models / file, materials)]
     return [held for tool in tools for held in ([tool.gripped_by(grip) for grip in tool.grips] or [tool])]
 
 
 def measure_holding(models: Path, factor: float = 1.0) -> Holding:
-    """Finds which object, made larger by a factor, loads the arm most in its home posture."""
+    """Finds the object, scaled by a factor, that loads the arm most in its home posture."""
     arm = load_arm(models / ARM.name)
     static = StaticHold(arm)
     empty = np.abs(static.tau_arm) / arm.limits.tau_max
-    # Mass grows with the third power of size, its moments with the fourth and fifth.
+    # Mass scales with the third power of size, its first moments with the fourth, its inertia with the fifth.
     growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
     found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0, float(empty.max()))
     for tool in list_held(models):
@@ -94,7 +95,7 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
 
 
 def fit_objects(models: Path) -> Fit:
-    """Makes objects smaller if the arm cannot hold them; see the module."""
+    """Scales objects down if the arm cannot hold them."""
     holding = measure_holding(models)
     if holding.load <= 1.0:
         return Fit(())
@@ -125,7 +126,7 @@ def fit_path(models: Path) -> Fit:
 
 
 def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
-    """The path as it is, mirrored, slower, and last smaller, each with what it is."""
+    """Lists the path unchanged, mirrored, slower, and last smaller, each with a description."""
     points = np.array(asked.points)
     for size in (1.0, *_SIZES):
         for pace in _PACES:
@@ -139,15 +140,15 @@ def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
 
 
 def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
-    """Why a path cannot be followed with some object; empty if it can with all.
+    """Describes why a path cannot be followed with some object; empty if it can with all.
 
     Args:
-        model: The arm; its state and payload are set.
-        path: The path.
-        tools: Gripped objects; one that fails is put first, so that the next path fails soon.
+        model: Model of the arm; its state and payload are set.
+        path: Path to follow.
+        tools: Gripped objects; one that fails is moved to the front, so that the next path fails early.
         settings: Settings of arm and controller.
     """
-    # What is planned well may yet be carried out badly, as where limits hold the arm back.
+    # A feasible plan may still fail in simulation, as where limits hold the arm back.
     for find in (_find_lack_of_plan, _find_lack_of_motion):
         for k, tool in enumerate(tools):
             if lack := find(model, path, tool, settings):
@@ -187,9 +188,9 @@ def _list_path_changes(old: TimedPath, new: TimedPath, why: str) -> Iterator[Cha
 
 
 def fit_blow(models: Path) -> Fit:
-    """Finds how deep the arm can drive the nail with every novel object in every grip, and how fast it must swing.
+    """Finds the depth and swing duration with which the arm can drive the nail by every grip of every novel object.
 
-    A blow counts if it can be planned and, simulated with contact, drives the nail with the force that is asked for.
+    A blow counts if it can be planned and, simulated with contact, drives the nail with the demanded force.
     """
     settings, asked = Settings(arm=models / ARM.name), load_hammer(models / NAIL)
     tools = list_held(models, ("tools/novel.yaml",))
@@ -213,15 +214,15 @@ def fit_blow(models: Path) -> Fit:
 
 
 def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> tuple[float, str]:
-    """Finds how deep the nail can be driven with swings of one duration, up to what is asked for.
+    """Finds the depth to which the nail can be driven with swings of one duration, at most the demanded depth.
 
     Args:
-        task: The blow.
-        tools: Gripped objects that strike; one that fails is put first, so that the next duration fails soon.
+        task: Blow to plan.
+        tools: Gripped objects that strike; one that fails moves to the front, so that the next duration fails early.
         settings: Settings of arm and controller.
-        least: Depth that is of no interest, nor is a smaller one, [m].
+        least: Depth that must be exceeded to be of interest, [m].
 
-    Returns: The depth, [m], or the least; and why it is not as deep as was asked for, empty if it is.
+    Returns: The depth, [m], or the least; and the reason why it is less than demanded, empty if it is not.
     """
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: list[BlowCost | None] = []
@@ -234,7 +235,7 @@ def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
             reason = f"with {name_object(tool.name)} by {tool.grip} {cost.explain_infeasibility(tool.parameters)}"
         if depth <= least:
             return least, reason
-    if depth < task.nail.depth_demanded:  # another blow, which is planned anew
+    if depth < task.nail.depth_demanded:  # a different blow, which must be planned again
         nail = replace(task.nail, depth_demanded=depth)
         task, costs = replace(task, nail=nail, force=nail.force_demanded), [None] * len(tools)
     for k, tool in enumerate(tools):
@@ -246,7 +247,7 @@ def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: f
 
 
 def _bound_depth(cost: BlowCost, tool: Tool) -> float:
-    """How deep the nail can be driven as planned, in tenths of a millimetre if not as deep as is asked for, [m]."""
+    """Computes the planned depth, [m]: the demanded one, or the greatest feasible in whole tenths of a millimetre."""
     nail = cost.nail
     if cost.infeasible_reason:
         return nail.depth_set
@@ -255,7 +256,7 @@ def _bound_depth(cost: BlowCost, tool: Tool) -> float:
 
 
 def _find_fault(tool: Tool, cost: BlowCost, task: Hammer, settings: Settings) -> str:
-    """Why a blow that was planned fails in contact; empty if it does not."""
+    """Describes why a planned blow fails in simulation with contact; empty if it does not."""
     try:
         blow = simulate_blow(tool, task, cost, list_densities([tool]), settings)
     except AffordanceError as error:

@@ -1,4 +1,4 @@
-"""Writing a folder of models for an imported arm: arm, posture, meshes, and tasks that it can do."""
+"""Writing a folder of models for an imported arm: arm, posture, meshes, and feasible tasks."""
 
 import shutil
 import tempfile
@@ -17,19 +17,19 @@ from affordance.robots.fitting import Fit, fit_blow, fit_objects, fit_path
 from affordance.robots.importer import ImportedArm
 from affordance.robots.meshes import draw_arm
 
-# What is taken over from the models that come with the program.
+# Files and folders copied from the models that come with the program.
 _TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths")
-# Where tasks name the posture that they start from.
+# Files and keys of the start postures of tasks.
 _STARTS = (("paths/reach.yaml", "start"), ("paths/mash.yaml", "start"), ("nail.yaml", "blow.start"))
 _STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
 class Fitted(NamedTuple):
-    """What became of the tasks.
+    """Outcome of adapting the tasks to an arm.
 
     Attributes:
-        changes: Values that differ from those the tasks came with.
-        lacks: Why a task cannot be done, by its name: ``objects``, ``path`` or ``blow``.
+        changes: Changes of the task values that come with the program.
+        lacks: Reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
     """
 
     changes: tuple[Change, ...]
@@ -37,24 +37,24 @@ class Fitted(NamedTuple):
 
 
 def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:
-    """Writes the arm, and the tasks that come with the program as they are.
+    """Writes the arm, and an unchanged copy of the tasks that come with the program.
 
     Args:
-        imported: The arm.
-        folder: Receives the files; must not exist, or be empty.
-        source: What it was made of, in words.
-        with_meshes: Whether the robot's meshes are drawn, where they are available.
+        imported: Imported arm.
+        folder: Destination; must not exist, or be empty.
+        source: Description of the arm's source, in words.
+        with_meshes: True to draw the robot's meshes where they are available.
 
-    Returns: What could not be drawn as the file has it.
+    Returns: Remarks on shapes that could not be drawn as in the file.
 
     Raises:
-        BadValueError: The folder holds something already, or cannot be made.
-        ModelFileError: The strict program does not take the arm.
+        BadValueError: The folder is not empty, or cannot be created.
+        ModelFileError: Strict parsing rejects the arm.
     """
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
     appearance = draw_arm(imported.arm, imported.tree.description, with_meshes=with_meshes)
-    # Whole or not at all: made beside its place, and then moved there.
+    # Atomic: made in a temporary folder next to the destination, then moved there.
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         making = Path(tempfile.mkdtemp(prefix=".importing.", dir=folder.parent))
@@ -80,7 +80,7 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
 
 
 def fit_tasks(models: Path) -> Fitted:
-    """Changes the tasks of a folder of models to what its arm can do; what it cannot do at all stays as it is."""
+    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged."""
     changes: tuple[Change, ...] = ()
     lacks: dict[str, str] = {}
     for name, fit in (("objects", fit_objects), ("path", fit_path), ("blow", fit_blow)):
@@ -95,7 +95,7 @@ def fit_tasks(models: Path) -> Fitted:
 
 
 def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change]:
-    """Start postures of tasks, by joints that this arm does not have: its tasks start in its home posture."""
+    """Lists removals of start postures with joints that this arm lacks; such tasks start in its home posture."""
     for file, key in _STARTS:
         value = read_yaml(models / file)
         for part in key.split("."):
@@ -105,7 +105,7 @@ def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change
 
 
 def _name_stuck_joint(imported: ImportedArm) -> Change:
-    """The fault of a stuck sensor is that of the joint which carries most at home."""
+    """Assigns the stuck-sensor fault to the joint with the highest load at home."""
     arm, statics = imported.arm, imported.home
     joint = imported.weakest if statics.load else arm.joint_names[0]
     return Change("faults.yaml", _STUCK_JOINT, "shoulder_elevation", joint, "a joint of this arm")

@@ -1,4 +1,4 @@
-"""Where the joints that are not the arm's are frozen."""
+"""Positions at which joints outside the arm are frozen."""
 
 import difflib
 import math
@@ -17,7 +17,7 @@ def parse_values(option: str, words: Sequence[str]) -> dict[str, float]:
     """Parses words such as ``elbow=0.3``.
 
     Raises:
-        BadValueError: A word is not so, or names a joint twice.
+        BadValueError: A word is not of that form, or a joint is named twice.
     """
     values: dict[str, float] = {}
     for word in words:
@@ -35,10 +35,10 @@ def parse_values(option: str, words: Sequence[str]) -> dict[str, float]:
 
 
 def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
-    """Rejects values for joints that the robot has not, that follow others, or that go beyond limits.
+    """Rejects values for joints that are unknown, follow others or cannot be set, and values beyond limits.
 
     Raises:
-        BadValueError: The first of them.
+        BadValueError: A value is invalid; the first one is reported.
     """
     joints = {joint.name(): joint for joint in tree.joints_above.values() if joint.num_velocities()}
     for name, value in posture.items():
@@ -58,12 +58,12 @@ def check_posture(tree: RobotTree, posture: Mapping[str, float]) -> None:
 
 
 def freeze(tree: RobotTree, chain: Chain, posture: Mapping[str, float]) -> tuple[Context, dict[str, float]]:
-    """Sets a scratch context: joints of the chain at zero, all others where they are frozen.
+    """Creates a context with the joints of the chain at zero, and all others where they are frozen.
 
-    A joint that is not given stays at its default, or the nearest value within its limits; one that follows another
-    is where that one puts it.
+    A joint that is not given is frozen at its default, clipped to its limits; one that follows another at the
+    position implied by its leader.
 
-    Returns: The plant's context, and the value of every frozen joint of one degree of freedom.
+    Returns: Context of the plant, and the value of every frozen joint of one degree of freedom.
     """
     context = tree.plant.CreateDefaultContext()
     own = {joint.index() for joint in chain.joints}

@@ -1,7 +1,7 @@
-"""A posture to hold objects in: hand level and pointing away from the shoulder, far from singularities and limits.
+"""Home posture: hand level and pointing away from the shoulder, far from singularities and limits.
 
-The arm reaches out by nine tenths of its length, or less where it could not bear objects there. Which way it reaches
-does not matter: the base is turned instead. Frames: H the hand, S the origin of the second joint (the shoulder).
+The arm reaches out by nine tenths of its length, or less where it could not support objects there. The direction of
+reach is free, as the base is turned instead. Frames: H the hand, S the origin of the second joint (the shoulder).
 """
 
 import itertools
@@ -22,35 +22,35 @@ from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
 from affordance.robots.reduced_arm import ReducedArm
 
-# Parts of the arm's length at which the hand is held, tried from far to near.
+# Distances of the hand as fractions of the arm's length, tried from far to near.
 _REACHES = (0.9, 0.8, 0.7, 0.6, 0.5)
-# What the arm is asked to bear when postures are compared, as much as the heavier objects, and how far out, [kg, m].
+# Payload at which postures are compared, as heavy as the heavier objects, and its distance from the hand, [kg, m].
 TEST_MASS, TEST_DISTANCE = 0.8, 0.125
-# The first reach that loads no joint by more than this part of its torque limit is taken: what is left moves the arm.
+# The first reach that loads no joint beyond this fraction of its torque limit is taken; the rest is for motion.
 _ENOUGH = 0.8
-# The hand points away from the shoulder within the first of these cones, or where no posture does, the second; joints
-# keep so far from their limits, [rad].
+# The hand points away from the shoulder within the first of these cones, or, where no posture does, the second;
+# joints keep this clearance from their limits, [rad].
 _CONES, _CLEARANCE = np.radians([20.0, 60.0]), np.radians(10.0)
-# Least singular value of the hand's Jacobian, as part of the arm's length: below, the arm is nearly singular.
+# Least singular value of the hand's Jacobian, as a fraction of the arm's length; below it the arm is nearly singular.
 _LEAST_SINGULAR = 0.03
-# Weight of the mean square distance of joints from the middle of their range, beside the load.
+# Weight of the mean square distance of joints from the middle of their range, relative to the load.
 _OFF_CENTRE = 0.1
 _STARTS, _SAMPLES, _SEED = 16, 1500, 0
-# A place and a level direction of the hand take five joints; an arm of fewer finds a posture by its build alone.
+# Joints needed for a position and a level direction of the hand; arms with fewer find a posture only by their build.
 _FEWEST_FREE = 5
-# Half the range of a joint that turns without end, [rad].
+# Half the range of a joint without limits, [rad].
 _ENDLESS = np.pi
 
 
 class HomePosture(NamedTuple):
-    """A posture to hold objects in.
+    """Home posture for holding objects.
 
     Attributes:
         q: Joint angles, (num_joints,), [rad].
-        load: Largest part of a torque limit there, with TEST_MASS in the hand.
-        reach: Distance from shoulder to hand, as part of the longest.
-        length: The longest, [m].
-        smallest_singular_value: Of the Jacobian of the hand's place, [m/rad].
+        load: Largest fraction of a torque limit, with TEST_MASS in the hand.
+        reach: Distance from shoulder to hand, as a fraction of the arm's length.
+        length: Length of the arm from the shoulder, [m].
+        smallest_singular_value: Least singular value of the Jacobian of the hand's position, [m/rad].
     """
 
     q: Array
@@ -61,28 +61,28 @@ class HomePosture(NamedTuple):
 
 
 class ArmStatics:
-    """Places, Jacobians and static torques of an arm whose base is welded to the world."""
+    """Kinematics and static torques of an arm whose base is welded to the world."""
 
     def __init__(self, plant: MultibodyPlant, hand: Frame, joints: list[Joint], efforts: Array) -> None:
-        """Takes a finalized plant of the arm alone, in the order of its joints."""
+        """Stores a finalized plant of the arm alone, with joints and torque limits in order."""
         self.plant, self.hand, self.joints, self.efforts = plant, hand, joints, efforts
         self.context = plant.CreateDefaultContext()
         self._forces = MultibodyForces(plant)
 
     def compute_hand(self, q: Array) -> Array:
-        """Pose of the hand, X_WH, (4, 4)."""
+        """Computes the pose of the hand, X_WH, (4, 4)."""
         self.plant.SetPositions(self.context, q)
         pose: Array = self.hand.CalcPoseInWorld(self.context).GetAsMatrix4()
         return pose
 
     def compute_shoulder(self) -> Array:
-        """Place of the shoulder in the posture last set, (3,), [m]."""
+        """Computes the position of the shoulder in the posture last set, (3,), [m]."""
         joint = self.joints[min(1, len(self.joints) - 1)]
         place: Array = joint.frame_on_parent().CalcPoseInWorld(self.context).translation()
         return place
 
     def compute_jacobian(self, q: Array, p_HQ: Array) -> Array:
-        """Jacobian of the velocity of a point of the hand, (3, num_joints)."""
+        """Computes the Jacobian of the velocity of a point of the hand, (3, num_joints)."""
         self.plant.SetPositions(self.context, q)
         world = self.plant.world_frame()
         J: Array = self.plant.CalcJacobianTranslationalVelocity(
@@ -91,7 +91,7 @@ class ArmStatics:
         return J
 
     def compute_torques(self, q: Array, mass: float) -> Array:
-        """Static torques with a mass in the hand, its centre TEST_DISTANCE out, (num_joints,), [N m]."""
+        """Computes static torques with a mass in the hand, centred at TEST_DISTANCE, (num_joints,), [N m]."""
         J = self.compute_jacobian(q, np.array([TEST_DISTANCE, 0.0, 0.0]))
         gravity = self.plant.gravity_field().gravity_vector()
         own = -self.plant.CalcGravityGeneralizedForces(self.context)
@@ -99,7 +99,7 @@ class ArmStatics:
         return torques
 
     def compute_payload(self, q: Array) -> tuple[float, int]:
-        """The largest mass the arm bears there, centre TEST_DISTANCE out, [kg], and the joint that gives way."""
+        """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint's index."""
         own = self.compute_torques(q, 0.0)
         each = self.compute_torques(q, 1.0) - own
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -109,10 +109,10 @@ class ArmStatics:
 
 
 def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) -> HomePosture:
-    """Finds the posture; joints that are given stay where they are, and with all given nothing is searched.
+    """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
 
     Raises:
-        ModelFileError: There is no posture with the hand level and pointing outwards.
+        ModelFileError: The arm has no length, or no posture with the hand level and pointing outwards was found.
     """
     rng = np.random.default_rng(_SEED)
     lower, upper = (np.array([getattr(link, name) for link in arm.links]) for name in ("lower", "upper"))
@@ -164,7 +164,7 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
 
 
 def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random.Generator) -> float:
-    """All but the longest thousandth of distances from shoulder to hand over random postures, [m]."""
+    """Estimates the arm's length: the 99.9th percentile of shoulder-hand distances over random postures, [m]."""
     distances = []
     for q in rng.uniform(low, high, (_SAMPLES, len(low))):
         p_WH = statics.compute_hand(q)[:3, 3]
@@ -173,7 +173,7 @@ def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random
 
 
 class _Goal(NamedTuple):
-    """Where joints may be, the middle and half of their ranges, the hand's distance, [m], and its cone, [rad]."""
+    """Bounds, middles and half ranges of joints, [rad], the hand's distance, [m], and its cone, [rad]."""
 
     bounds: tuple[Array, Array]
     middle: Array
@@ -183,7 +183,7 @@ class _Goal(NamedTuple):
 
 
 def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
-    """The posture nearest to the middle of all ranges with the hand at a distance, level and pointing outwards."""
+    """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
     bounds, middle, half, distance, cone = goal
     plant, hand, context = statics.plant, statics.hand, statics.context
     joint = statics.joints[min(1, len(statics.joints) - 1)]
@@ -201,7 +201,7 @@ def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
     program.AddConstraint(
         PointToPointDistanceConstraint(plant, shoulder, origin, hand, origin, distance, distance, context), q
     )
-    # Looking back along the hand, the shoulder is within the cone.
+    # Looking back along the hand, the shoulder must be within the cone.
     program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, cone, context), q)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

@@ -1,4 +1,4 @@
-"""From a robot's file to the arm alone, in a posture to hold things in; nothing is written here."""
+"""Extraction of an arm from a robot's file, with a home posture; nothing is written here."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -21,26 +21,26 @@ from affordance.robots.reduced_arm import ReducedArm, reduce_arm, turn_up
 from affordance.robots.tree import RobotTree, build_tree
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
-# A mass matrix is singular if the least of its eigenvalues is less than this part of the largest, as where a link
-# without mass turns about an axis of its own.
+# A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
+# link turns about its own axis.
 _LEAST_EIGENVALUE = 1e-12
 
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What a user says of an arm besides its file.
+    """Options of an import that the user gives in addition to the file.
 
     Attributes:
-        tip: Link or frame at its end, where it holds things.
+        tip: Link or frame at the end of the arm, where it holds objects.
         base: Link that is fixed to the world; None to find one.
-        out_axis: Which axis of the tip points out of the hand; None to find one.
-        posture: Values of joints: where those that are not the arm's are frozen, and the arm's own in its home
-            posture, [rad] or [m].
-        rotor_inertia: Of rotor and gears as felt at joints, by joint; of every joint under the empty name, [kg m^2].
-        effort: Limits of torque in place of the file's, by joint; of every joint under the empty name, [N m].
-        damping: Whether the file's damping is kept.
-        height: Of the base above the world's origin, [m]; the file's if None.
-        up: Which axis of the robot's root points up; z in all but few files.
+        out_axis: Axis of the tip that points out of the hand; None to find one.
+        posture: Values of joints, [rad] or [m]: joints outside the arm are frozen there, the arm's own are fixed
+            there in the home posture.
+        rotor_inertia: Reflected inertia of rotor and gears by joint; the empty name applies to every joint, [kg m^2].
+        effort: Torque limits that replace the file's, by joint; the empty name applies to every joint, [N m].
+        damping: True to keep the file's damping.
+        height: Height of the base above the world's origin, [m]; None for the file's.
+        up: Axis of the robot's root that points up; z in nearly all files.
     """
 
     tip: str
@@ -55,12 +55,12 @@ class ImportOptions:
 
 
 class ReadArm(NamedTuple):
-    """An arm as a robot's file has it.
+    """Arm as read from a robot's file.
 
     Attributes:
-        tree: The robot.
-        chain: Its joints in it.
-        arm: The arm alone.
+        tree: Robot.
+        chain: Joints of the arm in the robot.
+        arm: Arm alone.
     """
 
     tree: RobotTree
@@ -70,17 +70,17 @@ class ReadArm(NamedTuple):
 
 @dataclass(frozen=True)
 class ImportedArm:
-    """An arm, and where it comes from.
+    """Imported arm with its robot and home posture.
 
     Attributes:
-        tree: The robot.
-        chain: Its joints in it.
-        arm: The arm alone.
-        home: The posture to hold things in.
-        payload: What it bears there at rest, centre of mass TEST_DISTANCE out, [kg].
-        weakest: The joint that gives way first.
-        empty_load: Largest part of a torque limit at home with an empty hand.
-        X_WB: Where its base stands, turned so that the hand points along Wx.
+        tree: Robot.
+        chain: Joints of the arm in the robot.
+        arm: Arm alone.
+        home: Home posture for holding objects.
+        payload: Largest mass supported at rest in the home posture, centred at TEST_DISTANCE, [kg].
+        weakest: Joint that limits the payload.
+        empty_load: Largest fraction of a torque limit at home with an empty hand.
+        X_WB: Pose of the base, turned so that the hand points along Wx.
     """
 
     tree: RobotTree
@@ -94,15 +94,15 @@ class ImportedArm:
 
     @property
     def home_angles(self) -> dict[str, float]:
-        """The home posture by joint, [rad]."""
+        """Home posture by joint, [rad]."""
         return dict(zip(self.arm.joint_names, self.home.q.tolist(), strict=True))
 
 
 def read_arm(path: Path, options: ImportOptions) -> ReadArm:
-    """Reads a robot's file and takes the arm out of it.
+    """Reads a robot's file and extracts the arm.
 
     Raises:
-        BadValueError: The file, or an option, does not say what an arm needs; the message says what and where.
+        BadValueError: The file or an option is invalid or incomplete; the message says what and where.
         ModelFileError: Drake cannot parse the file.
     """
     for option, axis in (("--out-axis", options.out_axis), ("--up", options.up)):
@@ -122,16 +122,16 @@ def read_arm(path: Path, options: ImportOptions) -> ReadArm:
 
 
 def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
-    """Reads a robot's file and makes an arm of it, with a posture to hold things in.
+    """Reads a robot's file and extracts the arm, with a home posture.
 
     Raises:
-        BadValueError: The file, or an option, does not say what an arm needs; the message says what and where.
-        ModelFileError: Drake cannot parse the file, or there is no posture to hold things in.
+        BadValueError: The file or an option is invalid or incomplete; the message says what and where.
+        ModelFileError: Drake cannot parse the file, or no home posture was found.
     """
     tree, chain, arm = read_arm(path, options)
     try:
         statics = build_statics(arm)
-    except RuntimeError as error:  # values so large or small that the arm cannot be written with them
+    except RuntimeError as error:  # values too large or small for a valid arm
         raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
     _check_mass_matrix(path, arm, statics)
     try:
@@ -145,16 +145,16 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
 
 
 def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
-    """Parses ``0.1``, for every joint, under the empty name, or words such as ``elbow=0.1``.
+    """Parses ``0.1``, which applies to every joint (the empty name), or words such as ``elbow=0.1``.
 
     Args:
-        option: The command-line option.
-        words: Words that were given.
+        option: Command-line option.
+        words: Words to parse.
         unit: Unit of the values, in words.
         may_be_zero: True if a value may be 0.
 
     Raises:
-        BadValueError: A word is neither, or negative.
+        BadValueError: A word is neither form, is negative, or is zero where that is not allowed.
     """
     for word in words:
         if "=" not in word and not _is_number(word):
@@ -176,7 +176,7 @@ def _is_number(word: str) -> bool:
 
 
 def build_statics(arm: ReducedArm) -> ArmStatics:
-    """Builds the plant of an arm as it will be written, its base where the robot's file has it."""
+    """Builds the plant of an arm as it will be written, with its base where it is in the robot's file."""
     plant = MultibodyPlant(0.0)
     parser = Parser(plant)
     parser.SetStrictParsing()
@@ -189,10 +189,10 @@ def build_statics(arm: ReducedArm) -> ArmStatics:
 
 
 def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-    """Values by joint, of what is given for joints by name and for every joint under the empty name.
+    """Expands values given for joints by name, and for every joint under the empty name, to values by joint.
 
     Raises:
-        BadValueError: A name is none of the arm's joints.
+        BadValueError: A name is not a joint of the arm.
     """
     unknown = [name for name in given if name and name not in names]
     if unknown:
@@ -206,7 +206,7 @@ def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None
     """Rejects an arm without mass, and one with a joint that moves no inertia.
 
     Raises:
-        BadValueError: It is one.
+        BadValueError: The arm has no mass, or its mass matrix is singular.
     """
     if not arm.mass > 0.0:
         raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")

@@ -1,7 +1,7 @@
-"""What a file says of a joint that no joint can have.
+"""Detection of joint data in a file that no joint can have.
 
-Drake ends the program over some of it, wherever in the robot it stands; readers take it out of the text that Drake
-parses, so that it matters only on the arm, and is named there.
+Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses, and
+it is reported only if it belongs to the arm.
 """
 
 from collections.abc import Sequence
@@ -17,14 +17,14 @@ def find_joint_fault(
     axis: Sequence[float] = (0.0, 0.0, 1.0),
     unit: str = "rad",
 ) -> str:
-    """Says what is wrong with a joint; empty if nothing is.
+    """Describes the fault of a joint; empty for a valid joint.
 
     Args:
         lower: Least angle; None for no limit.
         upper: Largest angle; None for no limit.
         velocity: Largest rate, [rad/s]; None for no limit.
         damping: Damping, [N m s/rad].
-        rotor_inertia: Inertia of rotor and gears as felt at the joint, [kg m^2].
+        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
         axis: Direction of the axis, (3,).
         unit: Unit of the angles, in words.
     """

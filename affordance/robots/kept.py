@@ -1,4 +1,4 @@
-"""Importing once: a folder of models that is kept for a robot's file, what it takes in, and what was asked of it."""
+"""Import of an arm into a folder of models, cached by the file, everything it includes, and the options."""
 
 import hashlib
 import json
@@ -10,9 +10,11 @@ from affordance.arguments import StrPath, check_kind, check_path
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
+from affordance.reporting.formatting import format_number
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.lacks import write_lacks
+from affordance.robots.notes import list_notes
 from affordance.robots.reader import read_robot
 from affordance.robots.report import write_report
 
@@ -25,17 +27,17 @@ def import_arm(
     """Imports an arm into a folder of models, with its report.
 
     Args:
-        path: The robot's file.
-        options: What is said of the arm.
-        folder: Receives the files; must not exist, or be empty.
-        with_meshes: Whether the robot's meshes are drawn.
-        fits_tasks: Whether path, blow and objects are changed to what the arm can do.
+        path: File of the robot.
+        options: Options of the import.
+        folder: Destination; must not exist, or be empty.
+        with_meshes: True to draw the robot's meshes.
+        fits_tasks: True to adapt path, blow and objects to what the arm can do.
 
-    Returns: Lines for the user: what was taken, what was changed, and what the arm cannot do.
+    Returns: Lines for the user: the arm that was extracted, warnings, the changes, and infeasible tasks.
 
     Raises:
-        BadValueError: The file, or an option, does not say what an arm needs; nothing was written.
-        ModelFileError: The file cannot be parsed, or the arm finds no posture; nothing was written.
+        BadValueError: The file or an option is invalid or incomplete; nothing was written.
+        ModelFileError: The file cannot be parsed, or no home posture was found; nothing was written.
     """
     path, folder = check_path("path", path), check_path("folder", folder)
     check_kind("options", options, ImportOptions, "ImportOptions(tip=NAME) makes some")
@@ -46,8 +48,9 @@ def import_arm(
     write_report(folder, imported, options, fitted, looks)
     lines = [
         f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; at home it bears "
-        f"{imported.payload:.3g} kg, then {imported.weakest} gives way"
+        f"{format_number(imported.payload)} kg, then {imported.weakest} gives way"
     ]
+    lines += [f"beware: {warning}" for warning in list_notes(imported, options).warnings]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
         lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]
@@ -55,20 +58,20 @@ def import_arm(
 
 
 def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
-    """Returns the folder of models of an arm, importing it if that was not done before.
+    """Returns the folder of models of an arm, importing it if necessary.
 
-    The folder is named by the content of the file and of those that it includes, the options, the tasks that come
-    with the program and the program that imports, so that it always holds what importing anew would give; meshes
-    count by the names that the file has.
+    The folder is named after a digest of the file and its includes, the options, the tasks that come with the program
+    and the importer's code, so that it always holds what a new import would give. Meshes enter only by their names in
+    the file.
 
     Args:
-        path: The robot's file.
-        options: What is said of the arm.
-        root: Where such folders are kept.
+        path: File of the robot.
+        options: Options of the import.
+        root: Folder that holds the cached folders.
 
     Raises:
-        BadValueError: The file, or an option, does not say what an arm needs.
-        ModelFileError: The file cannot be parsed, or the arm finds no posture.
+        BadValueError: The file or an option is invalid or incomplete.
+        ModelFileError: The file cannot be parsed, or no home posture was found.
     """
     digest = hashlib.sha256(json.dumps(asdict(options), sort_keys=True).encode())
     program = sorted(_PROGRAM.glob("*.py"))

@@ -1,4 +1,4 @@
-"""Tasks that an imported arm cannot do, kept in its folder of models, so that no run plans them in vain."""
+"""Record of infeasible tasks in the folder of models of an imported arm, so that no run plans them."""
 
 import hashlib
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import yaml
 from affordance.files.atomic import write_text
 
 LACKS = "cannot_do.yaml"
-# What decides what an arm can do, of a folder of models.
+# Files of a folder of models that determine which tasks are feasible.
 _DECISIVE = ("*.sdf", "*.dmd.yaml", "materials.yaml", "nail.yaml", "paths/*.yaml", "tools/*.yaml")
 _NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, with the reason of each. This holds for
 # the files of the digest: once arm, nail, paths, objects or materials are changed, affordance run tries again.
@@ -17,23 +17,23 @@ _NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, w
 
 
 def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
-    """Keeps why tasks cannot be done, by their names, in a folder of models; nothing if all can be done."""
+    """Writes the reasons why tasks are infeasible, by name, into a folder of models; nothing if there are none."""
     if lacks:
         content = {"tasks": dict(lacks), "digest": _compute_digest(models)}
         write_text(models / LACKS, _NOTE + yaml.safe_dump(content, sort_keys=False, width=110))
 
 
 def read_lacks(models: Path) -> dict[str, str]:
-    """Reads why tasks cannot be done, by their names: ``objects``, ``path`` or ``blow``.
+    """Reads the reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
 
-    Returns: Nothing if the folder says nothing, or the files it was found with have changed since.
+    Returns: Reasons by name; empty if the folder has no record, or its files have changed since.
     """
     try:
         content = yaml.safe_load((models / LACKS).read_text(encoding="utf-8"))
         tasks = {str(name): str(why) for name, why in content["tasks"].items()}
         return tasks if content["digest"] == _compute_digest(models) else {}
     except (OSError, ValueError, TypeError, LookupError, AttributeError, yaml.YAMLError):
-        return {}  # what cannot be read is found out anew
+        return {}  # an unreadable record is determined again
 
 
 def _compute_digest(models: Path) -> str:

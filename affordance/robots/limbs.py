@@ -1,4 +1,4 @@
-"""Limbs of a robot: joints in series up to where another limb leaves, and the fingers at their ends."""
+"""Limbs of a robot: joints in series up to the next branch, and the fingers at their ends."""
 
 from typing import NamedTuple
 
@@ -6,20 +6,20 @@ from pydrake.multibody.tree import Joint, RevoluteJoint, RigidBody
 
 from affordance.robots.tree import RobotTree
 
-# Fewest moving joints in series that make another limb; one alone is a neck or a gripper's finger.
+# Fewest moving joints in series that count as another limb; a single one is a neck or a gripper's finger.
 _LIMB = 2
-# Fewest joints of an arm that may begin above a joint that cannot be its own; with fewer that joint is rejected.
+# Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
 FEWEST_JOINTS = 3
 
 
 class Limb(NamedTuple):
-    """Joints above a body.
+    """Chain of joints above a body.
 
     Attributes:
-        base: Body at their upper end.
-        joints: The joints, from base to body, all revolute.
-        why_base: Why they end there, in words.
-        obstacle: A joint that keeps them from going on to where they should, and why; None for none.
+        base: Body at the upper end of the joints.
+        joints: Joints from base to body, all revolute.
+        why_base: Reason why the limb begins there, in words.
+        obstacle: Unsuitable joint that ends the climb too early, and the reason; None for none.
     """
 
     base: RigidBody
@@ -32,9 +32,9 @@ def climb_limb(tree: RobotTree, body: RigidBody, base: RigidBody | None = None) 
     """Collects the joints above a body.
 
     Args:
-        tree: The robot.
-        body: Where they end.
-        base: Where they begin, above it; None to find the upper end of the limb.
+        tree: Robot.
+        body: Body at which the joints end.
+        base: Body at which they begin, above the other; None to find the upper end of the limb.
     """
     joints: list[RevoluteJoint] = []
     for joint in tree.climb(body):
@@ -60,10 +60,10 @@ def climb_limb(tree: RobotTree, body: RigidBody, base: RigidBody | None = None) 
 
 
 def find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
-    """The link that carries a finger, if a body is on one; None if it is not.
+    """Finds the link that carries the finger of a body; None if the body is not on a finger.
 
     A finger is carried by a limb with at least as many joints, and branches off with other fingers or by a joint that
-    no arm can have.
+    is unsuitable for an arm.
     """
     finger = climb_limb(tree, body)
     if finger.obstacle is not None:
@@ -83,7 +83,7 @@ def find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
 
 
 def _climb_to(tree: RobotTree, body: RigidBody, carrier: RigidBody) -> list[Joint]:
-    """Joints from a body up to one above it."""
+    """Lists the joints from a body up to one above it."""
     joints = []
     for joint in tree.climb(body):
         joints.append(joint)
@@ -93,7 +93,7 @@ def _climb_to(tree: RobotTree, body: RigidBody, carrier: RigidBody) -> list[Join
 
 
 def _find_root(tree: RobotTree, body: RigidBody) -> RigidBody:
-    """The uppermost link above a body."""
+    """Finds the uppermost link above a body."""
     for joint in tree.climb(body):
         if joint.parent_body().name() == "world":
             break
@@ -102,7 +102,7 @@ def _find_root(tree: RobotTree, body: RigidBody) -> RigidBody:
 
 
 def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
-    """Why a joint cannot be the arm's; empty if it can."""
+    """Describes why a joint cannot belong to the arm; empty if it can."""
     mimic = tree.note(joint).mimic
     if mimic is not None:
         return f"follows {mimic.leader} (mimic), must move on its own"
@@ -112,29 +112,29 @@ def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
 
 
 def _moves_another(tree: RobotTree, body: RigidBody, down: Joint) -> bool:
-    """Whether another joint than one moves something on a body."""
+    """Returns True if a joint other than the given one moves something on a body."""
     return any(_count_in_series(tree, joint) for joint in _list_others(tree, body, down))
 
 
 def _find_other_limb(tree: RobotTree, body: RigidBody, down: Joint) -> str:
-    """The first joint of a limb that leaves a body elsewhere than by a joint; empty if none."""
+    """Finds the first joint of a limb on a body other than a given joint's limb; empty if not found."""
     limbs = (joint for joint in _list_others(tree, body, down) if _count_in_series(tree, joint) >= _LIMB)
     return next((str(joint.name()) for joint in limbs), "")
 
 
 def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
-    """Joints on a body that do not lead to a joint below it."""
+    """Lists the joints on a body that do not lead to a joint below it."""
     children = [joint for joint in tree.joints_above.values() if joint.parent_body().index() == body.index()]
     return [joint for joint in children if joint.index() != down.index() and not _contains(tree, joint, down)]
 
 
 def _contains(tree: RobotTree, joint: Joint, other: Joint) -> bool:
-    """Whether one joint leads to another."""
+    """Returns True if one joint leads to another."""
     return any(above.index() == joint.index() for above in tree.climb(other.parent_body()))
 
 
 def _count_in_series(tree: RobotTree, joint: Joint) -> int:
-    """Most moving joints one after the other, from a joint down."""
+    """Counts the moving joints on the longest path down from a joint, including it."""
     below = [
         _count_in_series(tree, other)
         for other in tree.joints_above.values()

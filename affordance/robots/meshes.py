@@ -1,7 +1,7 @@
-"""What an arm looks like: the file's own shapes, its meshes as files that Drake draws everywhere, or capsules.
+"""Shapes that an arm is drawn with: the file's own, its meshes in a format that Drake draws everywhere, or capsules.
 
-Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF, so meshes are converted to OBJ, one for each colour, with at
-most so many triangles that a page with the arm stays small.
+Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore converted to OBJ, one per colour, with
+a limited number of triangles to keep a page with the arm small.
 """
 
 from pathlib import Path
@@ -19,42 +19,42 @@ from affordance.robots.description import Description, Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 from affordance.robots.simplify import simplify
 
-# Of each link, at most; a page with nine links then grows by about a megabyte.
+# Most triangles per link; nine links then add about a megabyte to a page.
 _TRIANGLES = 4000
-# Of each colour, at least, where a link has many.
+# Fewest triangles per colour, where a link has several.
 _FEWEST = 12
 # Colours that differ by less in every channel are drawn as one.
 _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
-# Capsules are as thick as this part of their length, but within bounds, [m].
+# Thickness of capsules as a fraction of their length, and its bounds, [m].
 _THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
 _FOLDER = "meshes"
 _PACKAGE = "package://"
 
 
 class Appearance:
-    """What is drawn of an arm, and the meshes that takes.
+    """Shapes that an arm is drawn with, and their mesh files.
 
     Attributes:
         visuals: Shapes by the name of a link of the written file.
         meshes: Text of each mesh file by its name.
-        remarks: What could not be drawn as the file has it.
+        remarks: Remarks on shapes that could not be drawn as in the file.
     """
 
     def __init__(self) -> None:
-        """Starts with nothing."""
+        """Starts empty."""
         self.visuals: dict[str, list[Visual]] = {}
         self.meshes: dict[str, str] = {}
         self.remarks: list[str] = []
 
 
 def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) -> Appearance:
-    """Chooses what is drawn of each link: the file's shapes where they are available, else capsules.
+    """Chooses the shapes of each link: the file's where they are available, otherwise capsules.
 
     Args:
-        arm: The arm.
-        description: The robot's file; its meshes are looked for in its folder and above.
-        with_meshes: Whether meshes are converted at all.
+        arm: Arm to draw.
+        description: Contents of the robot's file; meshes are searched for relative to its folder and those above.
+        with_meshes: True to convert meshes.
     """
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []
@@ -85,10 +85,10 @@ def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) ->
 
 
 def find_mesh_file(name: str, path: Path) -> Path | None:
-    """Where a mesh is that a robot's file names; None if it is nowhere.
+    """Finds the file of a mesh that a robot's file names; None if it is not found.
 
-    ``package://`` and ``model://`` are looked for from every folder above the file, with and without the package's
-    own name; other names beside the file.
+    ``package://`` and ``model://`` names are searched for in every folder above the file, with and without the
+    package's own name; other names in the file's folder.
     """
     for scheme in (_PACKAGE, "model://", "file://"):
         if name.startswith(scheme):
@@ -105,7 +105,7 @@ def find_mesh_file(name: str, path: Path) -> Path | None:
 def _load_mesh(
     shape: Visual, X_LV: RigidTransform, path: Path, appearance: Appearance
 ) -> list[tuple[Any, tuple[float, ...]]]:
-    """Triangles in a link's frame, each part with its colour; says so where they are unavailable."""
+    """Loads the triangles of a mesh in the link's frame, each part with its colour; adds remarks on failures."""
     file = find_mesh_file(shape.mesh, path)
     if file is None:
         appearance.remarks.append(f"the mesh {shape.mesh} was not found")
@@ -120,7 +120,7 @@ def _load_mesh(
     except BadValueError as error:
         appearance.remarks.append(f"the mesh {file.name} cannot be read (it {error.problem})")
         return []
-    except Exception as error:  # whatever a loader of some format raises for a file that is damaged
+    except Exception as error:  # loaders raise all kinds of errors for damaged files
         appearance.remarks.append(f"the mesh {file.name} cannot be read ({type(error).__name__})")
         return []
     if not parts:
@@ -134,21 +134,21 @@ def _load_mesh(
 
 
 def _find_colour(part: Any) -> tuple[float, ...]:
-    """Main colour of a mesh."""
+    """Finds the main colour of a mesh."""
     try:
         rgba = np.asarray(
             part.visual.main_color if hasattr(part.visual, "main_color") else part.visual.material.main_color
         )
     except (AttributeError, TypeError, ValueError):
         return _GREY
-    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's own, where a file says nothing
+    if rgba.shape != (4,) or tuple(rgba[:3]) == (102, 102, 102):  # trimesh's default, where a file gives no colour
         return _GREY
     red, green, blue = (float(value) / 255.0 for value in rgba[:3])
     return red, green, blue, 1.0
 
 
 def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appearance: Appearance) -> list[Visual]:
-    """Writes the triangles of a link, those of one colour into one file."""
+    """Writes the triangles of a link, one file per colour."""
     import trimesh
 
     groups: dict[tuple[int, ...], list[tuple[Any, tuple[float, ...]]]] = {}
@@ -164,7 +164,7 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
         share = (_TRIANGLES - _FEWEST * len(groups)) * len(faces) / total
         vertices, faces = simplify(vertices, faces, _FEWEST + int(share))
         name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
-        while name in appearance.meshes:  # of a link whose name differs in what files are not called
+        while name in appearance.meshes:  # links whose names differ only in replaced characters
             name = f"_{name}"
         appearance.meshes[name] = write_obj(vertices, faces)
         place = (0.0, 0.0, 0.0)
@@ -175,10 +175,10 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
 
 
 def write_obj(vertices: Array, faces: NDArray[np.intp]) -> str:
-    """Writes triangles as a Wavefront file, each with its own normal: edges of machines are sharp.
+    """Writes triangles as a Wavefront file, with a normal per face, as edges of machines are sharp.
 
     Args:
-        vertices: Places, (N, 3), [m].
+        vertices: Positions, (N, 3), [m].
         faces: Indices of three vertices each, (M, 3).
     """
     corners = vertices[faces]
@@ -193,7 +193,7 @@ def write_obj(vertices: Array, faces: NDArray[np.intp]) -> str:
 
 
 def _draw_capsule(end: Array) -> list[Visual]:
-    """A capsule from a link's joint to the next."""
+    """Creates a capsule from a link's joint to the next."""
     length = float(np.linalg.norm(end))
     radius = float(np.clip(_THICKNESS * length, _THINNEST, _THICKEST))
     if length < 1e-6:

@@ -1,7 +1,7 @@
-"""Reading an MJCF (MuJoCo) model: what Drake needs of it, and what Drake leaves out.
+"""Reader of MJCF (MuJoCo) models: the part that Drake needs, and the part that Drake ignores.
 
-Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, limits of torque, friction
-and springs are read here; MJCF knows no velocity limit.
+Drake reads bodies, joints, ranges and damping. Included files, default classes, armature, torque limits, friction
+and springs are read here; MJCF has no velocity limits.
 """
 
 import itertools
@@ -12,36 +12,40 @@ from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
 from affordance.robots.joint_faults import find_joint_fault
-from affordance.robots.mjcf_actuators import read_efforts, read_limit
+from affordance.robots.mjcf_actuators import check_drives, read_efforts, read_limit
 from affordance.robots.mjcf_defaults import write_out_defaults
 from affordance.robots.mjcf_include import expand_includes
 from affordance.robots.xml_reader import Numbers, remove_children
 
 _OF_SITES = ("name", "pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")
 _KEPT_SECTIONS = ("compiler", "worldbody", "option")
-# What MuJoCo's compiler changes masses and inertias by, which is not done here.
+# Compiler options by which MuJoCo changes masses and inertias, which are ignored here.
 _OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
-# Geoms of these groups and above are drawn only on demand: they are collision shapes.
+# First of the groups of geoms that are drawn only on demand: they are collision shapes.
 _FIRST_HIDDEN_GROUP = 3
+
+
+# Units of angles by their names in the file, in words.
+_UNITS = {"radian": "rad", "degree": "degrees"}
 
 
 def read_mjcf(path: Path, root: Element) -> Description:
     """Reads an MJCF model.
 
     Raises:
-        BadValueError: A value is not what it must be, a name is given twice, or an included file cannot be used.
+        BadValueError: A value is invalid, a name is used twice, or an included file cannot be used.
     """
     sources = expand_includes(path, root)
     for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:
             raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
-    write_out_defaults(root)
+    write_out_defaults(path, root)
     numbers = Numbers(path)
     efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
-    unit = "rad" if root.find("compiler[@angle='radian']") is not None else "degrees"
+    unit = _read_unit(path, root)
     from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
     bodies = list(root.iterfind("worldbody//body"))
     names = _name_bodies(path, bodies)
@@ -49,10 +53,11 @@ def read_mjcf(path: Path, root: Element) -> Description:
     inertials: dict[str, Inertial] = {}
     faults: dict[str, str] = {}
     visuals: dict[str, tuple[Visual, ...]] = {}
-    undrawn, shifted = set[str](), list[str]()
+    undrawn, shifted, free_joints = set[str](), list[str](), list[str]()
     for body in bodies:
         name = body.get("name", "")
         for free in [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]:
+            free_joints.append(free.get("name", ""))
             body.remove(free)
         for joint in body.findall("joint"):
             joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", joints))
@@ -60,7 +65,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
                 raise BadValueError(path, f"joint {joint_name}", "is there twice")
             shifted += [joint_name] if joint.get("ref") else []
             notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
-            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # of all its actuators
+            whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # for all actuators
             effort = min(efforts.get(joint_name, math.inf), whole)
             joints[joint_name] = notes._replace(
                 effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
@@ -79,6 +84,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
             remove_children(body, ("geom",))
         _make_sites_bodies(body, names)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
+    check_drives(root, [*joints, *free_joints], numbers)
     dropped = _list_dropped(root, shifted)
     for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
         remove_children(root, (section,))
@@ -99,8 +105,22 @@ def read_mjcf(path: Path, root: Element) -> Description:
     )
 
 
+def _read_unit(path: Path, root: Element) -> str:
+    """Reads the unit of angles, in words.
+
+    Raises:
+        BadValueError: It is none there is.
+    """
+    unit = "degree"
+    for compiler in root.findall("compiler"):
+        unit = compiler.get("angle", unit)
+        if unit not in _UNITS:
+            raise BadValueError(path, "compiler.angle", describe_choice(unit, _UNITS))
+    return _UNITS[unit]
+
+
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
-    """Gives a name to bodies that have none; returns all names.
+    """Names the bodies that have no name; returns all names.
 
     Raises:
         BadValueError: Two bodies have the same name.
@@ -119,13 +139,13 @@ def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
 
 
 def _find_unused(name: str, used: Container[str]) -> str:
-    """A name that is not used yet, with a number if need be."""
+    """Finds an unused name, with a number appended if necessary."""
     candidates = (name if k == 1 else f"{name}_{k}" for k in itertools.count(1))
     return next(candidate for candidate in candidates if candidate not in used)
 
 
 def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and leaves of its limits what Drake is to know of them."""
+    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
 
     def take(name: str) -> float:
         return numbers.parse_one(joint.get(name), f"{key}.{name}", 0.0)
@@ -137,7 +157,7 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     limited = joint.attrib.pop("limited", "auto") != "false" and low < high
     for name in ("range", "ref", *(("damping", "armature", "axis") if fault else ())):
         joint.attrib.pop(name, None)
-    if limited:  # angles count from the pose in which the model is drawn
+    if limited:  # angles are relative to the drawn pose of the model
         joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
     return JointNotes(
         kind=joint.get("type", "hinge"),
@@ -149,7 +169,7 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
 
 
 def _list_dropped(root: Element, shifted: list[str]) -> tuple[str, ...]:
-    """Says what of the model is not taken over."""
+    """Lists the parts of the model that are not imported."""
     sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
     said = (
         [f"sections {', '.join(sections)} of the file, but for torques and couplings of joints"] if sections else []
@@ -163,7 +183,7 @@ def _list_dropped(root: Element, shifted: list[str]) -> tuple[str, ...]:
 
 
 def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
-    """Couplings of joints, the linear part of their polynomials."""
+    """Reads the couplings of joints, the linear part of their polynomials."""
     follows = {}
     for element in root.iterfind("equality/joint"):
         words = (element.get("polycoef") or "0 1 0 0 0").split()
@@ -173,7 +193,7 @@ def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
 
 
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
-    """An inertial whose axes are the body's; those of others are Drake's to turn, and only checked."""
+    """Reads an inertial; one with axes turned from the body's is transformed by Drake, and only checked here."""
     turned = any(inertial.get(name) for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis"))
     place = numbers.parse(inertial.get("pos"), f"{key}.pos", 3, (0.0,) * 3)
     if inertial.get("fullinertia"):
@@ -186,15 +206,15 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _find_mesh(body: Element) -> str:
-    """A mesh that gives a body its mass; empty for none."""
+    """Finds a mesh from which a body derives its mass; empty for none."""
     meshes = [geom.get("mesh", "") for geom in body.findall("geom") if geom.get("mass") != "0"]
     return next(filter(None, meshes), "")
 
 
 def _make_sites_bodies(body: Element, names: set[str]) -> None:
-    """Makes bodies without mass of a body's sites, so that they can be named as tip.
+    """Replaces the sites of a body by massless bodies, so that they can be named as tip.
 
-    A site that is called as a body is gets ``_site`` behind its name.
+    A site with the name of a body gets the suffix ``_site``.
     """
     for site in body.findall("site"):
         if name := site.get("name"):
@@ -206,9 +226,9 @@ def _make_sites_bodies(body: Element, names: set[str]) -> None:
 
 
 def _read_visuals(body: Element, numbers: Numbers) -> tuple[tuple[Visual, ...], bool]:
-    """Spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned.
+    """Reads the spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned.
 
-    Returns: The shapes, and whether they are all that is drawn.
+    Returns: Shapes, and True if they are all that is drawn.
     """
     drawn, whole = list[Visual](), True
     for geom in body.findall("geom"):

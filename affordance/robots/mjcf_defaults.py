@@ -1,14 +1,16 @@
-"""Default classes of an MJCF model, written out: every element gets the attributes that its class gives it.
+"""Expansion of the default classes of an MJCF model: every element gets the attributes of its class.
 
-A class inherits from the class that it is nested in, and all actuators of a class share one set of attributes,
-whatever they are called there. An element is of its own class, else of the nearest ``childclass`` above it, else of
-the main one.
+A class inherits from the class it is nested in, and all actuators of a class share one set of attributes, whatever
+their tags. The class of an element is its own, otherwise the nearest ``childclass`` above it, otherwise the main one.
 """
 
+from pathlib import Path
 from xml.etree.ElementTree import Element
 
+from affordance.exceptions import BadValueError, describe_choice
+
 _MAIN = "main"
-# All of them set the attributes of one and the same default actuator.
+# Tags that all set the attributes of the same default actuator.
 ACTUATORS = (
     "general",
     "motor",
@@ -22,23 +24,33 @@ ACTUATORS = (
     "dcmotor",
 )
 _ACTUATOR = "actuator"
-# Elements of a body whose attributes are written out; others say nothing that is read here.
+# Elements of a body whose attributes are written out; no others are read here.
 _OF_BODIES = ("joint", "geom", "site")
 
 type _Attributes = dict[str, dict[str, str]]
 
 
-def write_out_defaults(root: Element) -> None:
-    """Gives joints, geoms, sites and actuators the attributes of their classes, and removes the classes."""
+def write_out_defaults(path: Path, root: Element) -> None:
+    """Gives joints, geoms, sites and actuators the attributes of their classes, and removes the classes.
+
+    Raises:
+        BadValueError: An element is of a class that there is not.
+    """
     classes = _read_classes(root)
 
-    def fill(element: Element, class_name: str, kind: str) -> None:
-        given = classes.get(element.get("class", class_name), {}).get(kind, {})
-        element.attrib.update({**given, **element.attrib})
-        element.attrib.pop("class", None)
+    def find_class(element: Element, attribute: str, inherited: str) -> str:
+        name = element.attrib.pop(attribute, inherited)
+        if name not in classes:
+            key = f"{element.tag} {element.get('name', '')}".rstrip()
+            raise BadValueError(path, f"{key}.{attribute}", describe_choice(name, classes))
+        return name
 
-    def descend(body: Element, class_name: str) -> None:
-        class_name = body.attrib.pop("childclass", class_name)
+    def fill(element: Element, inherited: str, kind: str) -> None:
+        given = classes[find_class(element, "class", inherited)].get(kind, {})
+        element.attrib.update({**given, **element.attrib})
+
+    def descend(body: Element, inherited: str) -> None:
+        class_name = find_class(body, "childclass", inherited)
         for child in body:
             if child.tag == "body":
                 descend(child, class_name)
@@ -54,7 +66,7 @@ def write_out_defaults(root: Element) -> None:
 
 
 def _read_classes(root: Element) -> dict[str, _Attributes]:
-    """Attributes by class and kind of element; those of a class's parents included."""
+    """Reads attributes by class and kind of element, including those inherited from parent classes."""
     found: dict[str, _Attributes] = {_MAIN: {}}
 
     def add(element: Element, inherited: _Attributes) -> None:

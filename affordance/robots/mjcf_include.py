@@ -1,4 +1,4 @@
-"""Files that an MJCF model includes, put where they are named, as MuJoCo does before anything else."""
+"""Expansion of the files that an MJCF model includes, as MuJoCo does before anything else."""
 
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -6,21 +6,21 @@ from xml.etree.ElementTree import Element
 from affordance.exceptions import BadValueError
 from affordance.robots.xml_reader import read_xml
 
-# Models are split by robot, gripper and scene; who nests deeper than this made a mistake.
+# Deepest nesting; models are split by robot, gripper and scene, so deeper nesting is a mistake.
 _DEEPEST = 8
 
 
 def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
-    """Replaces every ``<include>`` by what the file that it names holds.
+    """Replaces every ``<include>`` by the contents of the named file.
 
     Args:
-        path: The model's file; included files are named relative to its folder, and lie in it or below.
-        root: Root element of the model, which is changed.
+        path: File of the model; included files are named relative to its folder, and must be in it or below.
+        root: Root element of the model, which is modified.
 
-    Returns: Files that were included, in the order in which they are named.
+    Returns: Included files, in the order in which they are named.
 
     Raises:
-        BadValueError: A file lies elsewhere, cannot be read, is included twice, or nests too deep.
+        BadValueError: A file is elsewhere, cannot be read, is included twice, or is nested too deeply.
     """
     folder, found = path.parent.resolve(), list[Path]()
 

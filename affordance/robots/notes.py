@@ -1,30 +1,31 @@
-"""What is to be known of an import: what was taken, assumed and left out, and what to beware of."""
+"""Notes on an import: what was taken, assumed and left out, and warnings."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
+from affordance.reporting.formatting import format_number
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS
 from affordance.robots.importer import ImportedArm, ImportOptions
 
-# Damping that takes more than this part of a joint's torque at full rate was hardly measured.
+# Fraction of a joint's torque limit that damping takes at full velocity, above which it was hardly measured.
 _MUCH_DAMPING = 0.5
-# Less than what any geared motor is felt as: none is in the file, [kg m^2].
+# Reflected inertia below that of any geared motor: the file contains none, [kg m^2].
 _NO_ROTOR = 1e-3
-# Static payload over arm mass above which torque limits look like placeholders; of twenty robots the largest is 4.1.
+# Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
 _MANY_WEIGHTS = 5.0
 _MANY = 12
 
 
 class Notes(NamedTuple):
-    """Sentences about an import.
+    """Sentences that describe an import.
 
     Attributes:
-        taken: What is the arm.
-        assumed: What the file does not say.
-        dropped: What the file says and the arm has not.
-        warnings: What may surprise.
+        taken: Statements about the extracted arm.
+        assumed: Assumptions where the file gives no information.
+        dropped: Contents of the file that the arm lacks.
+        warnings: Warnings about surprising values.
     """
 
     taken: tuple[str, ...]
@@ -34,7 +35,7 @@ class Notes(NamedTuple):
 
 
 def list_notes(imported: ImportedArm, options: ImportOptions) -> Notes:
-    """Says all of it."""
+    """Lists all notes on an import."""
     return Notes(
         tuple(_list_taken(imported, options)),
         tuple(_list_assumed(imported, options)),
@@ -123,8 +124,8 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
             )
     if imported.payload > _MANY_WEIGHTS * imported.arm.mass:
         yield (
-            f"it bears {imported.payload:.3g} kg and weighs {imported.arm.mass:.3g} kg: its limits of torque may be "
-            "placeholders; --effort gives others"
+            f"it bears {format_number(imported.payload)} kg and weighs {imported.arm.mass:.3g} kg: its limits of "
+            "torque may be placeholders; --effort gives others"
         )
     if imported.home.load > 1.0:
         yield (

@@ -1,4 +1,4 @@
-"""Reading a robot's file, whichever of the three formats it is in."""
+"""Reader of robot files in any of the three formats."""
 
 from pathlib import Path
 from xml.etree.ElementTree import Element
@@ -11,15 +11,15 @@ from affordance.robots.urdf import read_urdf
 from affordance.robots.xml_reader import read_xml
 
 _READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
-# Links and joints together: a humanoid with hands has 150 of them. Drake takes a minute for thousands in a row.
+# Most links and joints together: a humanoid with hands has 150; Drake takes a minute for thousands in series.
 _BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 
 
 def read_robot(path: Path) -> Description:
-    """Reads a robot's file; its root element says which format it is in.
+    """Reads a robot's file; its root element determines the format.
 
     Raises:
-        BadValueError: It cannot be read, or is not a URDF, SDF or MJCF file whose values are what they must be.
+        BadValueError: The file cannot be read, or is not a valid URDF, SDF or MJCF file.
     """
     root = read_xml(path)
     if root.tag not in _READERS:
@@ -29,15 +29,15 @@ def read_robot(path: Path) -> Description:
         description = _READERS[root.tag](path, root)
     except RecursionError as error:
         raise BadValueError(path, "", "nests too deep with the files that it includes") from error
-    _check_number(path, root)  # with what was included
+    _check_number(path, root)  # with the included files
     return description
 
 
 def _check_number(path: Path, root: Element) -> None:
-    """Refuses more links and joints than Drake takes in a moment.
+    """Rejects more links and joints than Drake can process quickly.
 
     Raises:
-        BadValueError: There are more.
+        BadValueError: There are more than 1000.
     """
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
         raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")

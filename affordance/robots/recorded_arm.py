@@ -1,7 +1,7 @@
-"""The arm of a robot's file as identification wants it: a chain of joints, and what its links weigh.
+"""Arm of a robot's file for identification: a chain of joints, and the inertia of its links.
 
-Nothing is written and no limit is asked for, as nothing will move. Joints beside the chain are frozen where they are
-by default; what hangs on them counts to the link they hang on.
+Nothing is written and no limits are needed, as nothing will move. Joints outside the chain are frozen at their
+default; what they carry is added to the link of the chain that carries them.
 """
 
 from pathlib import Path
@@ -27,18 +27,18 @@ from affordance.robots.tree import RobotTree, build_tree, list_joints_above
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:
-    """Reads an arm.
+    """Reads an arm from a robot's file.
 
     Args:
-        path: A URDF, SDF or MJCF file, or Drake model directives (.dmd.yaml).
+        path: URDF, SDF or MJCF file, or Drake model directives (.dmd.yaml).
         tip: Link (or frame) to which the payload is fixed.
-        base: Link in which gravity and poses are expressed and above which all joints are still; None to find where
-            the limb begins, and there the uppermost link that is fixed to the next.
+        base: Link in which gravity and poses are expressed and above which no joint moves; None to find where
+            the limb begins, and from there the uppermost link that is fixed to the next.
 
     Raises:
         BadValueError: The file cannot be read, or lacks the tip or the base, or joints between them are not
             revolute, or a link of the chain has an impossible inertia.
-        ModelFileError: Drake cannot parse it.
+        ModelFileError: Drake cannot parse the file.
     """
     path = check_path("path", path)
     is_directives = path.name.endswith((".dmd.yaml", ".dmd.yml"))
@@ -56,7 +56,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
 
 
 def _build_directives(path: Path) -> RobotTree:
-    """One of our own arms."""
+    """Builds the robot of Drake model directives, the format of our own arms."""
     if not path.exists():
         raise ModelFileError(path, "does not exist")
     plant = MultibodyPlant(0.0)
@@ -66,7 +66,7 @@ def _build_directives(path: Path) -> RobotTree:
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
-    """The uppermost link that the base is fixed to; drivers give gravity and poses in it."""
+    """Finds the uppermost link that the base is fixed to, in which drivers give gravity and poses."""
     for joint in tree.climb(base):
         if joint.num_velocities() or joint.parent_body().name() == "world":
             break
@@ -92,7 +92,7 @@ def _read_chain(tree: RobotTree, context: Context, root: Frame, chain: Chain) ->
 
 
 def _read_links(tree: RobotTree, context: Context, chain: Chain) -> Array:
-    """Parameters of each link of the chain with all that hangs on it, shape (num_joints, 10)."""
+    """Computes the inertial parameters of each link of the chain with all that it carries, shape (num_joints, 10)."""
     slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
     groups: list[list[BodyIndex]] = [[] for _ in chain.joints]
     for index in map(BodyIndex, range(1, tree.plant.num_bodies())):

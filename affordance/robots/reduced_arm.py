@@ -1,7 +1,7 @@
-"""The arm alone: what is fixed to each of its links becomes part of it.
+"""Arm alone, with every body that is fixed to a link merged into that link.
 
-Frames: L the frame of a link, which is that of the joint it hangs on, moving with it; B the base; H the hand, at the
-tip, Hx out of it.
+Frames: L the frame of a link, which is the frame of the joint that carries it, on the moving side; B the base; H the
+hand, at the tip, Hx pointing out of it.
 """
 
 from collections.abc import Mapping
@@ -21,21 +21,21 @@ from affordance.robots.tree import RobotTree
 
 @dataclass(frozen=True)
 class ReducedLink:
-    """A link of the arm, and the joint it hangs on.
+    """Link of the arm, and the joint that carries it.
 
     Attributes:
-        name: Of the link whose joint it is.
-        joint: Of the joint.
-        X_PL: Pose of L in the link before, B for the first, with the joint at zero.
-        axis: Of the joint, in L, (3,).
-        lower: [rad].
-        upper: [rad].
-        velocity: Largest rate, [rad/s].
-        effort: Largest torque, [N m].
-        damping: [N m s/rad].
-        rotor_inertia: As felt at the joint, [kg m^2].
-        inertial: Of all that moves with it, in L.
-        bodies: Which links that is, the joint's own first, and where they are.
+        name: Name of the joint's own link.
+        joint: Name of the joint.
+        X_PL: Pose of L in the previous link, B for the first, with the joint at zero.
+        axis: Axis of the joint, in L, (3,).
+        lower: Lower position limit, [rad].
+        upper: Upper position limit, [rad].
+        velocity: Velocity limit, [rad/s].
+        effort: Torque limit, [N m].
+        damping: Damping, [N m s/rad].
+        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
+        inertial: Inertia of all that moves with the link, in L.
+        bodies: Names of the merged links, the joint's own first, with their poses in L.
     """
 
     name: str
@@ -54,16 +54,16 @@ class ReducedLink:
 
 @dataclass(frozen=True)
 class ReducedArm:
-    """An arm fixed to the world.
+    """Arm fixed to the world.
 
     Attributes:
-        base: Name of the link it is fixed by.
-        X_WB: Where that is with the robot's root upright at the world's origin.
-        links: From base to tip.
+        base: Name of the link that is fixed to the world.
+        X_WB: Pose of the base with the robot's root upright at the world's origin.
+        links: Links from base to tip.
         X_LH: Pose of the hand in the last link.
-        out_axis: Which axis of the tip's frame points out of the hand, such as ``-z``.
-        base_bodies: What is fixed to the base, and where in B; all that carries it.
-        frozen: Values of the joints that are frozen, [rad] or [m].
+        out_axis: Axis of the tip's frame that points out of the hand, such as ``-z``.
+        base_bodies: Names of the base and the links above it, with their poses in B.
+        frozen: Values of the frozen joints, [rad] or [m].
     """
 
     base: str
@@ -76,16 +76,16 @@ class ReducedArm:
 
     @property
     def joint_names(self) -> list[str]:
-        """Names of its joints."""
+        """Names of the joints, from base to tip."""
         return [link.joint for link in self.links]
 
     @property
     def mass(self) -> float:
-        """Of all that moves, [kg]."""
+        """Mass of all that moves, [kg]."""
         return sum(link.inertial.mass for link in self.links)
 
     def changed(self, *, damping: bool, rotor_inertia: Mapping[str, float]) -> "ReducedArm":
-        """The same arm with or without the file's damping, and with the rotors' inertia that is given by joint."""
+        """Returns a copy with or without the file's damping, and with the given rotor inertias by joint, [kg m^2]."""
         links = tuple(
             replace(
                 link,
@@ -106,19 +106,19 @@ def reduce_arm(
     out_axis: str | None = None,
     effort: Mapping[str, float] | None = None,
 ) -> ReducedArm:
-    """Makes an arm of a chain.
+    """Reduces a chain of a robot to an arm.
 
     Args:
-        tree: The robot.
-        chain: Its arm.
-        context: The plant's, chain at zero and all other joints where they are frozen.
-        frozen: Where that is.
-        out_axis: Which axis of the tip points out of the hand; None to find one.
-        effort: Limits of torque by joint, in place of the file's, [N m]; None for none.
+        tree: Robot.
+        chain: Chain of the arm's joints.
+        context: Context of the plant, with the chain at zero and all other joints where they are frozen.
+        frozen: Values of the frozen joints, [rad] or [m].
+        out_axis: Axis of the tip that points out of the hand; None to find one.
+        effort: Torque limits by joint that replace the file's, [N m]; None for none.
 
     Raises:
-        BadValueError: A link of the arm has an impossible inertia, or a joint impossible limits, no limit of torque,
-            or a rate of zero.
+        BadValueError: A link of the arm has an impossible inertia, or a joint has impossible limits, no torque limit,
+            or a velocity limit of zero.
     """
     names = [joint.name() for joint in chain.joints]
     efforts = {joint.name(): (effort or {}).get(joint.name(), tree.note(joint).effort) for joint in chain.joints}
@@ -126,7 +126,7 @@ def reduce_arm(
     slots = {joint.child_body().index(): k for k, joint in enumerate(chain.joints)}
 
     def find_slot(body: RigidBody) -> int:
-        """The link a body belongs to; -1 for what carries the arm."""
+        """Finds the slot of the link that a body belongs to; -1 for bodies that carry the arm."""
         if body.index() in slots:
             return slots[body.index()]
         joint = tree.joints_above.get(body.index())
@@ -144,7 +144,7 @@ def reduce_arm(
         frame = joint.frame_on_child()
         group = sorted(groups[slot], key=lambda body: body.index() != joint.child_body().index())
         limit = efforts[names[slot]]
-        assert limit is not None  # it was checked
+        assert limit is not None  # checked above
         links.append(
             ReducedLink(
                 name=joint.child_body().name(),
@@ -181,9 +181,9 @@ def reduce_arm(
 def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
     """Finds the axis of the tip that points out of the hand.
 
-    It is the signed axis nearest to the line to the tip from the last joint that lies more than 3 cm before it.
+    The axis is the signed one nearest to the line to the tip from the last joint that is more than 3 cm from it.
     """
-    p_T = X_LT.translation()  # from the joint looked at to the tip, in the frame of that joint
+    p_T = X_LT.translation()  # from the current joint to the tip, in that joint's frame
     R_JT = X_LT.rotation().matrix()
     for X_PL in reversed(X_PLs):
         if np.linalg.norm(p_T) > 0.03:
@@ -196,7 +196,7 @@ def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
 
 
 def _turn_to(axis: str) -> RotationMatrix:
-    """Rotation R_TH of the hand in the tip's frame, Hx along a signed axis of it."""
+    """Computes the rotation R_TH of the hand in the tip's frame, with Hx along a signed axis of the tip."""
     columns = {"x": (0, 1, 2), "y": (1, 2, 0), "z": (2, 0, 1)}[axis[-1]]
     R = np.eye(3)[:, columns]
     if axis.startswith("-"):
@@ -205,8 +205,8 @@ def _turn_to(axis: str) -> RotationMatrix:
 
 
 def turn_up(axis: str) -> RigidTransform:
-    """Turns a robot whose root has a signed axis pointing up so that it stands."""
-    # The rotation that puts x along the axis, turned over to put the axis along z.
+    """Computes the rotation that makes a signed axis of the robot's root point up."""
+    # Inverse of the rotation that puts x along the axis, followed by one that puts x along z.
     return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
 
 
@@ -218,10 +218,10 @@ def _check_inertias(tree: RobotTree, bodies: list[RigidBody]) -> None:
 
 
 def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | None]) -> None:
-    """Rejects joints that cannot move an arm, and says what may help.
+    """Rejects joints that cannot move an arm, with a suggestion where one may help.
 
     Raises:
-        BadValueError: A joint has impossible limits, no limit of torque, or a rate of zero.
+        BadValueError: A joint has impossible limits, no torque limit, or a velocity limit of zero.
     """
     path = tree.description.path
     for joint in chain.joints:
@@ -242,7 +242,7 @@ def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | N
 
 
 def _suggest_efforts(chain: Chain, efforts: Mapping[str, float | None]) -> str:
-    """Says how to do without limits of torque that a file does not have."""
+    """Suggests options that make up for missing torque limits."""
     lacking = [k for k, joint in enumerate(chain.joints) if not (efforts[joint.name()] or 0.0) > 0.0]
     names = [f"{chain.joints[k].name()}=VALUE" for k in lacking]
     given = "VALUE" if len(lacking) == len(chain.joints) else " ".join(names)
@@ -254,13 +254,13 @@ def _suggest_efforts(chain: Chain, efforts: Mapping[str, float | None]) -> str:
 
 
 def _carries(tree: RobotTree, body: RigidBody, base: RigidBody) -> bool:
-    """Whether a body is the base, or above it: what is drawn as the arm's support."""
+    """Returns True if a body is the base or above it, and so is drawn as the arm's support."""
     above = {joint.parent_body().index() for joint in tree.climb(base)}
     return body.index() == base.index() or body.index() in above
 
 
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
-    """Pose of a frame in another further up, without a detour by the world, which would cost the last digits."""
+    """Computes the pose of a frame in another one above it; passing through the world would cost the last digits."""
     X = last.GetFixedPoseInBodyFrame()
     body = last.body()
     while body.index() != first.body().index():
@@ -277,7 +277,7 @@ def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> Ri
 
 
 def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[RigidBody]) -> Inertial:
-    """Inertia of bodies as if they were one, in a frame; a single body's numbers are the file's own."""
+    """Computes the combined inertia of bodies in a frame; a single body keeps the numbers of the file."""
     if len(bodies) == 1 and frame.GetFixedPoseInBodyFrame().IsExactlyIdentity():
         written = tree.description.inertials.get(tree.key(bodies[0]))
         if written is not None and written.in_link:
@@ -294,11 +294,11 @@ def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[R
 
 
 def _simplify(X: RigidTransform) -> RigidTransform:
-    """The same pose, without what is rounding in its rotation where that is none at all."""
+    """Removes rounding errors from the rotation of a pose where it should be the identity."""
     return RigidTransform(X.translation()) if X.rotation().IsNearlyIdentity(1e-15) else X
 
 
 def describe_pose(X: RigidTransform) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
-    """Place, [m], and roll, pitch and yaw, [rad], of a pose."""
+    """Converts a pose to position, [m], and roll, pitch and yaw, [rad]."""
     rpy = RollPitchYaw(X.rotation()).vector()
     return as_triple(X.translation()), as_triple(rpy)

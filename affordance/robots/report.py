@@ -1,4 +1,4 @@
-"""The report of an import, as text and as a page with pictures of the posture."""
+"""Report of an import, as text and as a page with pictures of the posture."""
 
 import html
 from collections.abc import Sequence
@@ -13,6 +13,7 @@ from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.load import load_materials, load_tools
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
+from affordance.reporting.formatting import format_number
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import show
 from affordance.robots.folder import Fitted
@@ -30,7 +31,7 @@ _STYLE = (
 
 
 class Part(NamedTuple):
-    """A part of the report: a heading, sentences, and a table whose first row is its head, or none."""
+    """Part of the report: heading, sentences, and an optional table whose first row is its header."""
 
     heading: str
     sentences: Sequence[str]
@@ -43,11 +44,11 @@ def write_report(
     """Writes ``report.txt``, ``report.html`` and a picture into a folder of models.
 
     Args:
-        models: The folder, with the arm in it.
-        imported: The arm.
-        options: What the user said of it.
-        fitted: What became of the tasks; None if they were left as they came.
-        looks: What could not be drawn as the file has it.
+        models: Folder of models, with the arm in it.
+        imported: Imported arm.
+        options: Options of the import.
+        fitted: Outcome of adapting the tasks; None if they were left unchanged.
+        looks: Remarks on shapes that could not be drawn as in the file.
     """
     parts = list_parts(imported, options, fitted, looks)
     title = f"The arm of {imported.tree.description.path.name}, to {options.tip}"
@@ -60,7 +61,7 @@ def write_report(
 def list_parts(
     imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
 ) -> list[Part]:
-    """What the report says."""
+    """Lists the parts of the report that have content."""
     notes, arm, home = list_notes(imported, options), imported.arm, imported.home
     head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
     rows = [
@@ -80,7 +81,7 @@ def list_parts(
         f"the hand is {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m away from the shoulder",
         f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint most loaded; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
-        f"at rest it bears {imported.payload:.3g} kg there; then {imported.weakest} gives way",
+        f"at rest it bears {format_number(imported.payload)} kg there; then {imported.weakest} gives way",
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
@@ -109,14 +110,14 @@ def list_parts(
 
 
 def draw_posture(models: Path) -> Figure:
-    """Draws the arm at home with an object: rendered, and its joints from the side and from above."""
+    """Draws the arm at home with an object: a rendering, and its joints from the side and from above."""
     arm = load_arm(models / ARM.name)
     tools = load_tools(models / "tools" / "weight.yaml", load_materials(models / "materials.yaml"))
     longest = max(tools[:-1], key=lambda tool: float(tool.p_TTfree[0]))
     try:
         (picture,) = render_poses(arm.source, [Pose(longest, None, arm.home)], width=_WIDTH, height=_HEIGHT)
     except UnavailableError:
-        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # the joints are drawn all the same
+        picture = np.full((_HEIGHT, _WIDTH, 3), 255, dtype=np.uint8)  # only the joints are drawn
     context: Any = arm.plant.CreateDefaultContext()
     joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
     hand: Any = arm.hand.CalcPoseInWorld(context)

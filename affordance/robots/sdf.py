@@ -1,4 +1,4 @@
-"""Reading an SDF: what Drake needs of it, and what Drake leaves out."""
+"""Reader of SDF files: the part that Drake needs, and the part that Drake ignores."""
 
 import math
 from collections.abc import Iterator
@@ -26,12 +26,12 @@ _NO_POSE = (0.0,) * 6
 
 
 def read_sdf(path: Path, root: Element) -> Description:
-    """Reads an SDF.
+    """Reads an SDF file.
 
     Raises:
-        BadValueError: A value is not what it must be, or a name is given twice; the message says where.
+        BadValueError: A value is invalid, or a name is used twice; the message says where.
     """
-    if root.find(".//include") is not None:  # Drake would look for it anywhere, and on the network
+    if root.find(".//include") is not None:  # Drake would search everywhere, and the network
         raise BadValueError(path, "include", "is not read here, must be written out")
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
     numbers = Numbers(path)
@@ -92,7 +92,7 @@ def read_sdf(path: Path, root: Element) -> Description:
 
 
 def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tuple[str, Element]]:
-    """Lists all models, each with the prefix of its names where models are distinguished: ``outer::inner::``."""
+    """Lists all models, each with the prefix that distinguishes its names: ``outer::inner::``."""
     for child in element:
         if child.tag == "model":
             own = f"{scope}{name_of(child, path)}::"
@@ -103,7 +103,7 @@ def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tupl
 
 
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and leaves of its limits what Drake is to know of them."""
+    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
 
     def take(path: str, default: float) -> float:
         return numbers.parse_one(find_text(joint, path), f"{key}.{path.replace('/', '.')}", default)
@@ -145,7 +145,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
 
 
 def _bound_or_none(bound: float | None) -> float | None:
-    """A bound; None for one that is negative or infinite, which is SDF's way to say that there is none."""
+    """Returns a bound, or None for a negative or infinite one, which means unlimited in SDF."""
     return None if bound is None or bound < 0.0 or math.isinf(bound) else bound
 
 
@@ -154,7 +154,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     elsewhere = pose is not None and (pose.get("relative_to") or pose.get("rotation_format") or pose.get("degrees"))
     values = numbers.parse(None if elsewhere or pose is None else pose.text, f"{key}.pose", 6, _NO_POSE)
     names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)  # what SDF puts for moments that are left out
+    unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)  # SDF's defaults for missing moments
     moments = tuple(
         numbers.parse_one(find_text(inertial, f"inertia/{name}"), f"{key}.inertia.{name}", default)
         for name, default in zip(names, unit, strict=True)
@@ -169,7 +169,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _put_nothing(inertial: Element) -> None:
-    """Makes an inertial that of a body without mass."""
+    """Replaces an inertial by that of a massless body."""
     for child in list(inertial):
         inertial.remove(child)
     ElementTree.SubElement(inertial, "mass").text = "0"
@@ -179,7 +179,7 @@ def _put_nothing(inertial: Element) -> None:
 
 
 def _read_visual(element: Element, numbers: Numbers, link: str) -> Visual | None:
-    """Reads a shape; None for one that is not taken over."""
+    """Reads a shape; None for one that is not imported."""
     geometry, key = element.find("geometry"), f"link {link}.visual"
     pose = element.find("pose")
     if geometry is None or not len(geometry):

@@ -1,9 +1,9 @@
-"""Fewer triangles for meshes of any make: open, of many parts, with cracks between patches, as CAD programs export.
+"""Mesh simplification for meshes of any quality: open, in many parts, with cracks, as CAD programs export them.
 
-Vertices within a cell of a grid become one, placed where the planes of the triangles around it meet best (Lindstrom
-2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The grid is the finest that keeps the bound on
-triangles. No point moves by more than two cells, so nothing falls off or apart; collapsing edges one by one leaves
-such meshes in pieces, or with many times the triangles that were asked for.
+Vertices within a cell of a grid are merged into one, placed at the least-squares intersection of the planes of the
+triangles around it (Lindstrom 2000, Out-of-core simplification of large polygonal models, SIGGRAPH). The grid is the
+finest that respects the bound on triangles. No point moves by more than two cells, so all parts stay in place;
+collapsing edges one by one leaves such meshes in pieces, or with many times the demanded number of triangles.
 """
 
 from typing import NamedTuple
@@ -13,26 +13,26 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-# Bounds of the cell width, as parts of the mesh's diagonal, and bisections that find it to less than 1 %. The
+# Bounds of the cell width, as fractions of the mesh's diagonal, and bisections that find it to less than 1 %. The
 # coarsest grid has a single cell, and no triangle.
 _FINEST, _COARSEST, _HALVINGS = 1.0 / 5000.0, 1.01, 11
-# The mean decides in directions in which the planes of a cell say less than this part of what they say in the best.
+# Singular values below this fraction of the largest are ignored; the vertex keeps the mean in those directions.
 _LEAST_SINGULAR = 1e-2
-# Cells along an axis that a key of 64 bits can number.
+# Most cells along an axis that a 64-bit key can number.
 _MOST_CELLS = 1 << 20
 
 type _Indices = NDArray[np.intp]
 
 
 def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indices]:
-    """Reduces a mesh to a number of triangles.
+    """Reduces a mesh to a maximum number of triangles.
 
     Args:
-        vertices: Places, (N, 3), [m].
+        vertices: Positions, (N, 3), [m].
         faces: Indices of three vertices each, (M, 3).
         most: Largest number of triangles.
 
-    Returns: Vertices and faces of the reduced mesh; the same if it has no more triangles than that.
+    Returns: Vertices and faces of the reduced mesh; the given ones if they are few enough.
     """
     if len(faces) <= most:
         return vertices, faces
@@ -51,11 +51,11 @@ def simplify(vertices: Array, faces: _Indices, most: int) -> tuple[Array, _Indic
 
 
 class _Clusters(NamedTuple):
-    """Vertices by cell.
+    """Clusters of vertices by grid cell.
 
     Attributes:
-        cells: Number of the cell of each vertex, (N,).
-        faces: Triangles between three cells, each once, (K, 3).
+        cells: Index of the cell of each vertex, (N,).
+        faces: Triangles between three cells, without duplicates, (K, 3).
     """
 
     cells: _Indices
@@ -63,7 +63,7 @@ class _Clusters(NamedTuple):
 
 
 def _cluster(vertices: Array, faces: _Indices, width: float) -> _Clusters:
-    """Numbers the cells of a grid of a width, [m], that hold vertices."""
+    """Assigns vertices to the cells of a grid of the given width, [m]."""
     steps = np.minimum(((vertices - vertices.min(axis=0)) / width).astype(np.int64), _MOST_CELLS - 1)
     keys = (steps[:, 0] * _MOST_CELLS + steps[:, 1]) * _MOST_CELLS + steps[:, 2]
     cells = np.unique(keys, return_inverse=True)[1].ravel()
@@ -77,13 +77,13 @@ def _cluster(vertices: Array, faces: _Indices, width: float) -> _Clusters:
 
 
 def _place(vertices: Array, faces: _Indices, cells: _Indices, width: float) -> Array:
-    """Places one vertex for each cell: least squares of its distances from the planes of all triangles at it."""
+    """Computes the vertex of each cell as the least-squares point to the planes of all adjacent triangles."""
     count = int(cells.max()) + 1
     corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     areas = np.linalg.norm(normals, axis=1)
     normals = np.divide(normals, areas[:, None], out=np.zeros_like(normals), where=areas[:, None] > 0.0)
-    weights = areas + 1e-12 * (areas.max() or 1.0)  # where all triangles have no area the plain mean is left
+    weights = areas + 1e-12 * (areas.max() or 1.0)  # where all areas are zero, the plain mean
     owners, repeated = cells[faces].T.ravel(), np.tile(np.arange(len(faces)), 3)
 
     def add_up(values: Array) -> Array:

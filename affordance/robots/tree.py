@@ -1,4 +1,4 @@
-"""A robot as Drake parses it: a scratch plant, fixed to the world, whose joints can be asked for by name."""
+"""Robot as parsed by Drake: a plant without geometry, fixed to the world, with access to joints by name."""
 
 import logging
 import re
@@ -19,13 +19,13 @@ _DRAKE_NAMES = {"urdf": "urdf", "sdf": "sdf", "mjcf": "xml"}
 
 @dataclass(frozen=True)
 class RobotTree:
-    """A robot's bodies and joints.
+    """Bodies and joints of a robot.
 
     Attributes:
-        description: What its file says.
-        plant: The finalized plant, without geometry, every root welded to the world.
-        joints_above: The joint that each body hangs on.
-        remarks: What Drake had to say about the file.
+        description: Contents of the robot's file.
+        plant: Finalized plant, without geometry, every root welded to the world.
+        joints_above: Joint that carries each body, by body.
+        remarks: Drake's warnings about the file.
     """
 
     description: Description
@@ -41,16 +41,16 @@ class RobotTree:
             body = joint.parent_body()
 
     def key(self, element: Joint | RigidBody) -> str:
-        """The name of a joint or link in its description: with that of its model, where a file can have several."""
+        """Returns the name of a joint or link in the description; in an SDF it includes the name of the model."""
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
         return f"{model if self.description.kind == 'sdf' else ''}{element.name()}"
 
     def note(self, joint: Joint) -> JointNotes:
-        """Returns what the file says of a joint and Drake does not keep."""
+        """Returns the data of a joint that are in the file but not in Drake."""
         return self.description.joints.get(self.key(joint)) or JointNotes(joint.type_name())
 
     def list_frames(self) -> list[Frame]:
-        """Lists links and frames that the file names, without those that Drake makes for itself."""
+        """Lists the links and the frames that the file names, without Drake's auxiliary frames."""
         frames = [self.plant.get_frame(FrameIndex(i)) for i in range(1, self.plant.num_frames())]
         known = self.description.frames
         return [
@@ -62,14 +62,14 @@ class RobotTree:
         ]
 
     def find_frame(self, name: str, option: str) -> Frame | None:
-        """Finds a link or frame by its name, or by ``model::name`` where models share it; None if there is none.
+        """Finds a link or frame by its name, or by ``model::name`` where models share it; None if it is not found.
 
         Args:
-            name: Its name.
-            option: The command-line option that names it.
+            name: Name of the link or frame.
+            option: Command-line option that names it.
 
         Raises:
-            BadValueError: It is that of a joint, or there are several; the message names what fits.
+            BadValueError: The name is that of a joint, or is ambiguous; the message suggests names.
         """
         named = {frame.scoped_name().get_full(): frame for frame in self.list_frames()}
         found = {full: frame for full, frame in named.items() if name in (frame.name(), full)}
@@ -88,11 +88,11 @@ class RobotTree:
 
 
 def build_tree(description: Description) -> RobotTree:
-    """Parses a robot without geometry: no mesh is opened, and packages do not matter.
+    """Parses a robot without geometry: no mesh is opened, and packages are not needed.
 
     Raises:
-        BadValueError: Its links and joints are no tree.
-        ModelFileError: Drake cannot parse it.
+        BadValueError: Links and joints do not form a tree.
+        ModelFileError: Drake cannot parse the text, or no joint moves.
     """
     plant = MultibodyPlant(0.0)
     with _collect_remarks() as remarks:
@@ -105,7 +105,7 @@ def build_tree(description: Description) -> RobotTree:
                 if index not in hanging:
                     plant.WeldFrames(plant.world_frame(), plant.get_body(index).body_frame())
             plant.Finalize()
-        except (RuntimeError, ValueError, SystemExit) as error:  # Drake ends the program where its own checks fail
+        except (RuntimeError, ValueError, SystemExit) as error:  # Drake exits where its own checks fail
             raise ModelFileError(description.path, f"cannot be parsed: {_clean(str(error))}") from error
     joints_above = list_joints_above(plant)
     if not any(joint.num_velocities() for joint in joints_above.values()):
@@ -117,7 +117,7 @@ def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
     """Rejects a link with two parent joints, and loops of joints.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: There is such a link or loop.
     """
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
@@ -137,7 +137,7 @@ def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
 
 
 def _clean(text: str) -> str:
-    """What Drake says, without what is only about its own program or about a text that the user never saw."""
+    """Cleans a message of Drake from source locations and names of text that the user never sees."""
     text = " ".join(text.split())
     failed = re.search(r"Failure at \S+ in (.*)$", text)
     text = failed[1] if failed else text
@@ -147,26 +147,26 @@ def _clean(text: str) -> str:
 
 
 def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:
-    """Lists the joint that each body of a finalized plant hangs on."""
+    """Lists the joint that carries each body of a finalized plant."""
     joints = map(plant.get_joint, plant.GetJointIndices())
     return {joint.child_body().index(): joint for joint in joints}
 
 
 class _Collector(logging.Handler):
-    """Keeps what is logged."""
+    """Handler that stores log messages."""
 
     def __init__(self, remarks: list[str]) -> None:
         super().__init__()
         self._remarks = remarks
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Keeps a message."""
+        """Stores a message."""
         self._remarks.append(_clean(record.getMessage()))
 
 
 @contextmanager
 def _collect_remarks() -> Iterator[list[str]]:
-    """Collects what Drake warns of, in place of printing it."""
+    """Collects Drake's warnings instead of printing them."""
     log = logging.getLogger("drake")
     remarks: list[str] = []
     handler, propagate = _Collector(remarks), log.propagate

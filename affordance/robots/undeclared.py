@@ -1,22 +1,22 @@
-"""XML whose prefixes were never declared, as simulators' own elements in a robot's file often are."""
+"""Parser for XML with undeclared prefixes, which simulators' own elements in a robot's file often have."""
 
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
 
-# Prefixes that XML itself declares.
+# Prefixes that are part of XML itself.
 _DECLARED = ("xml", "xmlns")
 _NAMESPACE = "undeclared:"
 
 
 def parse_undeclared(content: bytes) -> Element:
-    """Parses XML after declaring, in its root element, every prefix that is used and declared nowhere.
+    """Parses XML after declaring every undeclared prefix in its root element.
 
     Raises:
-        ParseError: It is wrong in another way too.
+        ParseError: The XML has other errors too.
     """
     used, declared, place = list[str](), set[str](), list[int]()
-    parser = expat.ParserCreate()  # which knows nothing of namespaces
+    parser = expat.ParserCreate()  # not namespace-aware
 
     def note(name: str, attributes: dict[str, str]) -> None:
         if not place:

@@ -1,29 +1,34 @@
-"""Reading a URDF: what Drake needs of it, and what Drake leaves out."""
+"""Reader of URDF files: the part that Drake needs, and the part that Drake ignores."""
 
+import difflib
 import math
+from collections.abc import Collection
 from pathlib import Path
 from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, describe_choice
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
 from affordance.robots.joint_faults import find_joint_fault
 from affordance.robots.xml_reader import Numbers, get_attribute, name_of, remove_children
 
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
-_XACRO = "http://www.ros.org/wiki/xacro"
+# Xacro has been declared by several addresses, or by its prefix alone.
+_XACRO = "xacro}"
+_KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
+_WORLD = "world"  # which is there without a link of this name
 _NO_PLACE = (0.0, 0.0, 0.0)
 _BOUNDS = ("lower", "upper", "velocity")
 
 
 def read_urdf(path: Path, root: Element) -> Description:
-    """Reads a URDF.
+    """Reads a URDF file.
 
     Raises:
-        BadValueError: A value is not what it must be, or a name is given twice; the message says where.
+        BadValueError: A value is invalid, or a name is used twice; the message says where.
     """
-    if any(f"{{{_XACRO}}}" in element.tag for element in root.iter()):
+    if any(_XACRO in element.tag for element in root.iter()):
         raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
     numbers = Numbers(path)
     joints: dict[str, JointNotes] = {}
@@ -31,6 +36,7 @@ def read_urdf(path: Path, root: Element) -> Description:
     visuals: dict[str, tuple[Visual, ...]] = {}
     faults: dict[str, str] = {}
     undrawn = set[str]()
+    connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
     others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
     for link in root.findall("link"):
@@ -45,12 +51,16 @@ def read_urdf(path: Path, root: Element) -> Description:
             inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
             if fault := inertials[name].find_fault():
                 faults[name] = fault
-                link.remove(inertial)  # Drake would put a sphere of water in its place
+                link.remove(inertial)  # Drake would substitute a sphere of water
         remove_children(link, ("visual", "collision"))
     for joint in root.findall("joint"):
         name = name_of(joint, path)
         if name in joints:
             raise BadValueError(path, f"joint {name}", "is there twice")
+        pair = _read_connection(joint, path, f"joint {name}", visuals)
+        if (other := connected.setdefault(pair, name)) != name:
+            problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
+            raise BadValueError(path, f"joint {name}", problem)
         joints[name] = _read_joint(joint, numbers, f"joint {name}")
         remove_children(joint, ("mimic", "safety_controller", "calibration"))
         dynamics = joint.find("dynamics")
@@ -61,12 +71,35 @@ def read_urdf(path: Path, root: Element) -> Description:
         if child.tag not in ("link", "joint"):
             root.remove(child)
     dropped = (f"elements {', '.join(sorted(others))} of the file, which do not concern motion",) if others else ()
+    root.attrib.setdefault("name", path.stem)  # which Drake insists on
     text = ElementTree.tostring(root, encoding="unicode")
     return Description(path, "urdf", text, joints, inertials, faults, visuals, dropped, undrawn=frozenset(undrawn))
 
 
+def _read_connection(joint: Element, path: Path, key: str, links: Collection[str]) -> frozenset[str]:
+    """Reads which two links a joint connects.
+
+    Raises:
+        BadValueError: They are not two links of the file, or the joint is of no type there is.
+    """
+    kind = joint.get("type", "")
+    if kind not in _KINDS:
+        raise BadValueError(path, f"{key}.type", describe_choice(kind, _KINDS))
+    ends = {end: get_attribute(joint.find(end), "link") or "" for end in ("parent", "child")}
+    for end, link in ends.items():
+        if link not in links and link != _WORLD:
+            near = difflib.get_close_matches(link, links, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise BadValueError(path, f"{key}.{end}.link", f"is {link!r}, which is no link of the file{hint}")
+    if ends["parent"] == ends["child"]:
+        raise BadValueError(path, key, f"connects the link {ends['parent']} to itself, must connect two")
+    return frozenset(ends.values())
+
+
 def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
-    """Reads a joint, and leaves of its limits what Drake is to know of them."""
+    """Reads a joint, and keeps only those limits in the element that Drake is to read."""
+    if joint.get("type") == "fixed":  # whatever else its file says of it
+        remove_children(joint, ("limit", "axis", "dynamics", "mimic"))
     limit, dynamics, mimic = joint.find("limit"), joint.find("dynamics"), joint.find("mimic")
     axis, origin, kind = joint.find("axis"), joint.find("origin"), joint.get("type", "")
     follows = None
@@ -76,13 +109,13 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
             numbers.parse_one(mimic.get("multiplier"), f"{key}.mimic.multiplier", 1.0),
             numbers.parse_one(mimic.get("offset"), f"{key}.mimic.offset", 0.0),
         )
-    for attribute in ("xyz", "rpy"):  # Drake reads them; here they are only made sure to be numbers
+    for attribute in ("xyz", "rpy"):  # only checked to be numbers; Drake reads them
         numbers.parse(get_attribute(origin, attribute), f"{key}.origin.{attribute}", 3, _NO_PLACE)
     bounds = {name: numbers.parse_bound(get_attribute(limit, name), f"{key}.limit.{name}") for name in _BOUNDS}
-    if kind == "continuous":  # turns without end, whatever its limit says
+    if kind == "continuous":  # unlimited, whatever its limit element says
         bounds.update(lower=None, upper=None)
     elif bounds["lower"] is not None or bounds["upper"] is not None:
-        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # what URDF puts for one alone
+        bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default for a missing one
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
     fault = find_joint_fault(
@@ -94,7 +127,7 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     )
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
-        limit.attrib.pop("effort", None)  # it is kept here
+        limit.attrib.pop("effort", None)  # kept in the notes
         for name, value in bounds.items():
             limit.attrib.pop(name, None)
             if value is not None and math.isfinite(value) and not fault:
@@ -126,7 +159,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
 
 
 def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...]]:
-    """Colours of the materials that the file names."""
+    """Reads the colours of the named materials of a file."""
     colours = {}
     for material in root.iter("material"):
         rgba = get_attribute(material.find("color"), "rgba")
@@ -138,7 +171,7 @@ def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...
 def _read_visual(
     element: Element, numbers: Numbers, link: str, colours: dict[str, tuple[float, ...]]
 ) -> Visual | None:
-    """Reads a shape; None for one that is not taken over."""
+    """Reads a shape; None for one that is not imported."""
     geometry, origin, key = element.find("geometry"), element.find("origin"), f"link {link}.visual"
     if geometry is None or not len(geometry):
         return None

@@ -1,4 +1,4 @@
-"""Reading XML so that every mistake is named by file, element and value."""
+"""Reader of XML whose errors name file, element and value."""
 
 import math
 from collections.abc import Iterable
@@ -15,10 +15,10 @@ from affordance.robots.undeclared import parse_undeclared
 
 
 def read_xml(path: Path) -> Element:
-    """Reads a robot's file.
+    """Reads the XML of a robot's file.
 
     Raises:
-        BadValueError: It cannot be read, is too large, is not XML, or defines entities.
+        BadValueError: The file cannot be read, is too large, is not XML, or defines entities.
     """
     return files.read_xml(path, ROBOT, _parse)
 
@@ -33,23 +33,23 @@ def _parse(content: bytes) -> Element:
 
 
 class Numbers:
-    """Takes numbers out of a file's text, and names the place of what is none."""
+    """Parser of numbers in a file's text, whose errors name their place."""
 
     def __init__(self, path: Path) -> None:
-        """Takes the file that errors name."""
+        """Stores the path of the file that errors name."""
         self._path = path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
-        """Parses numbers.
+        """Parses a text of finite numbers.
 
         Args:
-            text: The text; None or empty for none.
-            key: Where it stands in the file.
-            count: How many there must be.
-            default: What an absent text stands for.
+            text: Text to parse; None or empty for none.
+            key: Place of the text in the file.
+            count: Number of values required.
+            default: Values for an absent text.
 
         Raises:
-            BadValueError: It is not so many finite numbers.
+            BadValueError: The text is not that many finite numbers.
         """
         if text is None or not text.strip():
             return tuple(default)
@@ -63,11 +63,11 @@ class Numbers:
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
-        """Parses one finite number; arguments and errors as of ``parse``."""
+        """Parses one finite number; arguments and errors as in ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
 
     def refuse(self, key: str, problem: str) -> NoReturn:
-        """Rejects what stands at a place of the file.
+        """Rejects the value at a place of the file.
 
         Raises:
             BadValueError: Always.
@@ -78,7 +78,7 @@ class Numbers:
         """Parses a number that may be infinite; None if it is absent.
 
         Raises:
-            BadValueError: It is not a number.
+            BadValueError: The text is not a number.
         """
         if text is None or not text.strip():
             return None
@@ -92,28 +92,28 @@ class Numbers:
 
 
 def find_text(element: Element, path: str) -> str | None:
-    """The text of an element below another; None if there is none."""
+    """Finds the text of an element below another; None if it is absent."""
     found = element.find(path)
     return None if found is None else found.text
 
 
 def get_attribute(element: Element | None, name: str) -> str | None:
-    """An attribute of an element that may be absent."""
+    """Returns an attribute of an element that may be absent; None if either is."""
     return None if element is None else element.get(name)
 
 
 def remove_children(element: Element, unwanted: Iterable[str]) -> None:
-    """Removes the children of certain tags."""
+    """Removes the children with certain tags."""
     for tag in unwanted:
         for child in element.findall(tag):
             element.remove(child)
 
 
 def name_of(element: Element, path: Path) -> str:
-    """The name of a link or joint.
+    """Returns the name of a link or joint.
 
     Raises:
-        BadValueError: It has none.
+        BadValueError: The element has no name.
     """
     name = element.get("name")
     if not name:

@@ -1,1 +1,1 @@
-"""Running repeats, in processes or on a cluster, and keeping them."""
+"""Execution of repeats, in processes or on a cluster, and storage of their results."""

@@ -1,7 +1,7 @@
-"""Handing repeats to a running Dask cluster, through joblib; without one they go to processes of this machine.
+"""Execution of repeats on a running Dask cluster, through joblib; otherwise they run in processes of this machine.
 
-Every worker must run one thread, as the internal models are no thread's but one's, and this very program with the
-same versions and models, as numbers depend on them.
+Every worker must run one thread, as the internal models are not thread-safe, and the same program with the same
+versions and models, on which results depend.
 """
 
 import re
@@ -15,22 +15,22 @@ from affordance.exceptions import BadValueError
 from affordance.runs.repeats import compute_key
 
 _OPTION = "--cluster"
-# A host by name or number (that of IPv6 in brackets), and a port.
+# Host by name or number (an IPv6 address in brackets), and port.
 _ADDRESS = re.compile(r"(tcp|tls)://([^\s/:\[\]]+|\[[0-9a-fA-F:]+\]):[0-9]{1,5}")
-# How long the scheduler has to answer, and workers to be there, [s].
+# Timeout for the scheduler to answer, and for workers to appear, [s].
 _PATIENCE = 10.0
 
 
 @contextmanager
 def use_cluster(address: str, models: Path) -> Iterator[None]:
-    """Makes joblib hand its tasks to a cluster while the context lasts.
+    """Makes joblib run its tasks on a cluster within the context.
 
     Args:
-        address: Of the Dask scheduler, such as tcp://host:8786.
-        models: The folder of models that is used; the workers must have the same at the same path.
+        address: Address of the Dask scheduler, such as tcp://host:8786.
+        models: Folder of models; the workers must have the same at the same path.
 
     Raises:
-        BadValueError: Dask is not installed, nobody answers, or the workers are not fit.
+        BadValueError: Dask is not installed, no scheduler answers, or the workers are missing or unsuitable.
     """
     try:
         from distributed import Client
@@ -41,7 +41,7 @@ def use_cluster(address: str, models: Path) -> Iterator[None]:
         raise BadValueError(_OPTION, "", f"is {address!r}, must be an address such as tcp://host:8786")
     try:
         client = Client(address, timeout=_PATIENCE, set_as_default=False)
-    except (OSError, ValueError) as error:  # there is nobody, or no such port
+    except (OSError, ValueError) as error:  # no host, or no such port
         raise BadValueError(_OPTION, "", f"is {address!r}, where no Dask scheduler answers") from error
     with client:
         try:
@@ -62,5 +62,5 @@ def use_cluster(address: str, models: Path) -> Iterator[None]:
 
 
 def _identify(models: Path) -> str:
-    """What numbers depend on besides their configuration; runs on the workers too."""
+    """Computes a digest of program, models and libraries; runs on the workers too."""
     return compute_key("", models)

@@ -1,4 +1,4 @@
-"""Running repeats and other tasks in processes; repeats that are done survive a kill."""
+"""Execution of repeats and other tasks in processes; completed repeats survive an interruption."""
 
 import hashlib
 import importlib.metadata
@@ -27,7 +27,7 @@ from affordance.version import __version__
 
 _LOG = logging.getLogger(__name__)
 _STAMP = "belongs_to"
-# What NumPy and zipfile raise for archives that are damaged somewhere (tests/system/test_bad_input.py damages many).
+# Errors that NumPy and zipfile raise for damaged archives (tests/system/test_bad_input.py damages many).
 _DAMAGE = (
     OSError,
     ValueError,
@@ -42,26 +42,26 @@ _DAMAGE = (
     zipfile.BadZipFile,
 )
 _PACKAGE = Path(__file__).parents[1]
-# Folders of the package that decide no number of a repeat: they say and draw what was found.
+# Folders of the package that affect no number of a repeat: they only report.
 _DECIDE_NOTHING = {"commands", "reporting"}
 _LIBRARIES = ("drake", "joblib", "matplotlib", "numpy", "opencv-python-headless", "scipy")
 
 
 def check_folder(path: Path) -> None:
-    """Makes sure that a folder for results could be there, and makes nothing.
+    """Checks that a folder for results could be created, without creating it.
 
     Raises:
-        BadValueError: The path is a file, or lies below one.
+        BadValueError: The path is a file, or is below one.
     """
     if any(each.exists() and not each.is_dir() for each in (path, *path.parents)):
         raise BadValueError("--out", "", f"is {str(path)!r}, which is or lies below a file, must be a folder")
 
 
 def prepare_folder(path: Path) -> Path:
-    """Makes a folder for results, or makes sure that an existing one can be written to.
+    """Creates a folder for results, or checks that an existing one is writable.
 
     Raises:
-        BadValueError: The path is a file, lies below one, or may not be written to.
+        BadValueError: The path is a file, is below one, or is not writable.
     """
     check_folder(path)
     try:
@@ -74,23 +74,23 @@ def prepare_folder(path: Path) -> Path:
 
 
 def list_versions() -> dict[str, str]:
-    """Versions of the interpreter and of the libraries that numbers depend on."""
+    """Lists the versions of the interpreter and of the libraries that results depend on."""
     versions = {name: importlib.metadata.version(name) for name in _LIBRARIES}
     return {"affordance": __version__, "python": platform.python_version(), **versions}
 
 
 def compute_key(config: Any, models: Path | Sequence[Path], *programs: Path) -> str:
-    """Computes what a repeat depends on besides its number: configuration, models, libraries and this program.
+    """Computes a digest of everything that a repeat depends on: configuration, models, libraries and this program.
 
-    Of the program all counts but the folders that only report, of a folder of models what the program reads. A change
-    of anything else keeps the repeats.
+    It includes all folders of the program except those that only report, and the files that the program reads from a
+    folder of models. Other changes keep the repeats valid.
 
     Args:
-        config: A dataclass.
+        config: Configuration, a dataclass.
         models: Files that are read, or a folder of models.
-        programs: Folders of further sources that it depends on.
+        programs: Folders of further source code that results depend on.
 
-    Returns: A short hexadecimal key.
+    Returns: Short hexadecimal key.
     """
     digest = hashlib.sha256(json.dumps(to_plain(config), sort_keys=True).encode())
     digest.update(json.dumps(list_versions()).encode())
@@ -119,22 +119,22 @@ def run_repeats(
     description: str,
     unit: str = "observer",
 ) -> dict[str, NDArray[Any]]:
-    """Runs the repeats that a folder does not hold yet, in parallel processes, and returns all of them.
+    """Runs the repeats that a folder lacks in parallel processes, and returns all of them.
 
     Args:
-        folder: Keeps one file a repeat; it must belong to one configuration, and be named after its key.
-        run_repeat: Runs the repeat of a number, returning named arrays of a shape that is always the same; must be
-            picklable.
-        repeats: How many, at least 1.
-        jobs: How many processes, at least 1.
-        description: Stands before the progress bar.
-        unit: What a repeat is, for the progress bar.
+        folder: Folder with one file per repeat; it must belong to one configuration, and be named after its key.
+        run_repeat: Picklable function from the number of a repeat to its named arrays, whose shapes are the same for
+            all repeats.
+        repeats: Number of repeats, at least 1.
+        jobs: Number of processes, at least 1.
+        description: Label of the progress bar.
+        unit: Name of a repeat, for the progress bar.
 
-    Returns: The arrays, stacked over repeats along the first axis.
+    Returns: Arrays, stacked over repeats along the first axis.
 
     Raises:
-        AffordanceError: A repeat failed; those that did not are run and kept first, unless it is a part of the
-            program that does not work on this machine.
+        AffordanceError: A repeat failed; the others are run and kept first, unless a part of the program cannot work
+            on this machine.
     """
     kept = {repeat: arrays for repeat in range(repeats) if (arrays := _load(folder, repeat)) is not None}
     missing = [repeat for repeat in range(repeats) if repeat not in kept]
@@ -148,7 +148,7 @@ def run_repeats(
             if isinstance(arrays, AffordanceError):
                 failed[repeat] = arrays
                 continue
-            # Here, not where it was run: another machine need not share this folder.
+            # Here, not where it was run: another machine may not share this folder.
             _keep(folder, repeat, arrays)
             kept[repeat] = arrays
             progress.update()
@@ -169,16 +169,16 @@ def run_repeats(
 
 
 def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: str) -> list[T]:
-    """Runs tasks in parallel processes, with a progress bar on a terminal that leaves nothing behind.
+    """Runs tasks in parallel processes, with a temporary progress bar on a terminal.
 
-    Tasks come before anything is written: where one finds that the input is wrong, one line must say so.
+    Tasks run before anything is written, so that invalid input leaves nothing but a one-line error.
 
     Args:
         tasks: Picklable functions with picklable results.
-        jobs: How many processes, at least 1.
-        description: Stands before the progress bar.
+        jobs: Number of processes, at least 1.
+        description: Label of the progress bar.
 
-    Returns: The results, in the order of the tasks.
+    Returns: Results, in the order of the tasks.
     """
     parallel = joblib.Parallel(n_jobs=min(jobs, max(1, len(tasks))), return_as="generator")
     results = parallel(joblib.delayed(task)() for task in tasks)
@@ -186,9 +186,9 @@ def run_tasks[T](tasks: Sequence[Callable[[], T]], *, jobs: int, description: st
 
 
 def end_processes() -> None:
-    """Ends the processes that repeats ran in; joblib would keep them for the next ones.
+    """Ends the worker processes, which joblib would keep for later repeats.
 
-    Those of another experiment grow in it, which joblib takes for a leak: it replaces them, and warns.
+    They grow during another experiment; joblib takes that for a leak, replaces them, and warns.
     """
     get_reusable_executor().shutdown(wait=True)
 
@@ -196,7 +196,7 @@ def end_processes() -> None:
 def _run(
     run_repeat: Callable[[int], Mapping[str, NDArray[Any]]], repeat: int
 ) -> tuple[int, dict[str, NDArray[Any]] | AffordanceError]:
-    """Runs a repeat; returns the error of one that fails, so that others go on."""
+    """Runs a repeat; returns the error of a failed one, so that the others continue."""
     try:
         return repeat, dict(run_repeat(repeat))
     except AffordanceError as error:
@@ -209,7 +209,7 @@ def _keep(folder: Path, repeat: int, arrays: Mapping[str, NDArray[Any]]) -> None
 
 
 def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
-    """Reads a kept repeat; None if there is none. One that cannot be read, or is another's, is quarantined."""
+    """Reads a kept repeat; None if it is missing, or if it is unreadable or foreign and was quarantined."""
     path = _path_of(folder, repeat)
     try:
         with path.open("rb") as file, np.lib.npyio.NpzFile(file, allow_pickle=False) as archive:
@@ -227,7 +227,7 @@ def _load(folder: Path, repeat: int) -> dict[str, NDArray[Any]] | None:
 
 
 def _stamp_of(folder: Path, repeat: int) -> str:
-    """Says in a kept repeat whose it is, so that one from elsewhere is not taken for it."""
+    """Builds the stamp of a kept repeat, by which one from another folder is recognised."""
     return f"repeat {repeat} of {folder.name}"
 
 

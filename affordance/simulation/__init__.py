@@ -1,1 +1,1 @@
-"""The Diagram, its trials, and what a task costs when it is simulated."""
+"""Simulation: the Diagram, its trials, and the cost of a task when the motion is simulated."""

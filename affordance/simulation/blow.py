@@ -1,6 +1,6 @@
-"""A blow, simulated with contact: the arm strikes a nail in Drake, and comes back to rest.
+"""Simulation of a blow with contact: the arm strikes a nail in Drake and comes back to rest.
 
-It is the brute-force check of a blow that was planned by inner simulation.
+This is the brute-force check of a blow that was planned by inner simulation.
 """
 
 import dataclasses
@@ -30,26 +30,26 @@ from affordance.simulation.diagram import END_MARGIN, TrialDiagram
 from affordance.simulation.trial import TrialRunner, finish, get_runner
 from affordance.simulation.trial_record import TrialRecord
 
-# A blow does what is asked if the peak of the nail's resistance is off by no more than this: the formula by which
-# blows are planned leaves aside what nail and contact take (docs/decisions/0013-nail.md).
+# Relative error of the peak resistance up to which a blow counts as done: the formula by which blows are planned
+# neglects the losses in nail and contact (docs/decisions/0013-nail.md).
 FORCE_TOLERANCE = 0.15
-# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times as many, in a
-# minute or two, the integrator has stalled.
+# A blow takes 1300 to 2430 steps from rest to rest (docs/decisions/0013-nail.md). After eighty times that number, in
+# a minute or two, the integrator has stalled.
 _MAX_STEPS = 200_000
 
 
 @dataclasses.dataclass(frozen=True)
 class Blow:
-    """What a simulated blow did and cost.
+    """Outcome of a simulated blow and its cost.
 
     Attributes:
-        strike: What was planned.
-        record: The arm's motion, one row a control period.
-        nail: What happened to the nail.
+        strike: Planned strike.
+        record: Record of the arm's motion, one row per control period.
+        nail: Record of the nail's motion and forces.
         work: Absolute work of the joints, from rest to the strike, [J].
-        work_raising: The part of it up to where the striking point is highest, [J].
+        work_raising: Absolute work up to the highest position of the striking point, [J].
         effort: Integral of |tau|^2 dt from rest to the strike, [N^2 m^2 s].
-        kinetic_energy: Of arm and tool where the strike was planned, [J].
+        kinetic_energy: Kinetic energy of arm and tool at the planned time of the strike, [J].
     """
 
     strike: Strike
@@ -67,22 +67,22 @@ class Blow:
 
     @property
     def travel(self) -> float:
-        """How far the nail was driven, [m]."""
+        """Distance that the nail was driven, [m]."""
         return float(self.nail.travel[-1])
 
     def describe_force_error(self, force: float, arm: Arm) -> str:
-        """Says that the peak resistance is not the one that was asked for, and what may help; empty if it is.
+        """Describes the error of the peak resistance and possible remedies; empty if it is within the tolerance.
 
         Args:
-            force: Peak resistance that was asked for, [N].
-            arm: The arm.
+            force: Demanded peak resistance, [N].
+            arm: Arm that struck.
         """
         if abs(self.force / force - 1.0) <= FORCE_TOLERANCE:
             return ""
         joints = [arm.plant.GetJointByName(name) for name in arm.joint_names]
         rotors = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
         ways = []
-        # Where damping brings a light wrist to rest within a control period, it does not give way to the nail.
+        # If damping brings a light wrist to rest within a control period, the wrist does not yield to the nail.
         if any(joint.default_damping_vector().any() for joint in joints):
             ways.append("an arm without damping (import-arm --damping none)")
         if not all(rotor.default_rotor_inertia() > 0.0 for rotor in rotors):
@@ -106,12 +106,12 @@ def simulate_blow(
 
     Args:
         tool: The tool as it is gripped.
-        hammer: What is asked for.
-        planned: The blows that were planned for the tool.
-        densities: True density of what shows a colour, [kg/m^3].
-        settings: Those of all simulations; only the log is kept at every control period.
-        force: Peak resistance, [N]; the one that is asked for if None.
-        nail: What stands there in truth; what the blow is planned for if None.
+        hammer: Hammering task.
+        planned: Blows that were planned for the tool.
+        densities: True density of each colour, [kg/m^3].
+        settings: Settings of all simulations; only the log period is replaced, by the control period.
+        force: Peak resistance, at most the demanded one, [N]; None for the demanded one.
+        nail: True nail; None for the one that the blow is planned for.
 
     Raises:
         AffordanceError: No swing is fast enough.
@@ -138,7 +138,7 @@ def simulate_blow(
 def run_blow(
     runner: TrialRunner, tool: Tool, strike: Strike, memory: Memory, *, seed: Seed
 ) -> tuple[TrialRecord, NailRecord]:
-    """Runs the trial of a blow, from rest to rest; arguments are those of ``TrialRunner.run``.
+    """Runs the trial of a blow, from rest to rest; arguments as for ``TrialRunner.run``.
 
     Raises:
         StallError: The integrator takes too many steps.
@@ -152,7 +152,7 @@ def run_blow(
     touch, leave = strike.contact
     _advance(simulator, settings.simulator, touch)
     _advance(simulator, settings.contact_simulator, leave)
-    # A tool that catches at the nail on its way back stalls the integrator of a free arm (0013).
+    # A tool that catches on the nail on its way back stalls the integrator of an undamped arm (0013).
     monitor.stops_at_touch = True
     if not _advance(simulator, settings.simulator, duration + END_MARGIN):
         monitor.stops_at_touch = False
@@ -162,10 +162,10 @@ def run_blow(
 
 
 class BlowMonitor:
-    """A monitor of a blow: ends one that stalls, and while it is asked to, stops where anything touches."""
+    """Monitor of a blow: ends it if it stalls, and stops at any contact while ``stops_at_touch`` is set."""
 
     def __init__(self, plant: MultibodyPlant, tool_name: str) -> None:
-        """Takes the plant that is simulated, and what to call the tool."""
+        """Stores the simulated plant and the tool's name for messages."""
         self.stops_at_touch = False
         self._plant = plant
         self._tool_name = tool_name
@@ -175,7 +175,7 @@ class BlowMonitor:
         """Counts a step of the integrator.
 
         Raises:
-            StallError: It is one too many.
+            StallError: The number of steps exceeds the limit.
         """
         self._num_steps += 1
         if self._num_steps > _MAX_STEPS:
@@ -188,14 +188,14 @@ class BlowMonitor:
         return self._plant.get_contact_results_output_port().Eval(self._plant.GetMyContextFromRoot(context))
 
     def _list_touches(self, context: Context) -> tuple[tuple[str, str], ...]:
-        """Names the bodies that touch, in pairs."""
+        """Lists the names of the bodies in contact, in pairs."""
         contacts, get_body = self._get_contacts(context), self._plant.get_body
         pairs = [contacts.point_pair_contact_info(k) for k in range(contacts.num_point_pair_contacts())]
         return tuple((get_body(pair.bodyA_index()).name(), get_body(pair.bodyB_index()).name()) for pair in pairs)
 
 
 def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlacement) -> NailRecord:
-    """Reads out what happened to a nail, in the Context of a Diagram that was built with it."""
+    """Reads the record of a nail from the Context of a Diagram that was built with it."""
     logs = trial.nail_logs
     assert logs is not None  # the Diagram was built with a nail
     travel, rate = np.array(logs.state.FindLog(context).data())
@@ -207,7 +207,7 @@ def read_nail_record(trial: TrialDiagram, context: Context, placement: NailPlace
 
 
 def _advance(simulator: Simulator, config: SimulatorConfig, end: float) -> bool:
-    """Changes the integrator and goes on until a time; returns whether no monitor ended it before."""
+    """Changes the integrator and advances to a time; returns whether it was reached without a monitor ending it."""
     config.start_time = simulator.get_context().get_time()  # or the clock would be set back
     ApplySimulatorConfig(config, simulator)
     return bool(simulator.AdvanceTo(end).reason() == SimulatorStatus.ReturnReason.kReachedBoundaryTime)

@@ -1,8 +1,8 @@
-"""A trial in which the hand pushes against a clamp, which then lets go and hands over the object.
+"""Trial in which the hand pushes against a clamp, which then opens and hands over the object.
 
-The force has a closed form (``control.clamp``). How far the hand moves then has none for the outstretched arm: a
-belief that is a seventh too light makes it unstable, to first order, against turning its forearm, and what is beyond
-decides how far it sinks. For hundreds of lifts it is simulated at some beliefs, and interpolated between.
+The force has a closed form (``control.clamp``). The hand's motion after release has none for the outstretched arm:
+with a believed weight a seventh too small, the arm is unstable, to first order, against turning its forearm, and
+higher orders determine how far it sinks. For hundreds of lifts it is simulated at some beliefs and interpolated.
 """
 
 from typing import NamedTuple
@@ -21,24 +21,24 @@ from affordance.objects.tool import Tool
 from affordance.simulation.trial import TrialRunner, finish
 from affordance.simulation.trial_record import TrialRecord
 
-# How long the hand pushes; the force settles within a third of it, [s].
+# Duration of the push; the force settles within a third of it, [s].
 CLAMPED = 1.0
-# The force is the mean over this time before release (Cesanek et al. 2021), at so many times, [s].
+# The force is averaged over this time before release (Cesanek et al. 2021), [s], with this number of readings.
 _AVERAGED = 0.01
 _NUM_READINGS = 10
-# Believed over true weight where excursions are tabulated: closer where the hand moves little.
+# Ratios of believed to true weight at which excursions are tabulated, denser where the hand moves little.
 _FACTORS = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0])
 # Times of logged rows are rounded, [s].
 _ROUNDING = 1e-9
 
 
 class ClampRecord(NamedTuple):
-    """What happened at a clamp.
+    """Force at a clamp, and the hand's motion after release.
 
     Attributes:
-        force: Upward force of the hand on it, the mean of the last 10 ms before release, [N].
-        release_time: When it let go, [s].
-        excursion: The farthest that the hand went up or, negative, down from where it was then, [m].
+        force: Upward force of the hand on the clamp, averaged over the last 10 ms before release, [N].
+        release_time: Time of the release, [s].
+        excursion: Largest vertical displacement of the hand after release, positive upwards, [m].
     """
 
     force: float
@@ -49,19 +49,19 @@ class ClampRecord(NamedTuple):
 def run_clamp_and_release(
     runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: Seed
 ) -> tuple[TrialRecord, ClampRecord]:
-    """Pushes against a clamp with what an object is believed to weigh, then holds it.
+    """Pushes against a clamp with the believed weight of an object, then holds the object.
 
-    The hand is clamped where it is at home, and empty: the object is handed over at release, and only what is felt
-    from then on is learned from.
+    The hand is clamped in its home pose, and empty: the object is handed over at release, and only the measurements
+    from then on are learned from.
 
     Args:
-        runner: Runs it.
-        tool: The object.
-        memory: What is remembered before it.
-        duration: How long it is held after release, [s].
-        seed: Determines every random draw.
+        runner: Runner of the trial.
+        tool: Object to be lifted.
+        memory: Memory before the trial.
+        duration: Duration of the hold after release, [s].
+        seed: Seed of every random draw.
 
-    Returns: What happened from the beginning, and at the clamp.
+    Returns: Record of the whole trial, and record of the clamp.
     """
     trial = runner.get_diagram(CLAMPED + duration, has_clamp=True)
     arm = trial.arm
@@ -89,18 +89,18 @@ def run_clamp_and_release(
 
 
 class ExcursionTable(NamedTuple):
-    """Movements of the hand after release from a clamp, for one object.
+    """Excursions of the hand after release from a clamp, for one object.
 
     Attributes:
-        force: Upward force before release, that is the believed weight, (K,), increasing, [N].
-        excursion: The farthest that the hand went up or, negative, down from where it was, (K,), [m].
+        force: Upward force before release, equal to the believed weight, (K,), increasing, [N].
+        excursion: Largest vertical displacement of the hand after release, positive upwards, (K,), [m].
     """
 
     force: Array
     excursion: Array
 
     def interpolate(self, force: Array) -> Array:
-        """Excursions at forces before release, both of one shape; between what is simulated off by at most 1 %.
+        """Interpolates the excursions at forces before release, of the same shape, with an error of at most 1 %.
 
         Raises:
             ValueError: A force lies outside the table.
@@ -114,12 +114,12 @@ class ExcursionTable(NamedTuple):
 
 
 def tabulate_excursions(runner: TrialRunner, tool: Tool, *, duration: float) -> ExcursionTable:
-    """Simulates clamp and release for beliefs from three tenths to twice the true weight, some 0.3 s each.
+    """Simulates clamp and release for believed weights from 0.3 to 2 times the true one, some 0.3 s each.
 
     Args:
-        runner: Runs it.
-        tool: The object, of one colour.
-        duration: How long it is held after release, [s].
+        runner: Runner of the trials.
+        tool: Object to be lifted, of one colour.
+        duration: Duration of the hold after release, [s].
 
     Raises:
         ValueError: The object shows more than one colour.

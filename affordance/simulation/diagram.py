@@ -1,13 +1,12 @@
-"""The Diagram of a presentation: the paper's figure 2, and the only place that connects ports.
+"""Diagram of a presentation: the paper's figure 2, and the only module that connects ports.
 
 feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> plant --> proprioception
                              ^    `-----prior--> density_estimator <--measurement-----'
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-The posterior is logged within the trial where that is asked for. Contact needs shapes, so there is a scene graph only
-where a tool is given. Where there is a nail, it is part of the plant, and the resistance of the wood is a system of
-its own.
+The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is a scene
+graph only if a tool is given. A nail is part of the plant, and the resistance of the wood is a system of its own.
 """
 
 from dataclasses import dataclass
@@ -33,16 +32,16 @@ from affordance.settings import Settings
 from affordance.simulation.posterior_log import PosteriorLog
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
-# A presentation less probable than this, given what was believed before it, is a 5-sigma outlier (one-sided), the
+# A presentation less probable than this, given the belief before it, is a 5-sigma outlier (one-sided), the
 # threshold for a discovery in physics.
 OUTLIER_P_VALUE = 2.87e-7
 # Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
-# (0.1 + 29 x 0.1 > 3), and the last sample is taken before the memory learns, [s].
+# (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns, [s].
 END_MARGIN = 1e-9
 
 
 class NailLogs(NamedTuple):
-    """What is logged of a nail at every step of the integrator."""
+    """Logs of a nail at every step of the integrator."""
 
     state: VectorLogSink
     acceleration: VectorLogSink
@@ -51,11 +50,11 @@ class NailLogs(NamedTuple):
 
 @dataclass(frozen=True)
 class TrialDiagram:
-    """A built Diagram, with the handles needed to set it up and read it out.
+    """Built Diagram of a presentation, with the handles for setting it up and reading it out.
 
-    One serves any number of presentations: what a presentation changes lives in its Context. ``posterior_log`` is
-    None unless the settings give it a period, ``nail_logs`` unless there is a nail. An arm is stiff if damping brings
-    a joint to rest within a tick of the controller.
+    One instance serves any number of presentations, whose changes live in the Context. ``posterior_log`` is None
+    unless the settings give it a period, ``nail_logs`` unless there is a nail. The arm is stiff if damping brings a
+    joint to rest within a control period.
     """
 
     diagram: Diagram
@@ -79,7 +78,7 @@ class TrialDiagram:
 
     @property
     def simulator(self) -> SimulatorConfig:
-        """Drake's configuration of the simulator for this arm."""
+        """Drake's simulator configuration for this arm."""
         return self.settings.stiff_simulator if self.is_stiff else self.settings.simulator
 
 
@@ -91,18 +90,18 @@ def build_trial_diagram(
     nail: NailPlacement | None = None,
     has_clamp: bool = False,
 ) -> TrialDiagram:
-    """Builds the Diagram of presentations of one duration.
+    """Builds the Diagram of presentations of a given duration.
 
     Args:
-        settings: What is the same in all simulations.
-        duration: Of a presentation, at the end of which the memory learns, [s].
-        tool: Gives the shapes for contact; None for none, as when an object is only held.
-        nail: The nail and where it stands; None for none.
-        has_clamp: Whether there is a clamp for the hand; it is open.
+        settings: Settings of all simulations.
+        duration: Duration of a presentation, at the end of which the memory learns, [s].
+        tool: Tool whose shapes are in contact; None for no contact, as when an object is only held.
+        nail: Nail and its placement; None for no nail.
+        has_clamp: True to add an open clamp for the hand.
 
     Raises:
-        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
-        BadValueError: A fault is that of a joint the arm does not have.
+        ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
+        BadValueError: A fault names a joint that the arm does not have.
     """
     builder = DiagramBuilder()
     arm = add_arm(builder, settings.arm, tool, nail, has_clamp=has_clamp)
@@ -202,7 +201,7 @@ def build_trial_diagram(
 def _select_arm(
     builder: DiagramBuilder, name: str, plant: MultibodyPlant, output: str, *, num_joints: int, parts: int
 ) -> OutputPort:
-    """A port of the plant, without what a nail adds to the end of each of its equal parts."""
+    """Selects the arm's entries of a port of the plant; the nail's are at the end of each of its equal parts."""
     port: OutputPort = plant.GetOutputPort(output)
     if plant.num_velocities() == num_joints:
         return port
@@ -213,7 +212,7 @@ def _select_arm(
 
 
 def _add_nail_resistance(builder: DiagramBuilder, arm: Arm, nail: NailPlacement) -> NailLogs:
-    """Adds the resistance of the wood, and logs of what happens to the nail."""
+    """Adds the resistance of the wood, and logs of the nail."""
     plant = arm.plant
     assert arm.nail is not None  # add_arm was given one
     resistance = NailResistance(nail.nail, num_velocities=plant.num_velocities(), index=arm.nail.velocity_start())

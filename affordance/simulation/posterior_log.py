@@ -1,4 +1,4 @@
-"""A log of the posterior as it grows within a trial; Drake's own logs take vectors only."""
+"""Log of the posterior during a trial; Drake's own logs take vectors only."""
 
 from typing import NamedTuple
 
@@ -9,11 +9,11 @@ from affordance.drake_system import ObjectParameter, SampledSystem, Source
 
 
 class LoggedPosterior(NamedTuple):
-    """An entry of the log.
+    """Entry of the log.
 
     Attributes:
-        time: Since the trial began, [s].
-        belief: The posterior given every sample before this time; at 0 the visual prior.
+        time: Time since the beginning of the trial, [s].
+        belief: Posterior given every sample before this time; at 0 the visual prior.
     """
 
     time: float
@@ -21,10 +21,10 @@ class LoggedPosterior(NamedTuple):
 
 
 class PosteriorLog(SampledSystem):
-    """Logs what is believed of the object, by publish events, which come before the updates of their time.
+    """Log of the belief about the object, written by publish events, which precede the updates of their time.
 
-    So an entry has not heard of the sample that is taken at its time. The last one, at the end of the presentation,
-    has heard of all: it is the posterior that the memory takes over.
+    An entry therefore does not include the sample taken at its own time. The last one, at the end of the
+    presentation, includes all: it is the posterior that the memory takes over.
 
     As with a VectorLogSink the entries lie in the Context, so that one Diagram serves any number of trials. They are
     a parameter, which each event replaces by a longer one.
@@ -34,21 +34,21 @@ class PosteriorLog(SampledSystem):
     """
 
     def __init__(self, period: float, duration: float) -> None:
-        """Declares events at the beginning, every period, and at the end of a presentation of a duration, [s]."""
+        """Declares events at the beginning, every period, and at the end of a presentation; both arguments in [s]."""
         super().__init__()
         self._posterior: Source[ObjectBelief] = self.declare_object_input("posterior")
         self._entries: ObjectParameter[tuple[LoggedPosterior, ...]] = self.declare_object_parameter(())
         self.DeclareInitializationPublishEvent(self._log)
-        # From the first period on, as samples are taken: times that are added up differently differ by rounding.
+        # Starting at the first period, as the samples do: times that are summed differently differ by rounding.
         self.DeclarePeriodicPublishEvent(period, period, self._log)
         self.DeclarePeriodicPublishEvent(duration, duration, self._log)
 
     def get_entries(self, context: Context) -> tuple[LoggedPosterior, ...]:
-        """Returns the entries so far, in order of time."""
+        """Returns the entries so far, in the order of time."""
         return self._entries.get(context)
 
     def _log(self, context: Context) -> None:
         entry = LoggedPosterior(context.get_time(), self._posterior.Eval(context))
-        # An integrator that is changed on the way publishes that moment twice: the last counts.
+        # A change of the integrator during a trial publishes that moment twice: the last entry counts.
         earlier = [each for each in self._entries.get(context) if each.time < entry.time]
         self._entries.set(context, (*earlier, entry))

@@ -1,4 +1,4 @@
-"""The brute-force check of inner simulation: the arm really moved, under densities that it knows."""
+"""Brute-force check of inner simulation: the motion is simulated with densities that the controller knows."""
 
 import dataclasses
 from collections.abc import Mapping
@@ -18,14 +18,14 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Rollout(NamedTuple):
-    """What a simulated motion cost.
+    """Simulated motion and its cost.
 
     Attributes:
         work: Absolute work of the joints, [J].
         effort: Integral of |tau|^2 dt, [N^2 m^2 s].
-        path: Where the free end went, p_WF at every control period, (N, 3), [m].
-        reference: Where it was to go, (N, 3), [m].
-        record: The motion, one row a control period.
+        path: Positions of the free end, p_WF at every control period, (N, 3), [m].
+        reference: Reference positions of the free end, (N, 3), [m].
+        record: Record of the motion, one row per control period.
     """
 
     work: float
@@ -36,7 +36,7 @@ class Rollout(NamedTuple):
 
     @property
     def error(self) -> float:
-        """Largest distance of the free end from where it was to be at that time, [m]."""
+        """Largest distance between the free end and its reference at the same time, [m]."""
         return float(np.linalg.norm(self.path - self.reference, axis=1).max())
 
 
@@ -44,10 +44,10 @@ def roll_out(tool: Tool, task: Reach, densities: Mapping[Colour, float], setting
     """Simulates a task with a tool whose densities are known.
 
     Args:
-        tool: The tool as it is gripped.
-        task: What is to be done.
-        densities: True density of what shows a colour, [kg/m^3].
-        settings: Those of all simulations; only the log is kept at every control period.
+        tool: Tool as it is gripped.
+        task: Reaching task.
+        densities: True density of each colour, [kg/m^3].
+        settings: Settings of all simulations; only the log period is replaced, by the control period.
     """
     every_tick = dataclasses.replace(settings, log_period=settings.control_period)
     tool = tool.with_densities(densities)

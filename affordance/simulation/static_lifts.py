@@ -1,8 +1,8 @@
-"""Hundreds of lifts of an observer in closed form: what an arm at rest believes, exerts and feels, none simulated.
+"""Hundreds of lifts of an observer in closed form: belief, exerted force and measurements of an arm at rest.
 
-In each lift the observer sees an object, pushes with the weight it believes the object to have (``control.clamp``),
-and then holds it: the torques of the arm at rest with the object in hand, with the errors of feeling, are what it
-learns from. The arm is that of all simulations, in its home posture.
+In each lift the observer sees an object, pushes with the believed weight of the object (``control.clamp``), and then
+holds it: the observer learns from the torques of the arm at rest with the object in hand, with measurement errors.
+The arm is that of all simulations, in its home posture; nothing is simulated.
 """
 
 from collections.abc import Sequence
@@ -30,11 +30,11 @@ from affordance.vision.features import VisionError, measure_features
 
 
 class Lift(NamedTuple):
-    """One presentation of an object.
+    """Presentation of an object.
 
     Attributes:
-        tool: Which object.
-        teaches: Whether what is felt is learned from.
+        tool: Index of the object.
+        teaches: True if the observer learns from the measurement.
     """
 
     tool: int
@@ -42,15 +42,15 @@ class Lift(NamedTuple):
 
 
 class LiftRecord(NamedTuple):
-    """What happened in N lifts.
+    """Record of N lifts.
 
     Attributes:
         force: Upward force exerted before release, (N,), [N].
         weight: True weight, (N,), [N].
-        expected: Mass at the most probable densities before each lift, (N,), [kg].
-        memories: Memories before the first and after each lift, N + 1.
+        expected: Expected mass, at the most probable densities before each lift, (N,), [kg].
+        memories: Memories before the first lift and after each lift, N + 1 of them.
         densities: Beliefs about the object before each lift, N of them.
-        likelihoods: Likelihoods of these densities; None where nothing was felt, or nothing learned from it.
+        likelihoods: Likelihoods of these densities, N of them; None for a lift from which nothing is learned.
     """
 
     force: Array
@@ -61,19 +61,19 @@ class LiftRecord(NamedTuple):
     likelihoods: tuple[Likelihood | None, ...]
 
     def compute_p_values(self) -> Array:
-        """Probability of what was felt in each lift, or of what is more surprising, (N,); NaN where nothing was."""
+        """Computes the p-value of the measurement of each lift, (N,); NaN for a lift without one."""
         pairs = zip(self.densities, self.likelihoods, strict=True)
         return np.array([np.nan if found is None else belief.compute_p_value(found) for belief, found in pairs])
 
 
 class _SeenTool(NamedTuple):
-    """What is the same in all lifts of a tool.
+    """Quantities that all lifts of a tool share.
 
     Attributes:
-        appearance: What is seen of each part.
-        Phi: Inertial parameters at unit density of each part, shape (10, num_parts).
-        tau: True torques of the arm that holds it, shape (num_joints,), [N m].
-        weight: [N].
+        appearance: Measured appearance of each part.
+        Phi: Inertial parameters of each part at unit density, shape (10, num_parts).
+        tau: True torques of the arm holding the tool, shape (num_joints,), [N m].
+        weight: Weight of the tool, [N].
     """
 
     appearance: tuple[PartAppearance, ...]
@@ -83,10 +83,10 @@ class _SeenTool(NamedTuple):
 
 
 def check_closed_form(settings: Settings) -> WeberNoise:
-    """Returns the noise of settings under which lifts have a closed form: exact features, one percept a trial.
+    """Returns the torque noise, after checking that lifts have a closed form: exact features, one error per trial.
 
     Raises:
-        BadArgumentError: Features are not exact, or joints do not feel by one percept of WeberNoise.
+        BadArgumentError: Features have errors, or the noise is not a WeberNoise with one error per trial.
     """
     noise, where = settings.noise, "for lifts in closed form"
     if not isinstance(noise, WeberNoise):
@@ -99,14 +99,14 @@ def check_closed_form(settings: Settings) -> WeberNoise:
 
 
 class StaticLifter:
-    """Simulates lifts of a set of objects; what does not change from lift to lift is computed once."""
+    """Observer's lifts of a set of objects in closed form; quantities shared by all lifts are computed once."""
 
     def __init__(self, tools: Sequence[Tool], settings: Settings) -> None:
-        """Takes the objects and what all simulations share.
+        """Stores the objects and computes what does not change between lifts.
 
         Raises:
             BadArgumentError: The closed form does not hold; see ``check_closed_form``.
-            ModelFileError: The arm's file cannot be loaded or does not describe a fit arm.
+            ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
         """
         self._noise = check_closed_form(settings)
         arm = load_arm(settings.arm)
@@ -116,14 +116,14 @@ class StaticLifter:
         self._tools = [self._see(tool) for tool in tools]
 
     def run(self, lifts: Sequence[Lift], memory: Memory, seed: Seed) -> LiftRecord:
-        """Simulates an observer.
+        """Computes the lifts of one observer.
 
-        Costs, in each lift, what the memory's ``recall`` and ``learn`` cost.
+        The computing time of each lift is that of the memory's ``recall`` and ``learn``.
 
         Args:
-            lifts: The lifts, in their order.
-            memory: What the observer remembers before the first.
-            seed: Determines the errors of feeling.
+            lifts: Lifts, in their order.
+            memory: Memory of the observer before the first lift.
+            seed: Seed of the measurement errors.
         """
         seed = check_seed(seed)
         forces, expected, memories = [], [], [memory]

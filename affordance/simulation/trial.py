@@ -1,4 +1,4 @@
-"""One trial: one object, one task, one presentation in the Diagram."""
+"""Trial: one object, one task, one presentation in the Diagram."""
 
 import functools
 import logging
@@ -26,38 +26,38 @@ from affordance.vision.observe import observe
 
 _LOG = logging.getLogger(__name__)
 
-# Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB to keep.
+# Diagrams that a runner keeps: those of a task or two. A Diagram takes 0.1 s to build and 2 MB of memory.
 _MAX_DIAGRAMS = 8
-# Longer presentations are a slip of units: 0.05 s of computing a second, [s].
+# Longer presentations are assumed to be a mistake of units: a second takes 0.05 s to compute, [s].
 DURATION_MAX = 3600.0
 _MEMORIES = "MaterialMemory() knows nothing yet"
 
 
 class TrialRunner:
-    """Runs trials. Diagrams are built at first use; those used last are kept, and reused with fresh Contexts."""
+    """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts."""
 
     def __init__(self, settings: Settings = DEFAULT_SETTINGS) -> None:
-        """Takes what all trials share.
+        """Stores the settings that all trials share.
 
         Raises:
-            BadArgumentError: They are no Settings.
+            BadArgumentError: The argument is not a Settings.
         """
         self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
     @functools.cached_property
     def gravity(self) -> float:
-        """Acceleration of gravity that the arm is in, [m/s^2]."""
+        """Gravitational acceleration in the arm's model, [m/s^2]."""
         return float(np.linalg.norm(ArmModel(load_arm(self.settings.arm)).gravity))
 
     def start_memory(self, seed: Seed = 0) -> Memory:
-        """The memory of an observer before anything was met, by the learner of the settings.
+        """Returns the initial memory of an observer, by the learner of the settings.
 
         Args:
-            seed: Seed of what a learner that draws will draw; another one for each observer.
+            seed: Seed of the learner's random draws, if it makes any; different for each observer.
 
         Raises:
-            BadArgumentError: The seed is none.
+            BadArgumentError: The seed is not a seed.
         """
         return start_memory(self.settings.learner, seed)
 
@@ -69,7 +69,7 @@ class TrialRunner:
         *,
         has_clamp: bool = False,
     ) -> TrialDiagram:
-        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if asked."""
+        """Returns the Diagram of presentations of a duration, [s], with a tool's shapes, nail and clamp if given."""
         shapes = () if tool is None else tool.appearance
         placement = () if nail is None else nail.key
         key = (duration, has_clamp, *shapes, *placement)
@@ -83,20 +83,20 @@ class TrialRunner:
         return self._diagrams[key]
 
     def run_hold(self, tool: Tool, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Holds an object in the arm's home posture, where it touches nothing; see ``run``."""
+        """Runs a trial of holding an object in the arm's home posture, where it touches nothing; see ``run``."""
         return Observer(self, memory, duration=duration).hold(tool, seed)
 
     def run(self, tool: Tool, task: Task, memory: Memory, *, duration: float, seed: Seed = 0) -> TrialRecord:
-        """Runs one trial, from rest where the task starts and with the object attached.
+        """Runs one trial, from rest at the start of the task and with the object attached.
 
         Args:
-            tool: Object, whose true densities act in the plant.
+            tool: Object whose true densities act in the plant.
             task: Task that is done with it.
             memory: Belief about materials when the trial begins.
-            duration: Duration of the trial, at least a period of the samples, [s].
+            duration: Duration of the trial, at least one sample period, [s].
             seed: Seed of every random draw of the trial: a whole number, or several.
 
-        Returns: The record of the trial.
+        Returns: Record of the trial.
 
         Raises:
             BadArgumentError: An argument is of the wrong kind or out of bounds.
@@ -108,17 +108,17 @@ class TrialRunner:
         return finish(trial, self.prepare(trial, tool, task, memory, seed), tool)
 
     def prepare(self, trial: TrialDiagram, tool: Tool, task: Task, memory: Memory, seed: Seed) -> Simulator:
-        """Sets a trial up in a new Context, ready to be advanced; arguments are those of ``run``."""
+        """Sets up a trial in a new Context, ready to be advanced; arguments as for ``run``."""
         context = trial.diagram.CreateDefaultContext()
         trial.memory.set_memory(trial.memory.GetMyMutableContextFromRoot(context), memory)
         return present(trial, context, tool, task, seed)
 
 
 class Observer:
-    """One observer who is given objects to hold, one after the other.
+    """Observer who is given objects to hold, one after the other.
 
-    All presentations run in one Context. Each begins with everything as it was at first but the state of the
-    ``material_memory``, which the event at the end of the presentation before has changed.
+    All presentations run in one Context. Each begins from the defaults except for the state of the
+    ``material_memory``, which the event at the end of the previous presentation has updated.
     """
 
     def __init__(
@@ -129,7 +129,7 @@ class Observer:
         Args:
             runner: Runner that has the Diagram.
             memory: Belief about materials.
-            duration: Duration of each presentation, at least a period of the samples, [s].
+            duration: Duration of each presentation, at least one sample period, [s].
             remembered: Colours that are remembered beyond a presentation; all if empty.
 
         Raises:
@@ -145,11 +145,11 @@ class Observer:
 
     @property
     def memory(self) -> Memory:
-        """What is believed of materials now."""
+        """Present belief about materials."""
         return self._trial.memory.get_memory(self._memory_context)
 
     def hold(self, tool: Tool, seed: Seed = 0) -> TrialRecord:
-        """Holds an object in the arm's home posture; the seed determines every random draw.
+        """Runs a trial of holding an object in the arm's home posture; the seed determines every random draw.
 
         Raises:
             BadArgumentError: An argument is of the wrong kind or out of bounds.
@@ -172,10 +172,10 @@ def get_runner(settings: Settings) -> TrialRunner:
 
 
 def check_duration(duration: float, settings: Settings) -> None:
-    """Checks that a presentation lasts long enough for a sample, without which nothing would be learned.
+    """Checks that a presentation is long enough for one sample, without which nothing would be learned.
 
     Raises:
-        BadArgumentError: It does not, or is longer than DURATION_MAX.
+        BadArgumentError: The duration is shorter than a sample period or longer than DURATION_MAX.
     """
     unit = "s, a period of the samples at least"
     check_number("duration", duration, settings.sample_period, DURATION_MAX, unit)
@@ -187,7 +187,7 @@ def _check_trial(tool: Tool, memory: Memory) -> None:
 
 
 def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed: Seed) -> Simulator:
-    """Gives an object to the arm, in a Context at its beginning whose memory is set; ready to be advanced."""
+    """Sets up the presentation of an object in a fresh Context whose memory is set; ready to be advanced."""
     settings, seed = trial.settings, check_seed(seed)
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
     trial.arm.set_payload(plant_context, tool.parameters)
@@ -205,7 +205,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
 
 
 def finish(trial: TrialDiagram, simulator: Simulator, tool: Tool) -> TrialRecord:
-    """Advances a trial to its end, at which the memory learns, and reads it out."""
+    """Advances a trial to its end, at which the memory learns, and reads its record."""
     simulator.AdvanceTo(trial.duration + END_MARGIN)
     simulator.AdvancePendingEvents()
     return _read_record(trial, simulator.get_context(), tool)
@@ -224,7 +224,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
     )
     log = trial.state_log.FindLog(context)
     times = np.array(log.sample_times())
-    # A simulation whose integrator is changed on the way logs that moment twice: of equal times the last counts.
+    # A change of the integrator during a trial logs that moment twice: of equal times the last counts.
     rows = np.append(np.diff(times) > 0.0, True)
     x = np.array(log.data().T)[rows]  # a copy: the log is used again for the next presentation
     q, v = np.split(x, 2, axis=1)
@@ -247,7 +247,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
 
 
 def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[str, ...]:
-    """Names joints that cannot bear arm and tool at rest at q_start, (num_joints,), [rad], and warns of them."""
+    """Names the joints too weak to hold arm and tool at rest at q_start, (num_joints,), [rad], and logs a warning."""
     trial.model.set_payload(tool.parameters)
     trial.model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
     tau = np.abs(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
@@ -263,7 +263,7 @@ def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[s
 
 
 def _measure_height(trial: TrialDiagram, q: Array, p_TQ: Array) -> Array:
-    """Height of a point Q of the tool above where it was first, against gravity, (N,), [m]."""
+    """Computes the height of a point Q of the tool above its first position, against gravity, (N,), [m]."""
     up = -trial.chain.gravity_W / np.linalg.norm(trial.chain.gravity_W)
     heights = trial.chain.compute_positions(q, p_TQ) @ up
     above: Array = heights - heights[0]

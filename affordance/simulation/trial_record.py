@@ -1,4 +1,4 @@
-"""The record of a trial: what happened, and what was believed after it."""
+"""Record of a trial: motion, torques and the belief after it."""
 
 from typing import NamedTuple
 
@@ -12,25 +12,25 @@ from affordance.simulation.posterior_log import LoggedPosterior
 
 
 class TrialRecord(NamedTuple):
-    """What happened in a trial of N logged times.
+    """Record of a trial with N logged times.
 
     Attributes:
-        times: (N,), [s].
+        times: Logged times, (N,), [s].
         q: Joint angles, (N, num_joints), [rad].
         v: Joint velocities, (N, num_joints), [rad/s].
         tau: Torques over the control period that ends at each time (zero at t = 0), (N, num_joints), [N m].
-        height_centre: Height of the tool's geometric centre above where it was at t = 0, (N,), [m].
-        height_grip: The same of the grip To, (N,), [m].
-        height_com: The same of the true centre of mass, (N,), [m].
-        memory: What is believed of all materials after the trial.
-        log_evidence: Log probability density of the measurements before they were made.
-        counts: In how many control periods a limit was active, and in how many the solver failed to find a plan. A
-            plan is found whatever the object weighs; whether it can be held at all is said by ``overloaded``.
-        p_value: Probability of measurements as surprising as these, under what was believed before the trial.
-        samples: How many samples of the torques were accepted, and how many rejected and why.
-        overloaded: Names of joints that cannot bear the arm with the object at rest where the trial begins: it sinks
-            whatever is believed.
-        posteriors: What was believed of the object as the trial went on, if the settings ask for that log.
+        height_centre: Height of the tool's geometric centre above its position at t = 0, (N,), [m].
+        height_grip: Height of the grip To above its position at t = 0, (N,), [m].
+        height_com: Height of the true centre of mass above its position at t = 0, (N,), [m].
+        memory: Belief about all materials after the trial.
+        log_evidence: Log of the prior predictive density of the measurements.
+        counts: Numbers of control periods in which a limit was active, and in which the solver failed to find a plan.
+            A plan exists whatever the object weighs; ``overloaded`` says whether the object can be held at all.
+        p_value: Probability of measurements at least as surprising as these, under the belief before the trial.
+        samples: Numbers of torque samples that were accepted, and that were rejected, by reason.
+        overloaded: Names of the joints too weak to hold arm and object at rest at the start of the trial: the arm
+            then sinks whatever the belief.
+        posteriors: Belief about the object during the trial, if the settings ask for that log.
     """
 
     times: Array
@@ -56,7 +56,7 @@ class TrialRecord(NamedTuple):
         return build_table("Trial", ["what", "value"], self._list_facts())
 
     def _list_facts(self) -> list[tuple[str, str]]:
-        """The trial in a few lines: what, and how much."""
+        """Lists the main facts of the trial, name and value."""
         rows, joints = self.q.shape
         farthest = max(self.height_centre, key=abs)
         facts = [
@@ -70,5 +70,5 @@ class TrialRecord(NamedTuple):
 
     @property
     def is_outlier(self) -> bool:
-        """Whether the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
+        """True if the trial is a 5-sigma outlier: a decoy, a broken sensor, or a wrong model."""
         return self.p_value < OUTLIER_P_VALUE

@@ -1,1 +1,1 @@
-"""Features of objects, and the prior they give."""
+"""Visual features of objects, and the prior of their inertia computed from them."""

@@ -1,7 +1,7 @@
 """Visual features of an object, with their errors.
 
 The paper assumes an algorithm that recovers the three-dimensional sizes of ellipsoids from pictures. Here the true
-features are handed over with a stated error, which by default is none.
+features are passed on with errors of given standard deviation, zero by default.
 """
 
 import enum
@@ -28,7 +28,7 @@ class VisionError:
     """Standard deviations of the errors of measured features.
 
     Attributes:
-        size: Standard deviation of each axis length, as a fraction of it.
+        size: Standard deviation of each axis length, as a fraction of that length.
         position: Standard deviation of each coordinate of a component's centre, [m].
         rotation: Standard deviation of the rotation about each axis, [rad].
     """
@@ -38,19 +38,19 @@ class VisionError:
     rotation: Annotated[float, Within(0.0, 3.0), Setting("rad", _NONE)] = 0.0
 
     def __post_init__(self) -> None:
-        """Checks the numbers.
+        """Checks the standard deviations.
 
         Raises:
-            BadArgumentError: One is not finite, or out of bounds.
+            BadArgumentError: A standard deviation is not finite, or out of bounds.
         """
         check_fields(self)
 
 
 class FeatureSource(enum.Enum):
-    """Where the features of an object come from."""
+    """Source of an object's features."""
 
-    FEATURES = "features"  # the object itself, with the error of measuring them (paper, IV-A)
-    PIXELS = "pixels"  # a colour and depth picture of it, and nothing else
+    FEATURES = "features"  # true features with measurement errors (paper, IV-A)
+    PIXELS = "pixels"  # colour and depth pictures only
 
 
 @dataclass(frozen=True)
@@ -58,18 +58,18 @@ class ComponentFeatures:
     """Features of one component.
 
     Attributes:
-        colour: Its colour, red, green and blue in [0, 1].
-        shape: Its solid with the sizes (axis lengths) as measured.
-        X_TE: Its measured pose, shape (4, 4).
+        colour: Colour of the component, red, green and blue in [0, 1].
+        shape: Solid with the measured sizes (axis lengths).
+        X_TE: Measured pose of the component, shape (4, 4).
         size_sd: Standard deviation of each size's error, as a fraction of that size.
         position_sd: Standard deviation of each coordinate's error, [m].
         rotation_sd: Standard deviation of the error about each axis, [rad].
         colour_sd: Standard deviation of the colour's error in each direction of CIELAB; 0 if it is known exactly.
-        lightness_sd: Standard deviation of a further error of the colour's brightness, as of the light it is seen
-            in, in units of L*.
-        deformations: Further errors, each an affine map of points in T by which the part is off, one standard
-            deviation of it, less the identity, shape (G, 4, 4): what a picture leaves open, correlations included.
-        strikes: Its faces that are made to strike, which the eye is told.
+        lightness_sd: Standard deviation of a further error of the colour's lightness, as from the illumination, in
+            units of L*.
+        deformations: Further errors, each the displacement of the part's points in T by one standard deviation, an
+            affine map less the identity, shape (G, 4, 4): what a picture leaves undetermined, with its correlations.
+        strikes: Striking faces of the component, known without measurement.
     """
 
     colour: Colour
@@ -85,7 +85,7 @@ class ComponentFeatures:
 
     @property
     def appearance(self) -> PartAppearance:
-        """What of it tells which object it belongs to."""
+        """Appearance of the component, by which the object is recognised."""
         x, y, z = (float(value) for value in self.X_TE[:3, 3])
         sizes = tuple(float(size) for size in self.shape.sizes)
         return PartAppearance(

@@ -1,8 +1,8 @@
-"""Features of an object, from the source that the settings name.
+"""Observation of an object's features by the source that the settings name.
 
-Either the true features with a stated error, or features from colour and depth pictures of the object on its stand
-and from nothing else: one picture of an object that is made of ellipsoids, two of any other, which is turned over in
-between. All come out of the same port.
+The source is either the true features with errors of given standard deviation, or colour and depth pictures of the
+object on its stand and nothing else: one picture of an object made of ellipsoids, two of any other, which is turned
+over in between.
 """
 
 import numpy as np
@@ -21,13 +21,13 @@ def observe(
     """Measures the features of an object.
 
     Args:
-        tool: The object.
-        source: Whether its features are measured with an error, or detected in a picture.
-        error: Of features that are measured.
-        rng: Draws the errors of the measurement, or the noise of the picture.
+        tool: Object to be observed.
+        source: Source of the features: the true ones with an error, or pictures.
+        error: Standard deviations of the errors, if the source is the true features.
+        rng: Random generator of the errors, or of the noise of the pictures.
 
     Raises:
-        SeeingError: The picture does not show what is needed.
+        SeeingError: The features cannot be extracted from the pictures.
     """
     if source is FeatureSource.FEATURES:
         return measure_features(tool, error, rng)

@@ -1,4 +1,4 @@
-"""The visual system of the paper's figure 2: the features of an object, the memory of materials, and the prior."""
+"""Visual system of the paper's figure 2: features of an object, memory of materials, and prior."""
 
 from typing import Any
 
@@ -16,10 +16,10 @@ from affordance.vision.visual_prior import predict_object
 
 
 class FeatureSensor(SampledSystem):
-    """Outputs the features measured of the object that is presented; they are a parameter of the Context.
+    """Source of the measured features of the presented object, which are a parameter of the Context.
 
     Output ports:
-        features: Of each component, tuple of ComponentFeatures.
+        features: Features of each component, tuple of ComponentFeatures.
     """
 
     def __init__(self) -> None:
@@ -28,19 +28,19 @@ class FeatureSensor(SampledSystem):
         self.declare_object_output("features", self._features.get, {self._features.ticket})
 
     def set_features(self, context: Context, features: tuple[ComponentFeatures, ...]) -> None:
-        """Sets the features."""
+        """Sets the features of the presented object."""
         self._features.set(context, features)
 
 
 class VisualPrior(SampledSystem):
-    """Predicts an object's inertial parameters from its features and the memory of materials.
+    """Prediction of an object's inertial parameters from its features and the memory of materials.
 
     Input ports:
-        features: Of each component, tuple of ComponentFeatures.
-        materials: Memory.
+        features: Features of each component, tuple of ComponentFeatures.
+        materials: Memory of materials, Memory.
 
     Output ports:
-        prior: p(lambda | v), ObjectBelief.
+        prior: Prior p(lambda | v), ObjectBelief.
     """
 
     def __init__(self, prior: Prior) -> None:
@@ -56,26 +56,26 @@ class VisualPrior(SampledSystem):
 
 
 class MaterialMemorySystem(SampledSystem):
-    """Remembers what is believed of materials, and learns when a presentation ends (the teaching signal).
+    """Memory of the belief about materials, updated when a presentation ends (the teaching signal).
 
-    The state changes by one event a presentation: at its end the posterior becomes what is believed, unless the
-    presentation was such an outlier that nothing is to be learned from it. Which colours are remembered beyond a
-    presentation is a parameter of the Context.
+    The state changes by one event per presentation: at its end the posterior becomes the belief, unless the
+    presentation was so improbable an outlier that nothing is to be learned from it. The colours that are remembered
+    beyond a presentation are a parameter of the Context.
 
     Input ports:
-        posterior: Belief after what was measured, ObjectBelief.
-        p_value: Probability of measurements as improbable as these, (1,).
+        posterior: Belief given the measurements, ObjectBelief.
+        p_value: Probability of measurements at least as improbable as these, (1,).
 
     Output ports:
-        materials: Memory.
+        materials: Memory of materials, Memory.
     """
 
     def __init__(self, *, duration: float, least_p_value: float) -> None:
-        """Declares the event.
+        """Declares ports and the update event.
 
         Args:
-            duration: Of a presentation, [s].
-            least_p_value: Presentations less probable than this teach nothing.
+            duration: Duration of a presentation, [s].
+            least_p_value: Smallest p-value of a presentation from which the memory learns.
         """
         super().__init__()
         self._least_p_value = least_p_value
@@ -88,11 +88,11 @@ class MaterialMemorySystem(SampledSystem):
         self.DeclarePeriodicUnrestrictedUpdateEvent(duration, duration, self._learn)
 
     def set_memory(self, context: Context, memory: Memory) -> None:
-        """Sets what is believed before a presentation."""
+        """Sets the memory before a presentation."""
         context.SetAbstractState(self._memory, memory)
 
     def get_memory(self, context: Context) -> Memory:
-        """Returns what is believed now."""
+        """Returns the present memory."""
         value: Any = context.get_abstract_state(self._memory)
         memory: Memory = value.get_value()
         return memory

@@ -1,7 +1,7 @@
-"""From visual features to p(lambda | v), the belief about an object's inertia before it is held.
+"""Visual prior p(lambda | v): the belief about an object's inertia before it is held, from its visual features.
 
-Colour selects each component's material and with it the belief about its density; sizes and pose give Phi, with its
-uncertainty to first order. Frames: T the tool, E a component.
+The colour of each component selects its material and with it the belief about its density; sizes and pose give Phi,
+with its uncertainty to first order. Frames: T the tool, E a component.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,7 @@ from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures
 
-# Step of the central differences through Phi, as a fraction of a size, in metres and in radians.
+# Step of the central differences of Phi: relative for sizes, in metres for positions, in radians for rotations.
 _STEP = 1e-5
 
 
@@ -23,11 +23,11 @@ def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior:
     """Predicts an object's inertia from its visual features.
 
     Args:
-        features: Of each component.
-        memory: What is believed of materials and objects met before.
-        prior: What is believed of materials never met.
+        features: Features of each component.
+        memory: Belief about the materials and objects met before.
+        prior: Belief about materials never met.
 
-    Returns: The belief about the object before it is held; its memory includes every colour of the object.
+    Returns: Belief about the object before it is held; its memory includes every colour of the object.
     """
     recollection = memory.recall([part.appearance for part in features], prior)
     return ObjectBelief(
@@ -40,7 +40,7 @@ def predict_object(features: Sequence[ComponentFeatures], memory: Memory, prior:
 def measure_geometry(
     features: Sequence[ComponentFeatures], material_indices: Sequence[int], num_materials: int
 ) -> Geometry:
-    """Measures Phi, (10, num_materials), and its errors; material_indices says which column each component fills."""
+    """Computes Phi, (10, num_materials), and its errors; material_indices gives the column of each component."""
     Phi = build_inertia_map(
         [part.shape for part in features], [part.X_TE for part in features], material_indices, num_materials
     )
@@ -58,7 +58,8 @@ def measure_geometry(
         J = part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T
         for deformation in part.deformations:
             error = np.zeros((NUM_PARAMETERS, num_materials))
-            # Of det(D) D J D^T at D = I + deformation: a solid of given density has more mass where it is larger.
+            # First-order change of det(D) D J D^T at D = I + deformation: a larger solid of given density has more
+            # mass.
             change = deformation @ J + J @ deformation.T + np.trace(deformation) * J
             error[:, index] = parameters_from_pseudo_inertia(change)
             errors.append(error)
@@ -66,12 +67,12 @@ def measure_geometry(
 
 
 def _list_errors(part: ComponentFeatures) -> list[float]:
-    """Standard deviations of a component's measurements: its sizes, its position, its rotation."""
+    """Lists the standard deviations of a component's measurements: sizes, position, rotation."""
     return [part.size_sd] * len(part.shape.sizes) + [part.position_sd] * 3 + [part.rotation_sd] * 3
 
 
 def _displace(part: ComponentFeatures, measurement: int, step: float) -> ComponentFeatures:
-    """Returns the features with one measurement off by a step (sizes: by that fraction)."""
+    """Returns the features with one measurement displaced by a step (sizes: by that fraction)."""
     sizes = part.shape.sizes
     X_TE = np.array(part.X_TE)
     if measurement < len(sizes):

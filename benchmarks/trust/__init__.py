@@ -1,1 +1,1 @@
-"""Whether results can be trusted, and what they cost at scale; run all of it with ``make trust``."""
+"""Studies of the trustworthiness of results and of their cost at scale; run all of them with ``make trust``."""

@@ -1,9 +1,9 @@
-"""Bad input by the hundred: every file of models is spoilt in every way we could think of.
+"""Invalid input, hundreds of cases: every file of models is corrupted in every way we could think of.
 
-Each case takes one file of a good folder of models and spoils it so that it cannot be right: a key is dropped,
-doubled or misspelt; a value is of another kind, out of all bounds, or no number; a list has another length; the text
-is cut off, empty, or no text at all. The command line must answer with status 2 and one line that names file and
-key, and write nothing. Where the arm itself is spoilt, Drake may end the process: those cases run in another one.
+Each case takes one file of a good folder of models and makes it invalid: a key is dropped, doubled or misspelt; a
+value has another type, is out of all bounds, or not a number; a list has another length; the text is truncated,
+empty, or not text at all. The command line must answer with status 2 and one line that names file and key, and write
+nothing. A corrupted arm may make Drake end the process: those cases run in a process of their own.
 """
 
 import contextlib
@@ -31,10 +31,10 @@ from affordance.files.model_folder import MODELS
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import Faults
 
-# Of which some 700 differ; those that were tried already are not counted.
+# Number of generated cases, of which some 700 differ; repeated ones are not counted.
 NUM_CASES = 850
-PATIENCE = 120.0  # with a process of its own, [s]
-# The files that can be spoilt, and an experiment that reads them first of all.
+PATIENCE = 120.0  # for a process of its own, [s]
+# Files to corrupt, each with an experiment that reads it first.
 FILES = {
     "materials.yaml": "weight",
     "tools/weight.yaml": "weight",
@@ -46,10 +46,10 @@ FILES = {
     "nail.yaml": "hammer",
     "faults.yaml": "weight",
 }
-# Files whose keys are names that are free to choose, and keys that may be left out.
+# Files whose keys are free names, and keys that are optional.
 NAMED = frozenset({"materials.yaml", "faults.yaml"})
 OPTIONAL = frozenset({"rpy_deg", "looks_like", *(field.name for field in fields(Faults))})
-# Likewise, in one file. Joints that a start does not name are as in the home posture.
+# Keys that are optional in one file. Joints that a start does not name are as in the home posture.
 _START = frozenset({"start", *load_arm().joint_names})
 OPTIONAL_IN = {
     "materials.yaml": frozenset({"source"}),
@@ -58,7 +58,7 @@ OPTIONAL_IN = {
     "paths/mash.yaml": _START,
     "nail.yaml": _START,
 }
-# What stands for a number, a text, a list and a mapping that is none, or lies out of all bounds.
+# Values of a wrong type or out of all bounds, for a number, a text, a list and a mapping.
 WRONG: dict[type, tuple[Any, ...]] = {
     float: (None, True, "heavy", [], {}, [1.0], float("nan"), float("inf"), -1e30, 1e30, 10**400),
     str: (None, False, 3, 2.5, "", "  ", [], {}, ["steel"]),
@@ -87,12 +87,12 @@ _ARM = (
 )
 
 
-# One of these must be named where one of them is spoilt: they load each other.
+# If one of these files is corrupted, the message must name any one of them: they load each other.
 _ARM_FILES = re.compile(r"arm\.sdf|arm\.dmd\.yaml|package\.xml")
 
 
 class Answer(NamedTuple):
-    """What the command line said: its exit status, what it printed, and what it wrote."""
+    """Answer of the command line: its exit status, its output, and whether it wrote files."""
 
     status: int
     out: str
@@ -101,19 +101,19 @@ class Answer(NamedTuple):
 
     @property
     def refused(self) -> bool:
-        """Whether it is a refusal as it should be: status 2, one line, nothing written."""
+        """True if it is a correct refusal: status 2, one line, nothing written."""
         return self.status == 2 and not self.out and self.err.count("\n") == 1 and not self.written
 
 
 @dataclass(frozen=True)
 class Case:
-    """One spoilt file.
+    """Corrupted file.
 
     Attributes:
-        file: Its path in the folder of models.
-        content: What is written there.
-        what: How it was spoilt, in words.
-        keys: Words of which the refusal must name one, besides the file; empty if there is no key to name.
+        file: Path in the folder of models.
+        content: Corrupted content.
+        what: Description of the corruption.
+        keys: Words of which the refusal must name one, in addition to the file; empty if there is no key to name.
     """
 
     file: str
@@ -124,13 +124,13 @@ class Case:
 
 @contextlib.contextmanager
 def copy_models() -> Iterator[Path]:
-    """A good folder of models that can be spoilt."""
+    """Yields a copy of the models that can be corrupted."""
     with tempfile.TemporaryDirectory() as folder:
         yield Path(shutil.copytree(MODELS, Path(folder) / "models"))
 
 
 def answer(models: Path, case: Case) -> Answer:
-    """Asks the command line, in this process, to run an experiment with one file spoilt; nothing is simulated."""
+    """Asks the command line, in this process, to run an experiment with one corrupted file; nothing is simulated."""
     path, out = models / case.file, models.parent / "out"
     good = path.read_bytes()
     path.write_bytes(case.content)
@@ -151,7 +151,7 @@ def answer(models: Path, case: Case) -> Answer:
 
 
 def names_the_place(case: Case, found: Answer) -> bool:
-    """Whether a refusal names the file, and after it what in it: one of the keys as an element of the path."""
+    """Returns True if a refusal names the file and then one of the keys as an element of the path."""
     _, name, rest = found.err.partition(f"{Path(case.file).name}: ")
     path, *more = rest.split(": ")
     if path == "tools" and more:  # of a tool by its name, or of all of them
@@ -163,7 +163,7 @@ def names_the_place(case: Case, found: Answer) -> bool:
 
 @st.composite
 def spoil(draw: st.DrawFn) -> Case:
-    """Spoils a file of the models in one place."""
+    """Corrupts a file of the models in one place."""
     file = draw(st.sampled_from(sorted(FILES)))
     text = (MODELS / file).read_text(encoding="utf-8")
     content = yaml.safe_load(text)
@@ -183,7 +183,7 @@ def spoil(draw: st.DrawFn) -> Case:
         what = f"without {place}"
     elif way == "add":
         name = draw(st.text("abcdefghijklmnopqrstuvwxyz_", min_size=3, max_size=12).map(lambda word: f"x_{word}"))
-        # Where names are free to choose, what stands under them is not.
+        # Where names are free, the keys below them are not.
         old[name] = draw(st.sampled_from((1.0, "x", None)))
         key, what = name, f"{name!r} added to {place}"
     elif way == "length":
@@ -220,7 +220,7 @@ def _first_key(text: str) -> str:
 
 
 def _list_places(content: Any, way: str, file: str) -> Iterator[tuple[Any, ...]]:
-    """Places of a parsed file that can be spoilt in a way; the first part, "", is the file's whole content."""
+    """Lists places of a parsed file that can be corrupted in a way; the first part, "", is the whole content."""
     if way == "add":
         yield ("",)
     optional = OPTIONAL | OPTIONAL_IN.get(file, frozenset())
@@ -247,11 +247,11 @@ def _list_inner_places(
 
 
 def _run_nothing(*_: Any, **__: Any) -> None:
-    """Stands for an experiment whose input was found good."""
+    """Replaces an experiment whose input was accepted."""
 
 
 def answer_for_arm(models: Path, number: int) -> Answer:
-    """Asks the command line, in another process, to run with the arm spoilt in the way of a number."""
+    """Asks the command line, in another process, to run with the arm corrupted in the way with the given index."""
     name, good, bad = _ARM[number]
     path, out = models / name, models.parent / "out"
     text = path.read_text(encoding="utf-8")
@@ -270,11 +270,11 @@ def answer_for_arm(models: Path, number: int) -> Answer:
 
 
 def measure(*, cases: int = NUM_CASES, arms: int = len(_ARM)) -> tuple[list[list[str]], dict[str, Any]]:
-    """Tries bad input; returns a row for each that was not refused as it should be, and the counts of distinct ones.
+    """Tests invalid input; returns a row for each case without a correct refusal, and the counts of distinct cases.
 
     Args:
-        cases: How many files are generated; as many as differ are tried.
-        arms: How many arms are tried besides.
+        cases: Number of generated files; distinct ones are tested.
+        arms: Number of corrupted arms that are tested in addition.
     """
     tried, failures = 0, []
     seen: set[tuple[str, bytes]] = set()

@@ -1,9 +1,9 @@
-"""Simulation-based calibration: is what an observer believes as right, and as unsure, as it should be?
+"""Simulation-based calibration of an observer's posterior: its position and its width.
 
 Mean densities of two materials are drawn from the prior, restricted to positive values, and the object's own from
-those. The object is held in Drake, or felt at rest, by one who knows nothing yet, and the rank of the truth among
-samples of the posterior is noted. If everything between the draw and the posterior is right, ranks are uniform (Talts
-et al. 2018, arXiv:1804.06788) and intervals cover as often as they say.
+those. The object is held in Drake, or measured at rest, by an observer without experience, and the rank of the truth
+among samples of the posterior is recorded. If everything between the draw and the posterior is right, ranks are
+uniform (Talts et al. 2018, arXiv:1804.06788) and intervals have their nominal coverage.
 """
 
 import functools
@@ -35,32 +35,32 @@ from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 from benchmarks.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 
-# What calibrations are called, in metrics.json and above their histograms.
+# Names of the calibrations, in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"
 AT_REST, CONSTANT = "Weber, felt at rest", "constant errors, felt at rest"
-LOOPS = (WEBER, WHITE_NOISE)  # what observers do; the others say what this costs
+LOOPS = (WEBER, WHITE_NOISE)  # loops of simulated observers; the others show the cost of approximations
 EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, positivity ignored"
 
 NUM_DRAWS = 1000
 DURATION = 3.0  # of a hold, as in all experiments, [s]
-# One hundredth of what the strongest joint bears, the accuracy that torque sensors of robots are sold with, [N m].
+# One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
 WHITE = WhiteNoise(0.7)
 COVERAGES = (0.5, 0.8, 0.9)
 NUM_BINS = 20
-# Ranks from 0 to 999, fifty a bin.
+# Ranks from 0 to 999, fifty per bin.
 NUM_SAMPLES = 999
-# The grid of exact Bayes: up to where the prior leaves one in 10^6, in steps well below any posterior's width.
+# Grid of exact Bayes, up to the prior's quantile of 1 - 10^-6, in steps well below any posterior's width.
 _GRID = np.arange(25.0, 20_500.0, 50.0)
 
 
 @dataclass(frozen=True)
 class CalibrationConfig:
-    """What is calibrated.
+    """Configuration of a calibration.
 
     Attributes:
-        settings: Those of all simulations, but for the noise.
-        tool: An object of two materials, whose densities are replaced by drawn ones.
-        moves: Whether it is held in Drake, or felt at rest.
+        settings: Settings of all simulations, except the noise.
+        tool: Object of two materials, whose densities are replaced by drawn ones.
+        moves: True to hold the object in Drake, False to measure it at rest.
         seed: Root of every random draw.
     """
 
@@ -71,11 +71,11 @@ class CalibrationConfig:
 
 
 class Calibration(NamedTuple):
-    """How well posteriors are calibrated, over N draws of M densities.
+    """Calibration of posteriors, over N draws of M densities.
 
     Attributes:
-        positions: Where in its posterior each truth lies, from 0 to 1, (N, M).
-        p_value: Of the chi-squared test that positions are uniform, the smallest over densities times M.
+        positions: Cumulative probability of each truth in its posterior, from 0 to 1, (N, M).
+        p_value: P-value of the chi-squared test that positions are uniform, the smallest over densities times M.
         coverage: Proportion of truths in the central intervals of COVERAGES.
     """
 
@@ -86,23 +86,23 @@ class Calibration(NamedTuple):
 
 @functools.cache
 def get_hold(arm: Path) -> StaticHold:
-    """The arm of a file at rest."""
+    """Returns the static hold of the arm in a file."""
     return StaticHold(load_arm(arm))
 
 
 @functools.cache
 def get_model(arm: Path) -> ArmModel:
-    """An internal model of the arm of a file."""
+    """Returns an internal model of the arm in a file."""
     return ArmModel(load_arm(arm))
 
 
 def load_stick() -> Tool:
-    """The plain novel object of Simulation III: two equal parts, so that its shape says nothing."""
+    """Loads the plain novel object of Simulation III: two equal parts, so that its shape carries no information."""
     return load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))[0]
 
 
 def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> CalibrationConfig:
-    """The stick under the settings of all simulations, with a noise model."""
+    """Builds the calibration of the stick under the settings of all simulations, with a noise model."""
     tool = load_stick()
     return CalibrationConfig(replace(DEFAULT_SETTINGS, noise=noise), tool.gripped_by(tool.grips[0]), moves, seed)
 
@@ -110,7 +110,7 @@ def build_config(noise: NoiseModel, *, moves: bool, seed: int = 0) -> Calibratio
 def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
     """Draws mean densities of the materials and the object's own, all positive, (M,) each, [kg/m^3].
 
-    The draw of a number is the same for every noise model, so that these can be compared draw by draw.
+    The draw with a given number is the same for every noise model, so that these can be compared draw by draw.
     """
     prior = config.settings.prior
     rng = np.random.default_rng([config.seed, number, Stream.CALIBRATION_TRUTH])
@@ -122,11 +122,11 @@ def draw_truth(config: CalibrationConfig, number: int) -> tuple[Array, Array]:
 
 
 class Learned(NamedTuple):
-    """What a trial taught an observer who knew nothing.
+    """Result of a trial for an observer without experience.
 
     Attributes:
-        belief: Of the materials.
-        p_value: Of the measurements, under what it believed before.
+        belief: Belief about the materials.
+        p_value: P-value of the measurements under the prior.
         bound: Cramer-Rao bounds on the variances of the unrestricted belief, (M,), [(kg/m^3)^2].
     """
 
@@ -136,7 +136,7 @@ class Learned(NamedTuple):
 
 
 def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
-    """Lets an observer who knows nothing hold an object of densities own, (M,), [kg/m^3]."""
+    """Simulates a trial of an observer without experience, with an object of densities own, (M,), [kg/m^3]."""
     settings = config.settings
     noise, prior = settings.noise, settings.prior
     colours = [part.looks_like.colour for part in config.tool.components]
@@ -150,16 +150,16 @@ def learn(config: CalibrationConfig, own: Array, number: int) -> Learned:
         bound = compute_bound(felt, Phi, own, noise, prior)
         return Learned(record.memory.belief, record.p_value, bound)
     hold = get_hold(settings.arm)
-    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # as the joints draw them in a trial
+    statistics = hold.measure(prediction, own, noise, (config.seed, number, 1))  # noise as drawn in a trial
     found = compute_posterior(prediction, statistics, len(hold.tau_arm), noise, prior.deviation_sd)
     bound = compute_bound(feel_at_rest(hold.tau_arm, hold.Y, statistics.num_samples), Phi, own, noise, prior)
     return Learned(found.posterior.memory.belief, found.p_value, bound)
 
 
 def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
-    """Draws a truth, and finds its place in the posterior.
+    """Draws a truth, and finds its rank in the posterior.
 
-    Returns: ``mean`` and ``own``, the truths; ``rank`` of the mean densities among NUM_SAMPLES samples;
+    Returns: ``mean`` and ``own``, the true densities; ``rank`` of the mean densities among NUM_SAMPLES samples;
         ``sample_mean`` of these; ``centre`` and ``variance`` of the unrestricted normal distribution, and the
         ``bound`` on that variance, (M,) each; and ``p_value``.
     """
@@ -181,7 +181,7 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
 def run_draws(
     config: CalibrationConfig, folder: Path, *, draws: int, jobs: int, name: str
 ) -> dict[str, NDArray[Any]]:
-    """Runs all draws, or reads those that a folder holds; arrays as of ``run_draw`` with draws in front."""
+    """Runs all draws, or reads those that a folder holds; arrays as in ``run_draw`` with draws as the first axis."""
     kept = folder / "repeats" / compute_key(config, MODELS, Path(__file__).parent)
     return run_repeats(kept, functools.partial(run_draw, config), repeats=draws, jobs=jobs, description=name)
 
@@ -195,21 +195,21 @@ def assess(positions: Array) -> Calibration:
 
 
 def find_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Positions of the truths by their ranks, each at the middle of its rank, (N, M)."""
+    """Computes positions of the truths from their ranks, each at the middle of its rank, (N, M)."""
     positions: Array = (arrays["rank"] + 0.5) / (NUM_SAMPLES + 1)
     return positions
 
 
 def find_unrestricted_positions(arrays: Mapping[str, NDArray[Any]]) -> Array:
-    """Positions of the truths in normal distributions that know nothing of positive densities, (N, M)."""
+    """Computes positions of the truths in normal distributions not restricted to positive densities, (N, M)."""
     return np.asarray(norm.cdf(arrays["mean"], arrays["centre"], np.sqrt(arrays["variance"])))
 
 
 def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
-    """Positions of the object's own densities in exact posteriors of what is felt at rest, (draws, 2).
+    """Computes positions of the object's own densities in exact posteriors of measurements at rest, (draws, 2).
 
-    Bayes' rule by brute force: the size of the errors is that of every density's own torque. The object's densities
-    stand for the materials', whose deviations from them the grid leaves out.
+    Bayes' rule is applied by brute force, with the errors at every density's own torque. The object's densities stand
+    for the materials', whose deviations from them are neglected.
 
     Raises:
         ValueError: The noise is not Weber's.
@@ -244,7 +244,7 @@ def find_exact_positions(config: CalibrationConfig, draws: int) -> Array:
 
 
 def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[str, Calibration], dict[str, Any]]:
-    """Calibrates the loop with each noise model, and what its approximations cost.
+    """Calibrates the loop with each noise model, and measures the cost of its approximations.
 
     Returns: Calibrations by name, and the numbers of metrics.json.
     """
@@ -273,13 +273,13 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         error = ((arrays[name]["sample_mean"] - arrays[name]["mean"]) ** 2).mean(axis=0)
         against_error[name] = float((bounds / error).mean())
     numbers = {
-        # Over both noise models: the smaller p value times two, and the means of the others.
+        # Over both noise models: the smaller p-value times two, and the means of the others.
         "sbc_p_value": min(1.0, 2.0 * min(calibrations[name].p_value for name in LOOPS)),
         **{
             f"coverage{round(100 * coverage)}": float(np.mean([calibrations[name].coverage[i] for name in LOOPS]))
             for i, coverage in enumerate(COVERAGES)
         },
-        # Of both noise models, the one further from what it should be.
+        # Of both noise models, the one further from the target.
         "efficiency_vs_cramer_rao": max((efficiency[name] for name in LOOPS), key=lambda ratio: abs(ratio - 1.0)),
         "calibration": {
             name: {"p_value": found.p_value, "coverage": found.coverage} for name, found in calibrations.items()

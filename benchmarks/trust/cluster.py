@@ -1,4 +1,4 @@
-"""An experiment sent to a cluster of two workers, one of which is killed in mid-run: are its files those of here?"""
+"""Comparison of a local run with one on a cluster of two workers, one of which is killed during the run."""
 
 import contextlib
 import io
@@ -15,7 +15,7 @@ from benchmarks.trust.dask_cluster import DaskCluster
 from benchmarks.trust.kills import list_differences
 
 NUM_REPEATS = 8
-PATIENCE = 60.0  # with a worker that gets no task, [s]
+PATIENCE = 60.0  # for a worker that gets no task, [s]
 
 
 def run(out: Path, *arguments: str) -> int:
@@ -25,9 +25,9 @@ def run(out: Path, *arguments: str) -> int:
 
 
 def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_begun: Callable[[], bool]) -> bool:
-    """Kills a worker as soon as a run has begun and the worker has a task; says whether it had one.
+    """Kills a worker as soon as a run has begun and the worker has a task; returns True if it had one.
 
-    It has none if the run ends first: then the scheduler never again gives it one, and patience ends.
+    It has none if the run ends first: the scheduler gives it no further task, and patience ends.
     """
     address = cluster.find_worker(victim)
     deadline = time.monotonic() + PATIENCE
@@ -41,9 +41,9 @@ def kill_while_busy(cluster: DaskCluster, victim: subprocess.Popen[bytes], has_b
 
 
 def measure() -> tuple[list[list[str]], dict[str, Any]]:
-    """Runs here and there; returns a row for each file that differs, and whether none does.
+    """Runs locally and on the cluster; returns a row for each file that differs, and True if none does.
 
-    A victim that had no task when it was killed proves nothing: that counts as a difference.
+    A victim without a task when it was killed proves nothing, and counts as a difference.
     """
     with tempfile.TemporaryDirectory() as folder:
         here, there = Path(folder) / "here", Path(folder) / "there"

@@ -1,7 +1,7 @@
-"""The Cramer-Rao bound on what one trial can teach of the materials' densities, by the way the arm really moved.
+"""Cramer-Rao bound on the information of one trial about the materials' densities, along the true motion.
 
-How the arm moves is read off the log of the trial, and the regressor computed from that, so that the bound shares
-nothing with the estimator but the noise model and the geometry.
+The motion is read from the log of the trial, and the regressor computed from it, so that the bound shares nothing
+with the estimator but the noise model and the geometry.
 """
 
 from typing import NamedTuple
@@ -20,7 +20,7 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 class Felt(NamedTuple):
-    """What joints can have felt of an object's inertial parameters in a trial.
+    """Statistics of a trial on which measurements of an object's inertial parameters depend.
 
     Attributes:
         tau_arm: Mean over samples of the torques of the arm alone, (num_joints,), [N m].
@@ -34,12 +34,12 @@ class Felt(NamedTuple):
 
 
 def feel_at_rest(tau_arm: Array, Y: Array, num_samples: int) -> Felt:
-    """What is felt in samples, num_samples of them, where nothing moves; tau_arm and Y as in Felt."""
+    """Returns the statistics of samples at rest, num_samples of them; tau_arm and Y as in Felt."""
     return Felt(tau_arm, Y, num_samples * Y.T @ Y)
 
 
 def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt:
-    """What is felt along a trial whose log is given; accelerations are differences of the logged rates."""
+    """Computes the statistics along a logged trial; accelerations are differences of the logged velocities."""
     vdot = np.gradient(record.v, settings.log_period, axis=0, edge_order=2)
     step = round(settings.sample_period / settings.log_period)
     q, v, vdot = (column[step::step] for column in (record.q, record.v, vdot))
@@ -53,18 +53,18 @@ def feel_along(record: TrialRecord, model: ArmModel, settings: Settings) -> Felt
 
 
 def compute_bound(felt: Felt, Phi: Array, own: Array, noise: NoiseModel, prior: Prior) -> Array:
-    """Bounds on the variances of the mean densities of M materials, the prior included, (M,), [(kg/m^3)^2].
+    """Computes bounds on the variances of M materials' mean densities, with the prior, (M,), [(kg/m^3)^2].
 
-    The inverse of the prior's precision and the Fisher information at the truth. With Weber noise the mean torque is
-    felt once, and its information has a part from the mean and one from the size of the errors, as this depends on
-    the densities; with white noise every sample adds its own.
+    The bound is the inverse of the sum of the prior's precision and the Fisher information at the truth. With Weber
+    noise the mean torque is measured once, and its information has a part from the mean and one from the size of the
+    errors, which depends on the densities; with white noise every sample adds its own.
 
     Args:
-        felt: What is felt.
+        felt: Statistics of the trial.
         Phi: Geometry of the object, (10, M).
         own: True densities of the object, (M,), [kg/m^3].
-        noise: How well joints feel.
-        prior: Of the materials; the object's own densities deviate from theirs.
+        noise: Noise model of the joints.
+        prior: Prior of the materials; the object's own densities deviate from theirs.
     """
     H = felt.Y @ Phi  # (num_joints, M)
     tau = felt.tau_arm + H @ own

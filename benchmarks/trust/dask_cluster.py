@@ -1,4 +1,4 @@
-"""A Dask scheduler and its workers as processes of this machine, started as docs/performance.md says."""
+"""Dask scheduler and workers as processes of this machine, started as in docs/performance.md."""
 
 import json
 import os
@@ -10,31 +10,31 @@ from typing import Any
 
 from distributed import Client
 
-# How long processes may take to start on a busy machine, [s].
+# Longest time for processes to start on a busy machine, [s].
 _PATIENCE = 120.0
 
 
 class DaskCluster:
-    """A running cluster.
+    """Running Dask cluster.
 
     Attributes:
-        address: That of the scheduler.
+        address: Address of the scheduler.
         workers: Processes of the workers.
     """
 
     def __init__(
         self, folder: Path, *, num_workers: int = 2, num_threads: int = 1, imports: Path | None = None
     ) -> None:
-        """Starts it and waits for the scheduler and all workers.
+        """Starts the cluster, and waits for the scheduler and all workers.
 
         Args:
-            folder: For what it writes.
-            num_workers: How many workers.
-            num_threads: Threads of each.
-            imports: Folder from which modules can be imported too.
+            folder: Folder for the files of the cluster.
+            num_workers: Number of workers.
+            num_threads: Number of threads of each worker.
+            imports: Further folder from which modules can be imported.
 
         Raises:
-            TimeoutError: One of them is not there in time; what was started is ended.
+            TimeoutError: A process did not start in time; those already started are ended.
         """
         folder.mkdir(parents=True, exist_ok=True)
         self._file = folder / "scheduler.json"
@@ -73,11 +73,11 @@ class DaskCluster:
             raise TimeoutError(f"no {num_workers} Dask workers after {_PATIENCE:g} s") from error
 
     def connect(self) -> Any:
-        """A client of the scheduler, to be closed."""
+        """Returns a client of the scheduler, which the caller must close."""
         return Client(self.address, timeout=_PATIENCE, set_as_default=False)
 
     def find_worker(self, process: subprocess.Popen[bytes]) -> str:
-        """The address under which the scheduler knows a worker."""
+        """Returns the address under which the scheduler knows a worker."""
         with self.connect() as client:
             pids: dict[str, int] = client.run(os.getpid)
         return next(address for address, pid in pids.items() if pid == process.pid)
@@ -87,7 +87,7 @@ class DaskCluster:
         return subprocess.Popen(command, stdout=self._log, stderr=self._log, env=self._environment)
 
     def stop(self) -> None:
-        """Ends what is left of it."""
+        """Ends all remaining processes."""
         for process in (*self.workers, *([self._scheduler] if self._scheduler else [])):
             process.kill()
             process.wait()

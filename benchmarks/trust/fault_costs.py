@@ -1,8 +1,8 @@
-"""What every fault of models/faults.yaml costs: in what is believed, and in the choices that follow from it.
+"""Cost of every fault of models/faults.yaml, in beliefs and in the choices that follow from them.
 
 Observers hold the objects of Simulation II with a fault switched on, and choose a grip of the novel object as in
-Simulation III. Which grip is correct is that of the arm without a fault. Where trials were 5-sigma outliers, it is
-done once more by observers who learn nothing from such trials.
+Simulation III. The correct grip is that of the arm without a fault. If trials were 5-sigma outliers, the fault is run
+once more with observers who learn nothing from such trials.
 """
 
 from collections.abc import Mapping
@@ -33,9 +33,9 @@ from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 
 NUM_OBSERVERS = 50
-# Densities drawn for each observer: what one choice drawn by the paper's rule is right with, on average.
+# Number of densities drawn for each observer, over which choices by the paper's rule are averaged.
 NUM_CHOICES = 200
-# What a run without a fault is called.
+# Name of the run without a fault.
 NO_FAULT = "none"
 HEADER = [
     "fault",
@@ -52,11 +52,11 @@ HEADER = [
 
 
 def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs an observer's trials, and notes what a fault may spoil.
+    """Runs an observer's trials, and returns beliefs and the quantities that a fault may affect.
 
     Returns: ``precision`` (K + 1, M, M) and ``information_vector`` (K + 1, M); and over K trials, (K,) each, samples
         ``rejected`` and ``accepted``, ``outlier``, ``violation`` of a joint's range, [rad], and ``rate`` and
-        ``load``, the largest parts of a limit of velocity and of torque.
+        ``load``, the largest fractions of a limit of velocity and of torque.
     """
     limits = load_arm(config.settings.arm).limits
     memories, records = run_trials(config, repeat)
@@ -76,7 +76,7 @@ def hold_objects(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any
 def compute_cost(
     config: ExperienceConfig, choice: Choice, correct: int, arrays: Mapping[str, NDArray[Any]]
 ) -> dict[str, Any]:
-    """What a fault did, of the arrays of all observers."""
+    """Computes the cost of a fault from the arrays of all observers."""
     colours = config.colours
     densities = list_densities(config.tools)
     true = np.array([densities[look] for look in colours])
@@ -106,7 +106,7 @@ def compute_cost(
 
 
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
-    """Runs every fault; returns rows of a table, and what each costs by name."""
+    """Runs every fault; returns rows of a table, and the cost of each by name."""
     experiment = load_choice_experiment("reach")
     assert isinstance(experiment, ReachExperiment)
     first, config = experiment.novel[0], experiment.experience

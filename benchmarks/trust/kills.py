@@ -1,4 +1,4 @@
-"""Runs killed at random moments and taken up again: are their files those of a run that was left alone?"""
+"""Comparison of runs that are killed at random moments and resumed with a run left undisturbed."""
 
 import contextlib
 import itertools
@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 NUM_KILLS = 20
-# A run is killed twice, then left to end; a kill that comes too late for it counts for nothing.
+# Kills per run, which is then left to end; a kill after its end is not counted.
 _KILLS_PER_RUN = 2
-# What metrics.json says of when and how long, and a date as the report has it.
+# Keys of metrics.json with times, and the pattern of a date in the report.
 _WHEN = {"wall_s": 0.0, "finished": ""}
 _DATE = re.compile(r"\b\d{4}-\d{2}-\d{2}\b")
-# What is run, by turns.
+# Runs, which are taken alternately.
 RUNS = (
     ("weight", "--repeats", "3", "--jobs", "1"),
     ("com", "--repeats", "2", "--jobs", "2"),
@@ -37,7 +37,7 @@ def start(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
 
 
 def kill(process: subprocess.Popen[bytes]) -> bool:
-    """Kills a process and its children; says whether it was still running."""
+    """Kills a process and its children; returns True if it was still running."""
     running = process.poll() is None
     if running:
         os.killpg(process.pid, signal.SIGKILL)
@@ -46,10 +46,10 @@ def kill(process: subprocess.Popen[bytes]) -> bool:
 
 
 def list_differences(one: Path, other: Path) -> list[str]:
-    """Names files of two folders of results that are not the same, byte for byte.
+    """Lists the files of two folders of results that are not identical, byte for byte.
 
-    Times and dates aside: those in metrics.json and of the report, and the times at which members were put into the
-    .npz archives, of which the arrays are compared.
+    Times and dates are ignored: those in metrics.json and in the report, and the time stamps of the members of .npz
+    archives, whose arrays are compared.
     """
     files = {path.relative_to(folder) for folder in (one, other) for path in folder.rglob("*") if path.is_file()}
     return [str(name) for name in sorted(files) if not _are_same(one / name, other / name)]
@@ -73,10 +73,10 @@ def _are_same(one: Path, other: Path) -> bool:
 
 
 def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], dict[str, Any]]:
-    """Kills runs; returns a row for each that ended otherwise than the one left alone, and the numbers.
+    """Kills runs; returns a row for each whose results differ from the undisturbed run's, and the numbers.
 
-    Numbers are the counts, and ``kill_moments``: by experiment and options, when its kills came, in parts of the time
-    that the run left alone took.
+    The numbers are the counts, and ``kill_moments``: by experiment and options, the times of its kills, as fractions
+    of the duration of the undisturbed run.
     """
     rng = np.random.default_rng(seed)
     identical, failures = 0, []
@@ -84,7 +84,7 @@ def measure(*, kills: int = NUM_KILLS, seed: int = 0) -> tuple[list[list[str]], 
     with tempfile.TemporaryDirectory() as folder, contextlib.ExitStack() as stack:
 
         def launch(out: Path, arguments: Sequence[str]) -> subprocess.Popen[bytes]:
-            """Starts a run that ends with this study, whatever becomes of it."""
+            """Starts a run that is killed at the end of this study."""
             process = start(out, arguments)
             stack.callback(kill, process)
             return process

@@ -1,4 +1,4 @@
-"""Pictures of what ``make trust`` finds."""
+"""Figures of the studies of ``make trust``."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -12,17 +12,17 @@ from affordance.reporting.figures import OBJECT_COLOURS
 from benchmarks.trust.calibration import COVERAGES, NUM_BINS, Calibration
 from benchmarks.trust.soak import DURATION, NUM_BLOCKS, Soak
 
-# What a bin of a rank histogram keeps within, where all is right.
+# Probability of the band of a rank histogram's bins under calibration.
 _BAND = 0.99
 _FONT_SIZE = 9
 
 
 def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) -> Figure:
-    """Draws histograms of where truths lie in their posteriors, with the band of a uniform distribution.
+    """Draws histograms of the positions of truths in their posteriors, with the band of a uniform distribution.
 
     Args:
         calibrations: Calibrations of two densities, by name.
-        names: What the densities are of.
+        names: Names of the materials.
     """
     figure = Figure(figsize=(12.0, 3.0 * ((len(calibrations) + 2) // 3)))
     all_axes = figure.subplots((len(calibrations) + 2) // 3, 3, sharex=True, sharey=True)
@@ -49,10 +49,10 @@ def draw_ranks(calibrations: Mapping[str, Calibration], names: Sequence[str]) ->
 
 
 def draw_faults(costs: Mapping[str, Mapping[str, Any]]) -> Figure:
-    """Draws what each fault does to what is believed and to what is chosen.
+    """Draws the effect of each fault on beliefs and choices.
 
     Args:
-        costs: By fault, ``density_error`` and ``p_correct`` at every moment of learning.
+        costs: Costs by fault, with ``density_error`` and ``p_correct`` at every moment of learning.
     """
     names = list(costs)
     figure = Figure(figsize=(10.0, 0.8 + 0.32 * len(names)))
@@ -94,7 +94,7 @@ def draw_soak(found: Soak, trials: int) -> Figure:
 
 
 def draw_scaling(curves: Mapping[str, tuple[Sequence[int], Sequence[float]]], efficiency: float) -> Figure:
-    """Draws seconds over counts, each curve beside one that is proportional to its count."""
+    """Draws seconds over counts, each curve with one that is proportional to its count."""
     figure = Figure(figsize=(12.0, 3.4))
     all_axes = figure.subplots(1, len(curves))
     for axes, (name, (counts, seconds)) in zip(all_axes, curves.items(), strict=True):

@@ -1,12 +1,12 @@
 """Runs the studies of trust and scale and writes results/trust/ and its section of the report: ``make trust``.
 
-python -m benchmarks.trust.run [STUDY ...] runs some of them; those already there are kept.
+python -m benchmarks.trust.run [STUDY ...] runs some of them; results of the others are kept.
 """
 
 import argparse
 import os
 
-# One thread each, as in the experiments' processes; it must be said before NumPy is loaded.
+# One thread each, as in the experiments' processes; it must be set before NumPy is loaded.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 import json
@@ -27,7 +27,7 @@ from benchmarks.trust.section import describe
 _LOG = logging.getLogger(__name__)
 
 FOLDER = Path("results/trust")
-# Of the machine the targets are meant for.
+# Number of processes of the machine for which the targets are meant.
 JOBS = 2
 HOW = {
     "sbc_p_value": "chi-squared test that ranks of true densities are uniform: smallest over two noise models and "
@@ -48,7 +48,7 @@ HOW = {
 
 
 def study_calibration() -> dict[str, Any]:
-    """Calibrates, and draws the ranks."""
+    """Runs the calibration study, and draws the ranks."""
     found, numbers = calibration.measure(FOLDER, jobs=JOBS)
     names = [part.material.name for part in calibration.load_stick().components]
     save_figure(pictures.draw_ranks(found, names), FOLDER, "ranks")
@@ -56,21 +56,21 @@ def study_calibration() -> dict[str, Any]:
 
 
 def study_faults() -> dict[str, Any]:
-    """Costs faults, writes their table and draws it."""
+    """Measures the cost of faults, writes their table and draws it."""
     rows, costs = fault_costs.measure(FOLDER, jobs=JOBS)
     save_figure(pictures.draw_faults(costs), FOLDER, "faults")
     return {"faults": costs, "faults_table": format_table(fault_costs.HEADER, rows)}
 
 
 def study_soak() -> dict[str, Any]:
-    """Soaks, and draws memory and time."""
+    """Runs the soak test, and draws memory and time."""
     found, numbers = soak.measure()
     save_figure(pictures.draw_soak(found, numbers["soak_trials"]), FOLDER, "soak")
     return numbers
 
 
 def study_scaling() -> dict[str, Any]:
-    """Times, and draws how cost grows."""
+    """Measures times, and draws the growth of cost."""
     curves, numbers = scaling.measure()
     save_figure(pictures.draw_scaling(curves, numbers["parallel_efficiency_2"]), FOLDER, "scaling")
     return numbers
@@ -97,7 +97,7 @@ STUDIES: dict[str, Callable[[], dict[str, Any]]] = {
 }
 
 
-# What each study must have found, for the report and metrics.json.
+# Keys that each study must provide, for the report and metrics.json.
 KEYS: dict[str, tuple[str, ...]] = {
     "calibration": (
         "sbc_p_value",
@@ -117,7 +117,7 @@ KEYS: dict[str, tuple[str, ...]] = {
 
 
 def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
-    """Reads what a study found; None if it was not run. A file that is no such thing is quarantined."""
+    """Reads the results of a study; None if it was not run. A damaged file is quarantined."""
     path = folder / f"{study}.json"
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
@@ -150,7 +150,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         print(f"No numbers yet of: {', '.join(missing)}")
         return
     numbers = {key: value for study in found.values() if study is not None for key, value in study.items()}
-    # What studies that were run one at a time belong to: sources, models and versions.
+    # Inputs on which studies that were run one at a time depend: sources, models and versions.
     programs = {name: study.pop("program") for name, study in found.items() if study is not None}
     numbers["program"] = programs
     write_section(FOLDER, describe(numbers))

@@ -1,4 +1,4 @@
-"""How the cost grows: with processes, materials, components, samples and repeats."""
+"""Growth of the cost with processes, materials, components, samples and repeats."""
 
 import tempfile
 import time
@@ -30,12 +30,12 @@ MATERIALS = (1, 2, 4, 8, 16)
 COMPONENTS = (1, 2, 4, 8, 16)
 SAMPLES = (100, 1_000, 10_000, 100_000)
 REPEATS = (1, 2, 4, 8)
-# Of the holds that components are counted in, [s].
+# Duration of the holds that are timed over components, [s].
 _DURATION = 0.5
 
 
 def build_bar(num_components: int, num_materials: int) -> Tool:
-    """A bar of equal parts in a row, of materials of different colours by turns."""
+    """Builds a bar of equal parts in a row, whose materials and colours alternate."""
     components = []
     for i in range(num_components):
         kind = i % num_materials
@@ -48,7 +48,7 @@ def build_bar(num_components: int, num_materials: int) -> Tool:
 
 
 def time_materials() -> list[float]:
-    """Seconds of Bayes' rule for objects of several materials, felt at rest."""
+    """Measures the seconds of Bayes' rule for objects of several materials, measured at rest."""
     settings = load_hold_experiment("weight").settings
     hold = StaticHold(load_arm(settings.arm))
     calls: dict[str, Callable[[], object]] = {}
@@ -63,7 +63,7 @@ def time_materials() -> list[float]:
 
 
 def time_components() -> list[float]:
-    """Seconds of a hold with objects of several components."""
+    """Measures the seconds of a hold with objects of several components."""
     runner = TrialRunner(load_hold_experiment("weight").settings)
     calls: dict[str, Callable[[], object]] = {
         str(number): partial(runner.run_hold, build_bar(number, 1), MaterialMemory(), duration=_DURATION, seed=(0,))
@@ -73,7 +73,7 @@ def time_components() -> list[float]:
 
 
 def time_samples() -> list[float]:
-    """Seconds of ranking the grips of the novel object by several samples of the prior, without the planning."""
+    """Measures the seconds to rank the grips of the novel object by samples of the prior, without planning."""
     experiment = load_choice_experiment("reach")
     choice = plan_choice(list_options(experiment.novel[0]), experiment.task, experiment.settings)
     calls: dict[str, Callable[[], object]] = {str(number): partial(_rank, choice, number) for number in SAMPLES}
@@ -85,7 +85,7 @@ def _rank(choice: Choice, num_samples: int) -> None:
 
 
 def time_repeats(repeats: int, jobs: int) -> float:
-    """Seconds of repeats of experiment ``weight``; its processes and Diagrams are there already."""
+    """Measures the seconds of repeats of experiment ``weight``, with processes and Diagrams already built."""
     run = partial(load_hold_experiment("weight").run_observer, None, None)
     with tempfile.TemporaryDirectory() as folder:
         run_repeats(Path(folder) / "first", run, repeats=2 * jobs, jobs=jobs, description="warm-up")
@@ -95,7 +95,7 @@ def time_repeats(repeats: int, jobs: int) -> float:
 
 
 def measure(*, repeats: int = NUM_REPEATS) -> tuple[dict[str, tuple[tuple[int, ...], list[float]]], dict[str, Any]]:
-    """Times everything; returns curves of seconds over counts by name, and the numbers of metrics.json."""
+    """Measures all times; returns curves of seconds over counts by name, and the numbers of metrics.json."""
     one, two = time_repeats(repeats, 1), time_repeats(repeats, 2)
     curves = {
         "materials: Bayes' rule for one trial": (MATERIALS, time_materials()),

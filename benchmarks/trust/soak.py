@@ -1,4 +1,4 @@
-"""Ten thousand trials in one process: does memory grow, or the time of a trial?"""
+"""Soak test: memory and time of a trial over ten thousand trials in one process."""
 
 import gc
 import time
@@ -14,19 +14,19 @@ from affordance.simulation.trial import TrialRunner
 
 NUM_TRIALS = 10_000
 NUM_BLOCKS = 20
-# Short, as what a trial leaves behind does not depend on how long it lasts; long enough for two samples, [s].
+# Duration of a trial, short as its remains do not depend on it, but long enough for two samples, [s].
 DURATION = 0.2
 
 
 class Soak(NamedTuple):
-    """Found after each block of trials: memory, [MB], and processor time a trial, [s]; (NUM_BLOCKS,) each."""
+    """Memory, [MB], and processor time per trial, [s], after each block of trials; (NUM_BLOCKS,) each."""
 
     memory: Array
     seconds: Array
 
 
 def soak(*, trials: int = NUM_TRIALS) -> Soak:
-    """Runs trials, each with another object and seed, by turns."""
+    """Runs trials, with alternating objects and a seed each."""
     experiment = load_hold_experiment("weight")
     runner, process = TrialRunner(experiment.settings), psutil.Process()
     per_block = trials // NUM_BLOCKS
@@ -43,9 +43,9 @@ def soak(*, trials: int = NUM_TRIALS) -> Soak:
 
 
 def measure(*, trials: int = NUM_TRIALS) -> tuple[Soak, dict[str, Any]]:
-    """Soaks; returns what was found, and the numbers of metrics.json.
+    """Runs the soak test; returns the measurements, and the numbers of metrics.json.
 
-    The first block fills caches: growth and drift are those since.
+    The first block fills caches: growth and drift are measured from its end.
     """
     found = soak(trials=trials)
     quarter = NUM_BLOCKS // 4

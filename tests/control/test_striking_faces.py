@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from helpers.workshop import HAMMERS
 
-from affordance.control.swing import find_target
+from affordance import MODELS, load_hammer
+from affordance.control.swing import find_target, plan_swing
 
 
 @pytest.mark.parametrize("name", HAMMERS)
@@ -23,3 +24,15 @@ def test_tool_strikes_with_its_face_where_that_is_clear_of_the_hand(model, name)
         else:
             np.testing.assert_allclose(found.p_TS, p_TS)
             np.testing.assert_allclose(found.normal_T, normal_T)
+
+
+@pytest.mark.parametrize("name", HAMMERS)
+def test_face_looks_at_the_nail_when_it_strikes(model, name):
+    """It may look up at the start; a face that is square to the blow and looks away would strike through the head."""
+    task = load_hammer(MODELS / "nail.yaml")
+    held = HAMMERS[name].gripped_by(next(grip for grip in HAMMERS[name].grips if grip.name == "handle"))
+    target = task.find_target(model, held.components)
+    swing = plan_swing(model, target, speed=3.0, duration=task.duration)
+    model.set_state(np.concatenate([swing.q_end, np.zeros(len(swing.q_end))]))
+    normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
+    np.testing.assert_allclose(normal_W, target.direction_W, atol=1e-4)

@@ -133,7 +133,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
         assert (tmp_path / "learners" / f"{figure}.png").stat().st_size > 10_000
     claims = results.describe(numbers, 2).claims
     assert [claim.met for claim in claims if "brass" in claim.text][:2] == [False, True]
-    assert "kinds" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Kinds" in (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = capsys.readouterr().out
     assert "kinds_map: brass" in printed
     assert "needless kinds in 50.0 % of first lifts" in printed

@@ -241,10 +241,11 @@ def test_metrics_have_exactly_the_keys_that_are_asked_for(tmp_path, capsys, monk
         for suffix in ("png", "svg"):
             assert (tmp_path / group.name / f"test_object.{suffix}").stat().st_size > 10_000
         section = results.describe(group, numbers, 2)
+        assert len(section.claims) == 9
         for claim in section.claims:
             (found,) = claim.criteria
-            low, high = (float(end) for end in found.bound.split(" to "))
-            assert claim.met == (low <= float(found.value) <= high)
+            low, high = (float(each.split()[2]) for each in found.bound.split(" and "))
+            assert claim.met == (low <= float(found.value.split()[0]) <= high)
     assert "Linear++, 2 observers" in capsys.readouterr().out
 
 

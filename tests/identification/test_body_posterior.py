@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from affordance.identification.body_posterior import draw_bodies, find_mode
+from affordance.identification.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.evidence import no_phantom
 from affordance.identification.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.log_cholesky import is_possible, parameters_from_theta
@@ -13,11 +13,13 @@ from affordance.identification.solid_prior import SolidPrior
 _VARIANCE = 0.2
 
 
-def _hold(pi: np.ndarray, rng: np.random.Generator, rows: int = 60, gain_sd: float = 0.01) -> PayloadLikelihood:
+def _hold(
+    pi: np.ndarray, rng: np.random.Generator, rows: int = 60, gain_sd: float = 0.01, variance: float = _VARIANCE
+) -> PayloadLikelihood:
     """Torques of two joints along a random motion."""
     Y = rng.standard_normal((rows, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
     gain = 1.0 + gain_sd * rng.standard_normal(2)
-    signal = gain * (Y @ pi) + np.sqrt(_VARIANCE) * rng.standard_normal((rows, 2))
+    signal = gain * (Y @ pi) + np.sqrt(variance) * rng.standard_normal((rows, 2))
     zero = np.zeros_like(signal)
     samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
     prior = ChannelPrior(
@@ -27,7 +29,7 @@ def _hold(pi: np.ndarray, rng: np.random.Generator, rows: int = 60, gain_sd: flo
         np.zeros((2, 3)),
         *no_phantom(),
     )
-    return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(2, _VARIANCE))
+    return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(2, variance))
 
 
 def test_posterior_agrees_with_a_random_walk(rng):
@@ -115,3 +117,28 @@ def test_a_common_factor_of_gains_is_taken_out_as_bayes_rule_says(rng):
     given_shape = 1.0 / solid.precision[0, 0]
     assert log_factor.std() == pytest.approx(sd * np.sqrt(given_shape / (given_shape + sd**2)), rel=0.03)
     assert solid.remove_common_factor(felt, 0.0, rng) is felt
+
+
+def test_effective_size_is_what_the_scatter_over_seeds_says():
+    """Samples that descend from one are alike: 500 equal weights are no 500 independent samples."""
+    rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
+    likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
+    mode = find_mode(likelihood, solid)
+    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(24)]
+    runs = [bodies for bodies in drawn if np.all(bodies.weights == bodies.weights[0])]
+    assert len(runs) > 12  # annealed
+    means = np.array([bodies.weights @ bodies.pi for bodies in runs])
+    spread = np.concatenate([bodies.pi for bodies in runs]).var(axis=0)
+    independent = np.min(spread / means.var(axis=0, ddof=1))
+    reported = np.median([bodies.effective_size for bodies in runs])
+    assert independent < 250.0
+    assert independent / 3.0 < reported < 3.0 * independent
+
+
+def test_effective_size_of_equal_independent_samples_is_their_number(rng):
+    pi = rng.standard_normal((400, 10))
+    bodies = WeightedBodies(pi, np.full(400, 1.0 / 400), np.arange(400))
+    assert bodies.effective_size == pytest.approx(400.0)
+    # Each of 40 samples ten times over is 40 samples.
+    again = WeightedBodies(np.repeat(pi[:40], 10, axis=0), bodies.weights, np.repeat(np.arange(40), 10))
+    assert again.effective_size == pytest.approx(40.0)

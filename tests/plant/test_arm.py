@@ -1,3 +1,5 @@
+import shutil
+
 import numpy as np
 import pytest
 from pydrake.geometry import Role
@@ -199,3 +201,14 @@ def test_joint_that_may_not_move_is_refused(tmp_path):
         ModelFileError, match=r"has elbow_flexion with a velocity limit of 0 rad/s, must be more than 0"
     ):
         load_arm(path)
+
+
+def test_arm_is_loaded_anew_once_one_of_its_files_has_changed(tmp_path):
+    for name in ("arm.dmd.yaml", "arm.sdf", "package.xml"):
+        shutil.copy(MODELS / name, tmp_path / name)
+    arm = load_arm(tmp_path / ARM.name)
+    assert load_arm(tmp_path / ARM.name) is arm
+    text = (tmp_path / "arm.sdf").read_text(encoding="utf-8")
+    (tmp_path / "arm.sdf").write_text(text.replace("<effort>67.9<", "<effort>50.0<"), encoding="utf-8")
+    assert load_arm(tmp_path / ARM.name).limits.tau_max[0] == 50.0
+    assert arm.limits.tau_max[0] == 67.9

@@ -2,11 +2,12 @@ import itertools
 
 import numpy as np
 import pytest
+from pydrake.multibody.tree import SpatialInertia
 
 from affordance.exceptions import AffordanceError
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import CylinderEntry, ProtocolObjects
-from affordance.protocols.presentations import build_latin_square, draw_presentations, weigh
+from affordance.protocols.presentations import build_row, count_rows, draw_presentations, weigh
 
 TOOLS = tuple(
     CylinderEntry(name=name, radius=0.04, height=0.1, mass=mass, colour="#808080").build()
@@ -46,6 +47,18 @@ def test_block_that_would_fill_the_memory_is_one_line():
     assert len(draw(repetitions=1000, times=5)) == 20_000
     with pytest.raises(AffordanceError, match=r"^blocks\[1\]: presents 4 objects 1000 times, 100 in a row: 400000"):
         draw(repetitions=1000, times=100)
+
+
+def test_cylinder_turns_like_one():
+    """Drake's moments of inertia, about the middle by which it is held."""
+    tool = CylinderEntry(name="can", radius=0.04, height=0.1, mass=0.5, colour="#808080").build()
+    expected = SpatialInertia.SolidCylinderWithMass(0.5, 0.04, 0.1, np.array([0.0, 0.0, 1.0]))
+    moments = expected.CalcRotationalInertia().get_moments()
+    np.testing.assert_allclose(tool.parameters, [0.5, 0.0, 0.0, 0.0, *moments, 0.0, 0.0, 0.0], rtol=1e-12, atol=1e-18)
+
+
+def build_latin_square(count):
+    return [build_row(count, row) for row in range(count_rows(count))]
 
 
 @pytest.mark.parametrize("count", [2, 3, 4, 5, 6])

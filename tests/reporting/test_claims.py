@@ -47,7 +47,7 @@ def test_two_bounds_must_both_be_met():
     ]
 
 
-@pytest.mark.parametrize(("values", "met"), [([1.0, 2.0, 3.0], True), ([1.0, 5.0, 3.0], False), ([], True)])
+@pytest.mark.parametrize(("values", "met"), [([1.0, 2.0, 3.0], True), ([1.0, 5.0, 3.0], False), ([], False)])
 def test_every_entry_of_a_list_must_meet_the_bound(values, met):
     assert judge("x", {"below": 4.0}, {"x": values}).met is met
 
@@ -69,6 +69,51 @@ def test_texts_and_truths_are_compared_too():
 @pytest.mark.parametrize("how", COMPARISONS)
 def test_number_that_is_missing_or_none_meets_nothing(value, how):
     assert not judge("x", {how: 1.0}, {"x": value}).met
+
+
+@pytest.mark.parametrize("how", COMPARISONS)
+def test_empty_list_meets_nothing(how):
+    assert not judge("x", {how: 1.0}, {"x": []}).met
+    assert not judge("y", {how: "x"}, {"x": [], "y": 1.0}).met
+    assert judge("x", {how: 1.0}, {"x": []}).value == "none"
+
+
+@pytest.mark.parametrize(
+    ("value", "bounds"),
+    [
+        ("x / zero", {"above": 0}),
+        ("x / zero", {"at_least": "x / zero"}),
+        ("-x / zero", {"below": 0}),
+        ("x", {"below": "x / zero"}),
+        ("x", {"at_least": "log(zero)"}),
+        ("log(zero)", {"at_most": 0}),
+        ("minimum(x / zero, 5)", {"above": 4}),
+        ("1 / (x / zero)", {"at_most": 0}),
+        ("x / zero > 1", {"is": True}),
+        ("some / zero > 1", {"is": True}),
+        ("not (zero / zero > 1)", {"is": True}),
+        ("two[0]", {"above": 0}),
+        ("max(two)", {"above": 0}),
+        ("all(none)", {"is": True}),
+        ("not any(none)", {"is": True}),
+        ("all(none > 1)", {"is": True}),
+        ("sum(none)", {"at_most": 0}),
+        ("max(none)", {"at_most": 0}),
+        ("ptp(none)", {"at_most": 0}),
+        ("1 if any(none) else 0", {"at_least": 0}),
+    ],
+)
+@pytest.mark.parametrize("zero", [0.0, np.float64(0.0), 0])
+def test_what_comes_of_no_number_meets_nothing(value, bounds, zero):
+    """Neither a division by zero nor a list without entries says that a claim holds, wherever it stands."""
+    numbers = {"x": 3.0, "zero": zero, "some": [1.0, 2.0], "two": [np.inf, 1.0], "none": []}
+    assert not judge(value, bounds, numbers).met
+
+
+def test_part_that_is_not_taken_decides_nothing():
+    numbers = {"x": 3.0, "zero": 0.0, "two": [np.inf, 1.0]}
+    assert judge("x / zero if zero > 0 else x", {"at_least": 3.0}, numbers).met
+    assert judge("two[1]", {"at_least": 1.0}, numbers).met
 
 
 @pytest.mark.parametrize(("bounds", "named"), [({}, "nothing"), ({"at_leats": 1.0, "above": 0.0}, "at_leats")])

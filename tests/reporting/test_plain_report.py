@@ -1,5 +1,6 @@
 """Reports of protocols: from their texts as they stand, or from what they ask and measure."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -95,10 +96,17 @@ def test_texts_are_taken_as_they_stand(tmp_path):
 def test_prose_of_a_section_is_filled_in_and_given_texts_take_its_place(tmp_path):
     facts = {**FACTS, "names": ["a | b", "{{ 7 * 7 }}\n{% x"]}
     section = render_report(make(tmp_path, prose=PROSE), NUMBERS, facts)
-    assert (section.order, section.title, section.summary) == (3, "Of 2", "Masses 0.50, 1.25.")
+    assert (section.order, section.title, section.summary) == (3, "mine (as in Of 2)", "Masses 0.50, 1.25.")
     assert section.tables[0].rows == [["a | b", "1"], ["{{ 7 * 7 }} {% x", "1"]]
     other = render_report(make(tmp_path, prose=PROSE, given={"title": "Mine"}), NUMBERS, facts)
     assert (other.title, other.summary) == ("Mine", section.summary)
+
+
+def test_experiment_of_ones_own_is_headed_by_its_name_and_after_which_it_is_told(tmp_path):
+    report = make(tmp_path, prose=PROSE)
+    assert render_report(report, NUMBERS, FACTS | {"names": []}).title == "mine (as in Of 2)"
+    papers = replace(report, title=report.prose.stem)
+    assert render_report(papers, NUMBERS, FACTS | {"names": []}).title == "Of 2"
 
 
 def test_numbers_that_the_prose_needs_and_there_are_not_are_found_beforehand(tmp_path):

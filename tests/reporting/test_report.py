@@ -245,18 +245,22 @@ def find_heading(page):
     return heading
 
 
-def test_only_the_papers_claims_are_headed_as_the_papers(folder):
-    section = make_section(1, "My experiment")._replace(figures=[])
-    write_section(folder / "weight", section)
-    assert (
-        find_heading(write_report(folder).read_text(encoding="utf-8")) == "Visual inertial affordances: My experiment"
-    )
-    write_section(folder / "com", section._replace(title="Another"))
-    assert find_heading(write_report(folder).read_text(encoding="utf-8")) == "Visual inertial affordances: results"
-    papers = section.claims[0]._replace(source="paper IV-A, figure 3")
-    write_section(folder / "com", section._replace(claims=[papers]))
-    heading = find_heading(write_report(folder).read_text(encoding="utf-8"))
-    assert heading == "Visual inertial affordances: the paper and what we find"
+def test_only_the_papers_simulations_are_headed_as_the_papers(folder):
+    """A copy that somebody edited still names the paper as the source of its claims."""
+    claims = [claim._replace(source="paper IV-A, figure 3") for claim in make_section(1, "").claims]
+    section = make_section(1, "My experiment")._replace(figures=[], claims=claims)
+
+    def find() -> str:
+        return find_heading(write_report(folder).read_text(encoding="utf-8")).removeprefix(
+            "Visual inertial affordances: "
+        )
+
+    write_section(folder / "my_weight", section)
+    assert find() == "My experiment"
+    write_section(folder / "my_com", section._replace(title="Another"))
+    assert find() == "results"
+    write_section(folder / "com", section)
+    assert find() == "the paper and what we find"
 
 
 def test_report_without_claims_counts_none(folder):

@@ -59,11 +59,40 @@ def refuse(path: Path, options: ImportOptions = TIP) -> str:
             "is a xacro",
         ),
         (
+            {"<robot ": '<robot xmlns:xacro="http://wiki.ros.org/xacro" ', "<gazebo/>": "<xacro:macro/>"},
+            "is a xacro",
+        ),
+        ({"<gazebo/>": "<xacro:include/>"}, "is a xacro"),
+        (
             {"<robot ": "<machine ", "</robot>": "</machine>"},
             "is of <machine>, must be of <robot> (URDF), <sdf> or <muj",
         ),
         ({'joint name="neck"': 'joint name="lift"'}, "joint lift: is there twice"),
-        ({'<parent link="right_1"/>': '<parent link="nowhere"/>'}, "cannot be parsed: "),
+        (
+            {'<parent link="right_1"/>': '<parent link="rigth_1"/>'},
+            "joint right_j2.parent.link: is 'rigth_1', which is no link of the file; did you mean 'right_1'?",
+        ),
+        (
+            {'<child link="right_2"/>': ""},
+            "joint right_j2.child.link: is '', which is no link of the file",
+        ),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_2"/>'},
+            "joint right_j2: connects the link right_2 to itself, must connect two",
+        ),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_3"/>'},
+            "joint right_j3: connects right_2 and right_3, as joint right_j2 does, must be the only one",
+        ),
+        (
+            {'<parent link="right_1"/>': '<parent link="right_4"/>'},
+            "link right_2: is part of a loop of joints, must be connected to the robot's root",
+        ),
+        (
+            {'name="right_j2" type="revolute"': 'name="right_j2" type="revolut"'},
+            "joint right_j2.type: is 'revolut', must be one of revolute, continuous, prismatic, fixed, floating, "
+            "planar; did you mean 'revolute'?",
+        ),
         # Over these Drake would end the program, or say what only those understand who wrote it.
         ({'velocity="3"': 'velocity="-3"'}, "joint right_j1: has a velocity limit of -3 rad/s, must be more than 0"),
         (
@@ -135,6 +164,14 @@ def test_prefixes_that_were_never_declared_are_read(tmp_path: Path) -> None:
     assert len(extract_arm(path, TIP).arm.links) == 4
     path = write_urdf(tmp_path, changes={"<gazebo/>": block.replace("</gazebo>", "")})
     assert "is not XML: mismatched tag" in refuse(path)
+
+
+def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> None:
+    """As CAD programs write it; nor does a robot need a name."""
+    fixed = '<parent link="right_4"/><child link="right_tool"/><origin xyz="0.1 0 0" rpy="0.1 -0.2 0.05"/><axis xyz="'
+    changes = {f"{fixed}0 1 0": f"{fixed}0 0 0", '<robot name="two_arms">': "<robot>"}
+    imported = extract_arm(write_urdf(tmp_path, changes=changes), TIP)
+    assert not any("limits of the joint" in note for note in list_notes(imported, TIP).dropped)
 
 
 def test_a_robot_without_masses_is_refused(tmp_path: Path) -> None:
@@ -260,6 +297,21 @@ def test_an_sdf_link_of_the_arm_without_inertial_is_refused_and_not_taken_for_a_
         ('forcerange="-8 7"', 'forcerange="8 -7"', "actuator a3.forcerange: is from 8 to -7, must rise"),
         ('name="a2"', 'name="a1"', "joint a1: is there twice"),
         ('body name="second"', 'body name="first"', "body first: is there twice"),
+        (
+            'class="strong" joint="a4"',
+            'class="strog" joint="a4"',
+            "motor.class: is 'strog', must be one of main, strong; did you mean 'strong'?",
+        ),
+        (
+            'joint="a3"',
+            'joint="aa3"',
+            "actuator aa3.joint: is 'aa3', which is no joint of the file; did you mean 'a3'?",
+        ),
+        (
+            "<worldbody>",
+            '<compiler angle="radians"/><worldbody>',
+            "compiler.angle: is 'radians', must be one of radian, degree; did you mean 'radian'?",
+        ),
     ],
 )
 def test_a_bad_mjcf_is_refused_in_one_line(tmp_path: Path, old: str, new: str, said: str) -> None:

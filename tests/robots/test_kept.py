@@ -102,7 +102,9 @@ def test_the_command_lists_ends_of_limbs_without_a_tip(tmp_path: Path) -> None:
     assert not (tmp_path / "models").exists()
 
 
-def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(tmp_path: Path) -> None:
+def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     """A robot's file often has 0, or a number that no motor gives."""
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     words = [str(path), "--tip", "right_tool", "--effort", "1000", "right_j4=900", "--tasks", "keep"]
@@ -110,7 +112,9 @@ def test_limits_of_torque_that_are_given_are_said_and_placeholders_warned_of(tmp
     assert (tmp_path / "models" / "arm.sdf").read_text().count("<effort>1000.0<") == 3
     text = (tmp_path / "models" / "report.txt").read_text()
     assert "limits of torque are those that were given, not the file's" in text
-    assert "its limits of torque may be placeholders; --effort gives others" in text
+    warning = "its limits of torque may be placeholders; --effort gives others"
+    assert warning in text
+    assert warning in next(line for line in capsys.readouterr().out.splitlines() if line.startswith("beware: "))
 
 
 def test_a_kept_import_is_made_anew_if_an_included_file_was_changed(tmp_path: Path) -> None:

@@ -1,1 +1,1 @@
-"""The study of the paper's claims across the arms of many robots."""
+"""Study of the paper's claims across the arms of many robots."""

@@ -1,4 +1,4 @@
-"""The figure of the study: how far each arm sags and why, and what the grips of an object differ by."""
+"""Figure of the study of arms: how far each arm sags and why, and by how much the costs of the grips differ."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -13,11 +13,11 @@ _FONT = 7.5
 
 
 def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> Figure:
-    """Draws it.
+    """Draws the figure of the study.
 
     Args:
-        found: What was found of each robot; those that were not imported are left out.
-        ours: The same of the arm that comes with the program.
+        found: Results by robot; robots that were not imported are left out.
+        ours: Results of the arm that comes with the program.
     """
     known = {name: one for name, one in found.items() if "sag" in one}
     figure = Figure(figsize=(13.0, 5.0))
@@ -30,7 +30,7 @@ def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) 
 
 
 def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """Fall of the first object as simulated over as the formula has it, with and without rotors."""
+    """Draws the simulated fall of the first object over that predicted by the formula, with and without rotors."""
     points = {**{name: one["sag"] for name, one in known.items()}, "ours": ours["sag"]}
     for name, sag in points.items():
         x, y = 100.0 * sag["predicted"], 100.0 * sag["simulated"]
@@ -53,7 +53,7 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
 
 
 def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """Fall of the first object over the arm's effective mass beside the object's."""
+    """Draws the fall of the first object over the ratio of the arm's effective mass to the object's."""
     points = {**known, "ours": ours}
     for name, one in points.items():
         sag = one["sag"]
@@ -73,7 +73,7 @@ def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappi
 
 
 def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
-    """How much more the dearer grip costs, in reaching and hammering."""
+    """Draws the additional cost of the costlier grip, in reaching and hammering."""
     points = {**known, "ours": ours}
     for task, colour, marker in (("reach", OBJECT_COLOURS[0], "o"), ("hammer", OBJECT_COLOURS[4], "^")):
         drawn = False

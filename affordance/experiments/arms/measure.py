@@ -1,14 +1,14 @@
-"""What an arm does when an object is put into its hand that it takes for lighter than it is, and why.
+"""Sag of an arm that is given an object heavier than it believes, and its prediction by a formula.
 
-The arm sags until what its plan asks for, under the believed inertia, makes up for the torque it did not foresee. A
-plan of minimum acceleration in N steps from rest at a distance e from its goal begins with 6 N / (N + 1) e / T^2, so
-that
+The arm sags until the acceleration of its plan, times the believed inertia, balances the torque that it did not
+foresee. A plan of minimum acceleration in N steps from rest at a distance e from its goal begins with
+6 N / (N + 1) e / T^2, so that
 
     e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
 with M the mass matrix under the believed load, for a torque that is held (plant/held_torque.py). The heavier arm and
 rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen,
-over the sum of the arm's own effective mass and the mass that is believed.
+over the sum of the arm's own effective mass and the believed mass.
 """
 
 import dataclasses
@@ -19,7 +19,6 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
@@ -30,25 +29,25 @@ from affordance.plant.payload_regressor import compute_payload_regressor
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 
-# Long enough for the sag to be over, [s].
+# Duration of a hold, long enough for the sag to be over, [s].
 _HOLD = 1.5
-# How often it is timed; the fastest counts, as what else a machine does only slows it down, and the first one also
-# builds the Diagram.
+# Number of timed holds; the fastest counts, as other processes only slow a hold down, and the first one also builds
+# the Diagram.
 _TIMES = 3
 
 
 class Sag(NamedTuple):
-    """The first hold of Simulation I.
+    """Sag in the first hold of Simulation I.
 
     Attributes:
         arm_mass: Effective mass of the empty arm at the hand along the vertical, [kg].
-        object_mass: [kg].
+        object_mass: Mass of the object, [kg].
         predicted: Fall of the object's centre by the formula above, [m].
-        simulated: The same in Drake, [m].
-        rate: Largest rate of a joint over its limit, [1].
-        rate_joint: Which joint.
-        limited: Part of the ticks in which a limit was active.
-        real_time_factor: Simulated time over CPU time, of the fastest of three holds.
+        simulated: Fall of the object's centre in Drake, [m].
+        rate: Largest ratio of a joint's velocity to its limit, [1].
+        rate_joint: Name of that joint.
+        limited: Fraction of the control periods in which a limit was active.
+        real_time_factor: Simulated time over processor time, of the fastest of three holds.
     """
 
     arm_mass: float
@@ -64,13 +63,13 @@ class Sag(NamedTuple):
 def measure_sag(
     models: Path, tool_index: int = 0, task_models: Path | None = None, changes: Changes = NO_CHANGES
 ) -> Sag:
-    """Puts an object of Simulation I into the hand of an arm that never held one.
+    """Simulates an arm without experience that is given an object of Simulation I.
 
     Args:
-        models: The folder with the arm.
-        tool_index: Which object, in their order.
-        task_models: The folder with the objects; that of the arm if None.
-        changes: Settings that are not as they are by default, by name.
+        models: Folder with the arm.
+        tool_index: Index of the object.
+        task_models: Folder with the objects; that of the arm if None.
+        changes: Settings that differ from their defaults, by name.
     """
     settings = change_settings(Settings(arm=models / ARM.name), changes)
     settings = dataclasses.replace(settings, log_period=settings.control_period)
@@ -112,10 +111,5 @@ def measure_sag(
 
 
 def _believe(tool: Tool, density: float) -> Tool:
-    """The object as an arm believes it to be that never held one."""
+    """Returns the object as an arm without experience believes it to be."""
     return tool.with_densities({part.looks_like.colour: density for part in tool.components})
-
-
-def measure_ours() -> Sag:
-    """The same for the arm that comes with the program."""
-    return measure_sag(MODELS)

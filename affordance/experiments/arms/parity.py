@@ -1,4 +1,4 @@
-"""An imported arm beside Pinocchio, which reads the robot's file by itself and freezes joints in its own way."""
+"""Comparison of an imported arm with Pinocchio, which reads the robot's file and freezes joints independently."""
 
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -9,12 +9,12 @@ from pydrake.multibody.tree import MultibodyForces
 from affordance.arrays import Array
 from affordance.robots.importer import ImportOptions, ReadArm, build_statics, read_arm
 
-# States compared, and how fast joints turn and speed up in them, [rad/s, rad/s^2].
+# Number of states, and largest joint velocities and accelerations in them, [rad/s, rad/s^2].
 _STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0
 
 
 class ParityError(NamedTuple):
-    """Largest differences over random states, each over the largest number compared."""
+    """Largest differences over random states, each relative to the largest number compared."""
 
     mass_matrix: float
     gravity: float
@@ -23,7 +23,7 @@ class ParityError(NamedTuple):
 
     @property
     def largest(self) -> float:
-        """The largest of them."""
+        """Largest of the four differences."""
         return max(self)
 
 
@@ -43,7 +43,7 @@ def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityE
 
 
 def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
-    """Draws values for all joints but the arm's own, within their limits, or half a turn of those that have none."""
+    """Draws values for all joints but the arm's own, within their limits, or half a turn if they have none."""
     tree, chain = read.tree, set(read.arm.joint_names)
     values = {}
     for joint in tree.joints_above.values():
@@ -56,7 +56,7 @@ def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
 
 
 def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
-    """Pinocchio's model with the same joints frozen, and the number of the tip's frame in it."""
+    """Builds Pinocchio's model with the same joints frozen; returns it and the index of the tip's frame."""
     import pinocchio
 
     if imported.tree.description.kind == "mjcf":
@@ -74,7 +74,7 @@ def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
         value = imported.arm.frozen.get(name)
         if value is not None and joint.nq == 1:
             q[joint.idx_q] = value
-        elif value is not None and joint.nq == 2:  # a joint without end, as a point of the unit circle
+        elif value is not None and joint.nq == 2:  # a continuous joint, as a point of the unit circle
             q[joint.idx_q : joint.idx_q + 2] = np.cos(value), np.sin(value)
     reduced = pinocchio.buildReducedModel(model, locked, q)
     return reduced, reduced.getFrameId(imported.chain.tip.name(), pinocchio.FrameType.BODY)
@@ -125,12 +125,12 @@ def _compare(imported: ReadArm, reduced: Any, tip: int, rng: np.random.Generator
 
 
 def _relate(ours: Array, theirs: Array) -> float:
-    """Largest difference over the largest number."""
+    """Computes the largest difference relative to the largest number of Pinocchio's."""
     return float(np.abs(ours - theirs).max() / np.abs(theirs).max())
 
 
 def _write_angles(model: Any, q: Array) -> Array:
-    """Angles as Pinocchio writes them: joints without end as points of the unit circle."""
+    """Converts angles to Pinocchio's configuration, with continuous joints as points of the unit circle."""
     written = np.zeros(model.nq)
     for number, angle in enumerate(q, start=1):
         joint = model.joints[number]

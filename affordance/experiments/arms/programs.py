@@ -1,4 +1,4 @@
-"""The experiments as the study of arms uses them: what one finds with a folder of models."""
+"""Runs of the experiments with a folder of models, for the study of arms."""
 
 import json
 from pathlib import Path
@@ -24,7 +24,7 @@ def run_program(
 ) -> dict[str, Any] | str:
     """Runs an experiment into a folder; observers that were simulated before are not simulated again.
 
-    Returns: Its metrics, with its claims under ``claims``; or why it cannot be run, in a line.
+    Returns: Metrics, with the claims under ``claims``; or the reason why the experiment cannot be run, in one line.
     """
     try:
         run_suite([name], out, models=models, seed=seed, repeats=repeats, jobs=jobs, changes=changes)

@@ -1,4 +1,4 @@
-"""Which arms of the wheel example-robot-data are studied, and how each is named in its file."""
+"""Arms of the package example-robot-data that are studied, with the names used in their files."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -9,14 +9,14 @@ _ROBOTS = "cmeel.prefix/share/example-robot-data/robots"
 
 
 class Robot(NamedTuple):
-    """An arm of the wheel.
+    """Arm of the package.
 
     Attributes:
-        name: What it is called here.
-        file: Its file, within the folder of robots.
-        tip: The link or frame that holds things.
-        required: Whether all four experiments are to run on it; others may be told why not.
-        up: Which axis of its root points up.
+        name: Name of the arm in the study.
+        file: Path of its file within the folder of robots.
+        tip: Name of the link or frame that holds objects.
+        required: True if all four experiments are to run on the arm; others may be refused with a reason.
+        up: Axis of the root that points up.
     """
 
     name: str
@@ -27,7 +27,7 @@ class Robot(NamedTuple):
 
     @property
     def options(self) -> ImportOptions:
-        """What is said of it."""
+        """Options of its import."""
         return ImportOptions(self.tip, up=self.up)
 
 
@@ -43,7 +43,7 @@ ROBOTS = (
     Robot("kinova", "kinova_description/robots/kinova.urdf", "j2s6s200_end_effector"),
     Robot(
         "human", "human_description/robots/human.urdf", "right_hand"
-    ),  # y is up in its file: with z up it lies; upright, its path is not followed
+    ),  # y is up in the file: with z up it lies down; if it is upright, its path cannot be followed
     Robot("ur3", "ur_description/urdf/ur3_robot.urdf", "tool0", required=False),
     Robot("tiago", "tiago_description/robots/tiago.urdf", "arm_tool_link", required=False),
     Robot("g1", "g1_description/urdf/g1_29dof_rev_1_0.urdf", "left_rubber_hand", required=False),
@@ -63,5 +63,5 @@ ROBOTS = (
 
 
 def find_folder(folder: Path) -> Path:
-    """The folder of robots below one into which the wheel was installed or unpacked, or itself."""
+    """Returns the folder of robots below the folder of the package, or that folder itself."""
     return folder / _ROBOTS if (folder / _ROBOTS).is_dir() else folder

@@ -1,4 +1,4 @@
-"""What the study of arms says: its table, its claims and its paragraph, as data for the report."""
+"""Report section of the study of arms: table, claims and text."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,36 +9,42 @@ from scipy.stats import spearmanr
 from affordance.experiments.arms.programs import NAMES, OK
 from affordance.reporting.section import Section, Table, render_section
 
-SECTION = Path(__file__).parent / "section.yaml"
+SECTION = Path(__file__).parents[1] / "sections" / "arms.yaml"
 _Found = Mapping[str, Mapping[str, Any]]
 
 
 def describe_study(found: _Found, ours: Mapping[str, Any]) -> Section:
     """Says what was found."""
-    loaded = {name: one for name, one in found.items() if one["metrics"]["loads"]}
-    required = [one for one in found.values() if one["required"]]
-    parities = [
-        one["metrics"]["parity_error"] for one in loaded.values() if one["metrics"]["parity_error"] is not None
-    ]
-    numbers = {
-        "num_required": len(required),
-        "num_complete": sum(_is_complete(one) for one in required),
-        # Where nothing could be measured no claim is met.
-        "parity_error": max(parities, default=None),
-        "real_time_factor": min((one["metrics"]["real_time_factor"] for one in loaded.values()), default=None),
-    }
+    loaded = _select_loaded(found)
     facts = {
         "explanation": _explain(loaded, ours),
         "robot_rows": [_list_cells(name, one) for name, one in found.items()],
     }
-    section = render_section(SECTION, numbers, facts)
+    section = render_section(SECTION, list_numbers(found), facts)
     rows = _list_verdicts(found)
     verdicts = Table("What became of the simulations' claims on each robot.", ["claim", *_select_judged(found)], rows)
     return section._replace(tables=[*section.tables, verdicts] if rows else section.tables)
 
 
+def list_numbers(found: _Found) -> dict[str, Any]:
+    """The numbers that claims are about, of all robots; None where nothing could be measured."""
+    metrics = [one["metrics"] for one in _select_loaded(found).values()]
+    required = [one for one in found.values() if one["required"]]
+    parities = [each["parity_error"] for each in metrics if each["parity_error"] is not None]
+    return {
+        "num_required": len(required),
+        "num_complete": sum(_is_complete(one) for one in required),
+        "parity_error": max(parities, default=None),
+        "real_time_factor": min((each["real_time_factor"] for each in metrics), default=None),
+    }
+
+
+def _select_loaded(found: _Found) -> dict[str, Mapping[str, Any]]:
+    return {name: one for name, one in found.items() if one["metrics"]["loads"]}
+
+
 def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
-    """The paragraph under the figure."""
+    """Writes the paragraph under the figure."""
     if not loaded:
         return "No robot was imported."
     ratios = {name: one["sag"]["simulated"] / one["sag"]["predicted"] for name, one in loaded.items()}
@@ -87,12 +93,12 @@ def _explain(loaded: _Found, ours: Mapping[str, Any]) -> str:
 
 
 def _correlate_ranks(x: list[float], y: list[float]) -> float:
-    """Spearman's rank correlation."""
+    """Computes Spearman's rank correlation."""
     return float(spearmanr(x, y).statistic)
 
 
 def name_of_task(task: str) -> str:
-    """The task as a noun."""
+    """Returns the noun for a task."""
     return {"reach": "reaching", "hammer": "hammering"}[task]
 
 
@@ -101,7 +107,7 @@ def _is_complete(one: Mapping[str, Any]) -> bool:
 
 
 def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
-    """A robot's row: as many cells as the section's table has."""
+    """Lists the cells of a robot's row: as many as the section's table has columns."""
     metrics = one["metrics"]
     if not metrics["loads"]:
         return [name, metrics["experiments"]["weight"], *[""] * 11]
@@ -126,12 +132,12 @@ def _list_cells(name: str, one: Mapping[str, Any]) -> list[str]:
 
 
 def _select_judged(found: _Found) -> dict[str, Mapping[str, Any]]:
-    """The experiments' claims of the robots that have any, by robot."""
+    """Selects the experiments' claims of the robots that have any, by robot."""
     return {name: one["claims"] for name, one in found.items() if one.get("claims")}
 
 
 def _list_verdicts(found: _Found) -> list[list[str]]:
-    """The experiments' claims, a row each, with what became of them on every robot."""
+    """Lists the experiments' claims, one row each, with the verdict on every robot."""
     known = _select_judged(found)
     texts = list(dict.fromkeys((task, text) for claims in known.values() for task in claims for text in claims[task]))
     words = {True: "met", False: "not met", None: "-"}

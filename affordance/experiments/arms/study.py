@@ -1,4 +1,4 @@
-"""The paper's claims across the arms of many robots: each imported, measured, and taken through all experiments."""
+"""Study of the paper's claims on many robots' arms: each is imported, measured, and run through all experiments."""
 
 import dataclasses
 import json
@@ -29,23 +29,23 @@ from affordance.runs.repeats import compute_key
 
 _LOG = logging.getLogger(__name__)
 NAME = "arms"
-# Rotors that every joint is given beside none, to see what they change, [kg m^2]; robots whose maker's file has none.
+# Rotor inertias given to every joint in addition to none, [kg m^2], for robots whose maker's file has none.
 ROTORS = (0.03, 0.1, 0.3)
-# What stands behind the figure, beside the numbers that other programs rely on.
+# Details behind the figure, and the numbers that other programs rely on.
 DETAILS, METRICS = "study.json", "metrics.json"
 
 
 @dataclass(frozen=True)
 class StudyConfig:
-    """What is run.
+    """Configuration of the study.
 
     Attributes:
         robots: Folder of the robots' files.
         seed: Root of every random draw.
-        repeats: Observers of each experiment on each arm.
-        jobs: Processes.
+        repeats: Number of observers of each experiment on each arm.
+        jobs: Number of processes.
         only: Names of the robots; all if empty.
-        changes: Settings that are not as they are by default, by name.
+        changes: Settings that differ from their defaults, by name.
     """
 
     robots: Path
@@ -57,7 +57,7 @@ class StudyConfig:
 
 
 def check_config(config: StudyConfig) -> list[Robot]:
-    """Lists the robots that are studied.
+    """Lists the robots to study.
 
     Raises:
         BadValueError: The folder has no robot's file, or a name is unknown.
@@ -76,12 +76,12 @@ def check_config(config: StudyConfig) -> list[Robot]:
 
 
 def run_study(config: StudyConfig, out: Path) -> Path:
-    """Studies all robots; what was done for one is kept, and not done again.
+    """Studies all robots; results of a robot are cached and not computed again.
 
-    Returns: The file of metrics.
+    Returns: Path of the file of metrics.
 
     Raises:
-        BadValueError: The folder of robots is wrong, or the one of results cannot be written to.
+        BadValueError: The folder of robots is wrong, or that of results cannot be written to.
     """
     chosen = check_config(config)
     out.mkdir(parents=True, exist_ok=True)
@@ -96,7 +96,7 @@ def run_study(config: StudyConfig, out: Path) -> Path:
 def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
     """Studies one robot.
 
-    Returns: Under ``metrics`` the numbers other programs rely on; beside them what explains them.
+    Returns: Numbers that other programs rely on, under ``metrics``; and further numbers that explain them.
     """
     path = find_folder(config.robots) / robot.file
     options = robot.options
@@ -145,7 +145,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
 
 
 def write_results(found: dict[str, dict[str, Any]], ours: dict[str, Any], out: Path) -> None:
-    """Writes metrics, what is behind them, the figure, and the study's part of the report beside its folder."""
+    """Writes metrics, details, the figure, and the study's section of the report."""
     save_figure(draw_study(found, ours), out, "arms")
     details = {"robots": {name: {k: v for k, v in one.items() if k != "metrics"} for name, one in found.items()}}
     write_json(out / DETAILS, {**details, "ours": ours})
@@ -155,7 +155,7 @@ def write_results(found: dict[str, dict[str, Any]], ours: dict[str, Any], out: P
 
 
 def _study_ours(config: StudyConfig, out: Path) -> dict[str, Any]:
-    """The same of the arm that comes with the program, for comparison."""
+    """Measures the arm that comes with the program, for comparison."""
     kept = out / "ours" / "summary.json"
     key = compute_key(dataclasses.replace(config, jobs=1, only=(), robots=Path("ours")), MODELS)
     if kept.exists():
@@ -186,14 +186,14 @@ def _run_all(models: Path, config: StudyConfig, out: Path) -> dict[str, dict[str
 
 
 def _measure_heavy(models: Path, config: StudyConfig) -> Sag:
-    """The heaviest object of Simulation I, by an arm that never held one: where limits are most at risk."""
+    """Measures the sag with the heaviest object of Simulation I, where limits are most at risk."""
     return measure_sag(models, tool_index=3, changes=dict(config.changes))
 
 
 def _measure_with_rotors(
     path: Path, options: ImportOptions, rotor: float, models: Path, config: StudyConfig, out: Path
 ) -> dict[str, Any]:
-    """The first hold by the same arm with rotors."""
+    """Measures the sag of the first hold with a rotor inertia at every joint."""
     imported = extract_arm(path, dataclasses.replace(options, rotor_inertia={"": rotor}))
     folder = out / "imported" / "with_rotors"
     write_text(folder / "arm.sdf", write_arm(imported.arm, {}, path.name))
@@ -203,7 +203,7 @@ def _measure_with_rotors(
 
 
 def _list_changed(models: Path) -> list[str]:
-    """Values of the tasks that differ from ours, each with old, new and why."""
+    """Lists the values of the tasks that differ from ours, each with old value, new value and reason."""
     mark = "# Changed by affordance import-arm: "
     files = [
         models / "nail.yaml",
@@ -215,7 +215,7 @@ def _list_changed(models: Path) -> list[str]:
 
 
 def _pick_outcomes(ran: dict[str, dict[str, Any] | str]) -> dict[str, Any]:
-    """What the paper's claims are about, of the experiments that were run."""
+    """Selects the outcomes that the paper's claims are about, of the experiments that were run."""
     picked: dict[str, Any] = {"claims": {name: one["claims"] for name, one in ran.items() if isinstance(one, dict)}}
     wanted = {
         "weight": ("drop_m", "decoy_lift_m", "decoy_rises", "periods_limited"),
@@ -231,7 +231,7 @@ def _pick_outcomes(ran: dict[str, dict[str, Any] | str]) -> dict[str, Any]:
 
 
 def _fail(reason: str) -> dict[str, Any]:
-    """Metrics of a robot that could not be imported."""
+    """Returns the metrics of a robot that could not be imported."""
     return {
         "loads": False,
         "joints": None,
@@ -246,7 +246,7 @@ def _fail(reason: str) -> dict[str, Any]:
 
 
 def asdict_of(sag: Sag) -> dict[str, Any]:
-    """A measurement as plain data."""
+    """Converts a measurement to plain data."""
     return {
         name: value if isinstance(value, str) else float(np.float64(value)) for name, value in sag._asdict().items()
     }

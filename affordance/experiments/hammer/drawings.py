@@ -16,9 +16,9 @@ from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from affordance.simulation.blow import Blow
 
-# What is kept of a nail around the first touch: driving takes 5 ms, or as long as it takes a heavier arm, [s].
+# Time span saved around the first touch, and its step: driving takes 5 ms, or longer with a heavier arm, [s].
 _KEPT_FROM, _KEPT_TO, _KEPT_STEP = -0.002, 0.012, 2e-5
-# The replay is so much slower from so long before to so long after the strike: driving takes 5 ms, [s].
+# Factor of slow motion, and its span before and after the strike: driving takes 5 ms, [s].
 _SLOWER, _SLOW_BEFORE, _SLOW_AFTER = 80.0, 0.01, 0.03
 
 
@@ -41,7 +41,7 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
 
 
 def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: float) -> Figure:
-    """Draws which grip of a tool is the cheaper one, over demanded force and density of its denser part."""
+    """Draws the cheaper grip of a tool over demanded force and density of its denser part."""
     grips = [f"hold by {grip.name}" for grip in tool.grips]
     densest = max(tool.components, key=lambda part: part.material.density).material
     return draw_map(
@@ -57,7 +57,7 @@ def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: f
 
 
 def label_blows(blows: Sequence[Blow], work_map: HammeringMap, densities: Array) -> dict[str, LabelledArray]:
-    """Labels what happens to the nail, and the map of work."""
+    """Labels the motion of the nail, and the map of work."""
     longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
     times = np.arange(_KEPT_FROM, max(_KEPT_TO, longest - _KEPT_FROM), _KEPT_STEP)
     nails = {

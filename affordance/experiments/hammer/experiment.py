@@ -1,8 +1,8 @@
 """Simulation IV (paper, IV-D): choosing a grip for hammering.
 
-Observers hold the objects of Simulation II, and after every trial choose which end of a novel tool to hold so that
-driving a nail with a demanded peak force takes the least absolute work. They never hold it. Which grip really is the
-cheaper one is found by simulating both blows with the true densities, contact included.
+Observers hold the objects of Simulation II, and after every trial choose the end by which to hold a novel tool so
+that driving a nail with a demanded peak force takes the least absolute work. They never hold that tool. The grip that
+is truly cheaper is found by simulating both blows with the true densities, contact included.
 """
 
 from collections.abc import Mapping
@@ -41,7 +41,7 @@ from affordance.simulation.trial import get_runner
 
 
 class PlanAndStudy(NamedTuple):
-    """What all observers share, and what is studied of the first tool beside."""
+    """Plan that all observers share, and the study of the first tool."""
 
     blows: HammerPlan
     study: HammerStudy
@@ -49,10 +49,10 @@ class PlanAndStudy(NamedTuple):
 
 @dataclass(frozen=True)
 class HammerExperiment(ChoiceExperiment):
-    """Simulation IV.
+    """Experiment of Simulation IV.
 
     Attributes:
-        task: The blow.
+        task: Task of the blow.
     """
 
     task: Hammer
@@ -76,7 +76,7 @@ class HammerExperiment(ChoiceExperiment):
         return PlanAndStudy(plan, study_blows(first, self.task, exact, costs, simulated, jobs=jobs))
 
     def get_planned(self, plan: PlanAndStudy) -> HammerPlan:
-        """The choices and blows."""
+        """Returns the choices and blows."""
         return plan.blows
 
     def compute_metrics(self, plan: PlanAndStudy, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
@@ -101,7 +101,7 @@ class HammerExperiment(ChoiceExperiment):
         }
 
     def list_facts(self, plan: PlanAndStudy, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Names of tools and grips, and what the nail is."""
+        """Returns the names of tools and grips, and the properties of the nail."""
         nail = self.task.nail
         return {
             **describe_tools(self.novel, numbers),
@@ -113,7 +113,7 @@ class HammerExperiment(ChoiceExperiment):
     def show(
         self, plan: PlanAndStudy, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
     ) -> Outputs:
-        """Figures 9 and 10, the blow, the map, trajectories, Diagram and replay."""
+        """Returns figures 9 and 10, the blow, the map, trajectories, Diagram and replay."""
         first, arm = self.novel[0], self.settings.arm
         blows, correct = plan.blows.simulated[first.name], numbers["correct_grip"]
         strike = blows[correct].strike

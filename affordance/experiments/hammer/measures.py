@@ -1,4 +1,4 @@
-"""The numbers of Simulation IV beside the choices, by grip."""
+"""Numbers of Simulation IV other than those of the choices, by grip."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -38,14 +38,14 @@ OF_BLOWS = tuple(_MEASURES)
 
 
 def measure_blows(blows: Mapping[str, Blow], suffix: str = "") -> dict[str, Any]:
-    """What blows cost and did, by grip."""
+    """Computes cost and outcome of blows, by grip."""
     return {
         name + suffix: {grip: measure(blow) for grip, blow in blows.items()} for name, measure in _MEASURES.items()
     }
 
 
 def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> dict[str, Any]:
-    """What the demanded force means for the tip of a tool."""
+    """Computes speed and energy of a tool's tip at the demanded force."""
     nail = task.nail
     pi = {grip: gripped.parameters[None] for grip, gripped in tool.list_gripped().items()}
     speeds = {grip: costs[grip].find_speed(pi[grip]) for grip in pi}
@@ -56,7 +56,7 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
         "tip_speed": {grip: float(speed[0]) for grip, speed in speeds.items()},
         "energy_planned": {grip: float(costs[grip].compute(pi[grip]).work[0]) for grip in pi},
         "energy_at_equal_tip_speed": at_equal_speed,
-        # What the nail takes from where it was set, and from the surface of the wood.
+        # Energy to drive the nail from its set depth, and from the surface of the wood.
         "tip_energy": (task.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness),
         "tip_energy_from_surface": task.force**2 / (2.0 * nail.stiffness),
     }
@@ -65,7 +65,7 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
 def measure_crossovers(
     crossovers: Sequence[float], checked: Mapping[float, Mapping[str, Blow]], forces: Array
 ) -> dict[str, Any]:
-    """Where the cheaper grip changes, as planned over some forces, and what simulation says on either side."""
+    """Returns the planned forces at which the cheaper grip changes, and simulated blows on either side."""
     reason = None if crossovers else f"one grip is the cheaper one from {forces[0]:.0f} to {forces[-1]:.0f} N"
     return {
         "force_crossover_N": crossovers[0] if crossovers else None,
@@ -78,7 +78,7 @@ def measure_crossovers(
 
 
 def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]:
-    """What swings to the same strike by other criteria take."""
+    """Computes cost and convergence of swings to the same strike under other criteria."""
     return {
         grip: {
             kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
@@ -89,7 +89,7 @@ def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]
 
 
 def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """What the blows do to a nail of constant resistance."""
+    """Computes travel and forces of blows on a nail of constant resistance."""
     return {
         grip: {
             "travel_m": blow.travel,
@@ -103,9 +103,9 @@ def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
 def count_light_ends(
     tool: Tool, costs: Mapping[str, BlowCost], experience: ExperienceConfig, settings: Settings
 ) -> float | None:
-    """Share of choices, by densities from the prior, that grip the end that is less dense.
+    """Computes the fraction of choices, under densities from the prior, that grip the less dense end.
 
-    Of the tool as it is, however features are observed: it is the task that is asked about.
+    The true features are used, however features are observed, as the number characterises the task.
     """
     choice = Choice(list_options(tool, seed=experience.seed), list(costs.values()), settings)
     memory = MaterialMemory().add_colours(experience.colours, settings.prior)
@@ -119,15 +119,15 @@ def count_light_ends(
 def compute_share_of_light_ends(
     chosen: Chosen, *, rho: Array, near: NDArray[np.intp], far: NDArray[np.intp]
 ) -> float | None:
-    """Share of choices that put what is less dense into the hand.
+    """Computes the fraction of choices that put the less dense end into the hand.
 
     Args:
         chosen: Index of the option, or NO_OPTION, (S,).
-        rho: Densities that are chosen by, (S, M), [kg/m^3].
-        near: Which density is nearest to the hand, by option.
-        far: Which is farthest from it, by option.
+        rho: Densities on which the choices are based, (S, M), [kg/m^3].
+        near: Index of the density nearest to the hand, by option.
+        far: Index of the density farthest from the hand, by option.
 
-    Returns: The share of those where something was chosen; None if that is none.
+    Returns: Fraction of the choices made; None if no choice was made.
     """
     decided = np.flatnonzero(chosen != NO_OPTION)
     if not len(decided):
@@ -137,7 +137,7 @@ def compute_share_of_light_ends(
 
 
 def _order_colours(parts: Sequence[ComponentFeatures], memory: MaterialMemory) -> tuple[int, int]:
-    """Which materials are nearest to and farthest from the hand."""
+    """Returns the indices of the materials nearest to and farthest from the hand."""
     ordered = sorted(parts, key=lambda part: float(np.linalg.norm(part.X_TE[:3, 3])))
     near, far = (memory.colours.index(part.colour) for part in (ordered[0], ordered[-1]))
     return near, far

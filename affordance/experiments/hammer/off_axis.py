@@ -1,4 +1,4 @@
-"""The work of a blow with one tool whose inertia is known, without the table of all speeds."""
+"""Work of a blow with one tool of known inertia, without the table of all speeds."""
 
 from collections.abc import Mapping
 
@@ -24,13 +24,13 @@ def compute_blow_work(
     """Plans the demanded blow with a tool that is gripped, and returns its work, [J].
 
     Args:
-        task: The blow.
+        task: Task of the blow.
         settings: Settings of arm and controller.
-        costs: Blows planned for tools, by tool and grip; the search begins with the one for a tool of the same name.
-        held: The tool, or one like it, as it is gripped.
+        costs: Planned blows, by tool and grip; the search starts from the one for the tool of the same name.
+        held: Tool, or a similar one, as it is gripped.
 
     Raises:
-        AffordanceError: No swing does it.
+        AffordanceError: No swing reaches the demanded force.
     """
     model = ArmModel(load_arm(settings.arm))
     target = task.find_target(model, held.components)

@@ -1,4 +1,4 @@
-"""What all observers of Simulation IV share: blows planned with each grip, and simulated with contact."""
+"""Plan of Simulation IV that all observers share: blows planned with each grip, and simulated with contact."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -23,13 +23,13 @@ from affordance.simulation.blow import Blow, simulate_blow
 
 
 class HammerPlan(NamedTuple):
-    """What all observers share.
+    """Plan that all observers share.
 
     Attributes:
-        choices: Of a grip, by tool, as features are observed.
-        costs: The blows planned for the tools as they are, by tool and grip.
-        simulated: The blows under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
+        choices: Choice of a grip by tool, with features as they are observed.
+        costs: Planned blows for the true tools, by tool and grip.
+        simulated: Simulated blows under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
     """
 
     choices: Mapping[str, Choice]
@@ -44,17 +44,17 @@ def plan_hammer(
     """Plans and simulates the blows.
 
     Args:
-        tools: The novel tools; the first is the paper's.
-        task: The blow.
-        settings: How features are observed, and those of arm and controller.
+        tools: Novel tools; the first is the paper's.
+        task: Task of the blow.
+        settings: Settings of vision, arm and controller.
         seed: Root of the errors of observation.
-        path: The file of the nail, for errors.
-        novel_file: The file of the tools, for errors.
-        jobs: Processes.
+        path: File of the nail, for errors.
+        novel_file: File of the tools, for errors.
+        jobs: Number of processes.
 
     Raises:
         BadValueError: A blow cannot be planned or carried out, or no grip is cheaper than the other.
-        SeeingError: A picture of a tool does not show what is needed.
+        SeeingError: The features cannot be extracted from a picture of a tool.
     """
     exact = remove_errors(settings)
     try:
@@ -62,7 +62,7 @@ def plan_hammer(
         true_choices = choices
         if replace(settings, faults=exact.faults) != exact:
             true_choices = plan_choices(tools, task, exact, seed, jobs=jobs, description="hammer: plans, true")
-    except (SeeingError, UnavailableError):  # no matter of the blow
+    except (SeeingError, UnavailableError):  # not caused by the blow
         raise
     except AffordanceError as error:
         raise BadValueError(path, "blow", f"cannot be carried out: {error}") from error
@@ -97,10 +97,10 @@ def plan_hammer(
 
 
 def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
-    """The blows that were planned for a choice, by grip."""
+    """Lists the blows that were planned for a choice, by grip."""
     found = {}
     for option, cost in zip(choice.options, choice.cost_models, strict=True):
-        assert isinstance(cost, BlowCost)  # what a Hammer builds
+        assert isinstance(cost, BlowCost)  # as built by a Hammer
         found[option.grip] = cost
     return found
 
@@ -108,7 +108,7 @@ def list_blow_costs(choice: Choice) -> dict[str, BlowCost]:
 def _check_feasible(
     path: Path, tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]
 ) -> None:
-    """Rejects a nail that some tool cannot be driven deep enough with."""
+    """Refuses a nail that cannot be driven deep enough with some tool."""
     for tool in tools:
         for grip, gripped in tool.list_gripped().items():
             if reason := costs[tool.name][grip].explain_infeasibility(gripped.parameters):
@@ -118,7 +118,7 @@ def _check_feasible(
 
 
 def _bound_depth(tools: Sequence[Tool], task: Hammer, costs: Mapping[str, Mapping[str, BlowCost]]) -> str:
-    """Says how deep a nail can be driven at most with every grip of every tool."""
+    """Describes the greatest depth to which a nail can be driven with every grip of every tool."""
     depth = min(
         costs[tool.name][grip].find_greatest_depth(gripped.parameters)
         for tool in tools

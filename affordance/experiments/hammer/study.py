@@ -1,4 +1,4 @@
-"""What is computed of the blows of one tool beside the choices: where the cheaper grip is the other one, and why."""
+"""Study of the blows with one tool: forces and densities at which the cheaper grip changes, and other swings."""
 
 import logging
 from collections.abc import Mapping
@@ -24,23 +24,24 @@ from affordance.simulation.blow import Blow, simulate_blow
 
 _LOG = logging.getLogger(__name__)
 
-# The map: from a little above the resistance of the set nail to a multiple of the demanded force, and over densities
-# of the denser part from less than that of wood to that of lead, and beyond what it is by a little, [kg/m^3].
+# Range of the map: from just above the resistance of the set nail to a multiple of the demanded force, and densities
+# of the denser part from below that of wood to that of lead, and a little beyond the true one, [kg/m^3].
 _MAP_FORCES, _MAP_DENSITIES = 80, 60
 _MAP_MIN_FORCE, _MAP_MAX_FORCE = 1.02, 2.0
 _MAP_MIN_DENSITY, _MAP_MAX_DENSITY, _MAP_BEYOND = 300.0, 11_340.0, 1.1
 
 
 class HammerStudy(NamedTuple):
-    """What is computed beside the choices.
+    """Results of the study.
 
     Attributes:
         crossovers: Forces at which both grips cost the same, [N].
-        checked: Blows on either side of the first of them, by force and grip; without forces at which one fails.
-        yielding: The demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
-        swings: What other swings to the same strike take, by grip; empty if there is none for one of them.
+        checked: Blows on either side of the first crossover, by force and grip; forces at which one fails are
+            omitted.
+        yielding: Demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
+        swings: Costs of other swings to the same strike, by grip; empty if one of them is not found.
         map: Work over force and density of the denser part.
-        densities: Of the map's rows, (R,), [kg/m^3].
+        densities: Densities of the map's rows, (R,), [kg/m^3].
     """
 
     crossovers: list[float]
@@ -63,12 +64,12 @@ def study_blows(
     """Studies the blows with one tool, in processes.
 
     Args:
-        tool: The tool.
-        task: The blow.
-        settings: Those of arm and controller, without errors.
-        costs: The blows planned for the tool, by grip.
-        simulated: The blows that were simulated, by grip.
-        jobs: Processes.
+        tool: Tool of the study.
+        task: Task of the blow.
+        settings: Settings of arm and controller, without errors.
+        costs: Planned blows, by grip.
+        simulated: Simulated blows, by grip.
+        jobs: Number of processes.
     """
     held, true = tool.list_gripped(), list_densities([tool])
     least, most = task.nail.stiffness * task.nail.depth_set, _MAP_MAX_FORCE * task.force
@@ -118,13 +119,13 @@ def study_blows(
 
 
 def list_densities_of_map(true: float) -> Array:
-    """Densities of the denser part over which the work is mapped, (R,), around the true one, [kg/m^3]."""
+    """Returns the densities of the denser part over which the work is mapped, (R,), around the true one, [kg/m^3]."""
     least, most = min(_MAP_MIN_DENSITY, true / _MAP_BEYOND), max(_MAP_MAX_DENSITY, _MAP_BEYOND * true)
     return np.linspace(least, most, _MAP_DENSITIES)
 
 
 def _simulate(*arguments: Any, **changes: Any) -> Blow | AffordanceError:
-    """Simulates an additional blow; returns the error of one that fails, as it may on a light arm."""
+    """Simulates an additional blow; returns the error if it fails, as it may on a light arm."""
     try:
         return simulate_blow(*arguments, **changes)
     except AffordanceError as error:
@@ -132,7 +133,7 @@ def _simulate(*arguments: Any, **changes: Any) -> Blow | AffordanceError:
 
 
 def _keep_all(blows: Mapping[str, Blow | AffordanceError]) -> dict[str, Blow]:
-    """Blows by grip; empty if one of them failed."""
+    """Returns the blows by grip; empty if one of them failed."""
     for blow in blows.values():
         if isinstance(blow, AffordanceError):
             _LOG.warning("additional blows are left out of the study: %s", blow)
@@ -151,7 +152,7 @@ def _compare_swings(
     settings: Settings,
     jobs: int,
 ) -> dict[str, SwingComparison]:
-    """Other swings to the same strikes, by grip; none if one of them cannot be found."""
+    """Compares other swings to the same strikes, by grip; empty if one of them cannot be found."""
     tasks = [
         partial(_compare, settings, costs[grip].target, simulated[grip].strike.swing, gripped.parameters)
         for grip, gripped in held.items()

@@ -1,4 +1,4 @@
-"""Where holding one end for hammering is cheaper, and where the other."""
+"""Map of the cheaper grip for hammering, over the demanded force and a property of the object."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -16,8 +16,8 @@ class HammeringMap(NamedTuple):
 
     Attributes:
         forces: Demanded peak of the resistance, (F,), [N].
-        work: (G, R, F), [J].
-        feasible: Whether it can be done, (G, R, F).
+        work: Work of the joints, (G, R, F), [J].
+        feasible: True where the blow is feasible, (G, R, F).
     """
 
     forces: Array
@@ -29,7 +29,7 @@ def map_work(costs: Sequence[BlowCost], pi: Sequence[Array], forces: Array) -> H
     """Computes the work of blows.
 
     Args:
-        costs: The blows planned for each of G grips.
+        costs: Planned blows for each of G grips.
         pi: Inertial parameters of the object in each grip, for R values of its property, (R, 10) each.
         forces: Demanded peaks of the resistance, (F,), [N].
     """
@@ -46,11 +46,11 @@ def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forc
     """Finds the forces at which two grips of an object of known inertia cost the same.
 
     Args:
-        costs: The blows planned for each of two grips.
+        costs: Planned blows for each of two grips.
         pi: Inertial parameters of the object in each grip, (10,) each.
-        forces: Where changes of the cheaper grip are looked for, rising, (F,), [N].
+        forces: Increasing forces between which the cheaper grip is compared, (F,), [N].
 
-    Returns: Rising forces, [N]; empty if one grip is the cheaper one wherever both can be used.
+    Returns: Increasing forces, [N]; empty if one grip is cheaper wherever both can be used.
     """
     one, other = costs
     compare = _compare(costs[one], pi[one], costs[other], pi[other])
@@ -65,20 +65,20 @@ def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forc
 def pick_forces_beside(
     crossovers: Sequence[float], *, forces: Array, feasible: NDArray[np.bool_], least: float, demanded: float
 ) -> tuple[float, float]:
-    """Picks a force on either side of the first of some crossovers, to see whether the cheaper grip really changes.
+    """Picks a force on either side of the first crossover, to check that the cheaper grip really changes.
 
-    Below it half way, in proportion, to the least force. Above it half way to the demanded one, if that is where it
-    lies and both grips can be used up to there; else to the last force up to which they can; and in any case before
-    the next crossover.
+    The force below is the geometric mean of the crossover and the least force. The force above is the geometric mean
+    of the crossover and the demanded force, if that is larger and both grips can be used up to there; else of the
+    crossover and the last force up to which they can; and always before the next crossover.
 
     Args:
-        crossovers: Forces at which both grips cost the same, rising, at least one, [N].
-        forces: Where they were looked for, rising, (F,), [N].
-        feasible: Whether both grips can be used there, (F,).
-        least: Below all forces, [N].
-        demanded: A force at which both grips can be used, [N].
+        crossovers: Forces at which both grips cost the same, increasing, at least one, [N].
+        forces: Forces among which they were found, increasing, (F,), [N].
+        feasible: True where both grips can be used, (F,).
+        least: Force below all others, [N].
+        demanded: Demanded force, at which both grips can be used, [N].
 
-    Returns: The force below and the one above, [N].
+    Returns: Force below and force above, [N].
     """
     first = crossovers[0]
     above = forces > first
@@ -89,7 +89,7 @@ def pick_forces_beside(
 
 
 def _compare(one: BlowCost, pi_one: Array, other: BlowCost, pi_other: Array) -> Callable[[float], float]:
-    """Difference of the logarithms of both works as a function of force; not a number where one cannot be done."""
+    """Returns the difference of both log works as a function of force; NaN where a blow is infeasible."""
 
     def compare(force: float) -> float:
         first, second = one.compute(pi_one[None], force), other.compute(pi_other[None], force)

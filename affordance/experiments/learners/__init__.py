@@ -1,1 +1,1 @@
-"""The paper's simulations with each learner, side by side: what changes, and what does not."""
+"""Comparison of the learners in the paper's simulations."""

@@ -1,7 +1,7 @@
-"""Simulation I with each learner, and the decoy lifted again: does one odd object spoil what is known of brass?
+"""Simulation I with each learner, and the decoy lifted again: the effect of one odd object on the belief about brass.
 
-After the honest objects the decoy is held six times, and then the first object once more. Up to the first decoy a
-learner with one density for each colour does what Simulation I does, number for number.
+After the other objects the decoy is held six times, and then the first object once more. Up to the first decoy a
+learner with one density for each colour does exactly what Simulation I does.
 """
 
 from collections.abc import Mapping, Sequence
@@ -39,7 +39,7 @@ class HeldObjects(Protocol):
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """The honest objects in order of presentation, then the decoy."""
+        """Objects in order of presentation, the decoy last."""
 
     @property
     def seed(self) -> int:
@@ -47,24 +47,24 @@ class HeldObjects(Protocol):
 
     @property
     def settings(self) -> Settings:
-        """What all simulations share."""
+        """Settings of all simulations."""
 
     @property
     def duration(self) -> float:
-        """How long each object is held, [s]."""
+        """Duration of each hold, [s]."""
 
     @property
     def colours(self) -> tuple[Colour, ...]:
-        """Those of the objects, of which there is one."""
+        """Colours of the objects, of which there is one."""
 
 
 @dataclass(frozen=True)
 class DecoyConfig:
-    """What is run.
+    """Configuration of the study.
 
     Attributes:
-        weight: Simulation I.
-        learner: What observers learn by.
+        weight: Experiment of Simulation I.
+        learner: Learner of the observers.
     """
 
     weight: HeldObjects
@@ -72,13 +72,13 @@ class DecoyConfig:
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """What is held, in order."""
+        """Objects that are held, in order."""
         *honest, decoy = self.weight.tools
         return (*honest, *[decoy] * NUM_DECOYS, honest[0])
 
 
 def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
-    """Runs one observer; returns what it remembers before the first and after each hold, and the records."""
+    """Runs one observer; returns its memories before the first and after each hold, and the records."""
     weight, seed = config.weight, config.weight.seed
     memory = start_memory(config.learner, (seed, repeat, Stream.KINDS)).add_colours(
         weight.colours, weight.settings.prior
@@ -92,11 +92,11 @@ def run_observer(config: DecoyConfig, repeat: int) -> tuple[list[Memory], list[T
 
 
 def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs one observer, and keeps what is needed of it.
+    """Runs one observer, and returns the results as arrays.
 
-    Returns: ``excursion`` (K,), the height of largest magnitude of each object's centre; ``density_median`` (K + 1,)
-        believed of the material before the first and after each of K holds; and ``num_kinds`` (K + 1,), zero for a
-        learner without kinds.
+    Returns: ``excursion`` (K,), the height of largest magnitude of each object's centre, [m]; ``density_median`` (K +
+        1,), the believed density of the material before the first and after each of K holds, [kg/m^3]; and
+        ``num_kinds`` (K + 1,), zero for a learner without kinds.
     """
     memories, records = run_observer(config, repeat)
     return {
@@ -124,21 +124,21 @@ def run(
 
 
 def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
-    """Draws what an observer who takes the most probable hypothesis remembers in the end."""
+    """Draws the final memory of an observer who takes the most probable hypothesis."""
     memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
     memory = memories[-1]
-    assert isinstance(memory, KindMemory)  # what such an observer starts with
+    assert isinstance(memory, KindMemory)  # memory of such an observer from the start
     title = f"What one observer remembers after Simulation I and {NUM_DECOYS} lifts of the decoy"
     return draw_kinds(summarise_kinds(memory), title=title)
 
 
 def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
-    """Computes what became of brass, of the decoy, and of kinds that nobody needs.
+    """Computes the effect of the decoy on the density of brass, excursions, and the share of needless kinds.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
         six, [kg/m^3]; ``excursion_m`` with ``_ci95``, by learner the mean excursion in each hold, and
-        ``deviation_m``, that of its magnitude; and ``needless_kinds``, by learner the share of first lifts of honest
-        objects but the first that founded a kind.
+        ``deviation_m``, that of its magnitude; and ``needless_kinds``, by learner the share of first lifts that
+        created a kind, of the objects other than the decoy and the first.
     """
     num_honest = len(weight.tools) - 1
     brass, excursion, interval, deviation, needless = {}, {}, {}, {}, {}

@@ -1,7 +1,7 @@
-"""Simulations II to IV with each learner: what honest objects teach, how they are held, and which grips are chosen.
+"""Simulations II to IV with each learner: beliefs and holds without a decoy, and choices of grips.
 
-Observers hold the objects of Simulation II, in the same order and feeling the same whatever they learn by. Where
-nothing is odd a learner with kinds should do what one with a single density for each colour does.
+Observers hold the objects of Simulation II in the same order and with the same errors of measurement, whatever their
+learner. Without odd objects a learner with kinds should do what one with a single density for each colour does.
 """
 
 from collections.abc import Mapping
@@ -34,7 +34,7 @@ from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
 TASKS = ("reach", "hammer")
-# Densities drawn for each choice whose probability is computed.
+# Number of densities drawn to compute the probability of a choice.
 _NUM_CHOICES = 500
 
 
@@ -43,20 +43,20 @@ class TestedObjects(Protocol):
 
     @property
     def experience(self) -> ExperienceConfig | None:
-        """The two honest objects, and how they are learned."""
+        """Experience with the two objects other than the decoy."""
 
     def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
-        """Holds each object once with what is believed; nothing is learned from it."""
+        """Holds each object once under the given memory, without learning; returns the records."""
 
 
 @dataclass(frozen=True)
 class HonestConfig:
-    """What is run.
+    """Configuration of the study.
 
     Attributes:
-        com: Simulation II: objects, order and decoy.
+        com: Experiment of Simulation II: objects, order and decoy.
         models: Folder with the tasks of Simulations III and IV.
-        learner: What observers learn by.
+        learner: Learner of the observers.
     """
 
     com: TestedObjects
@@ -67,10 +67,11 @@ class HonestConfig:
 def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     """Runs one observer.
 
-    Returns: Over the K + 1 moments before the first and after each hold ``density_median`` (K + 1, M), and
-        ``reach`` and ``hammer`` (K + 1,), the probability that the correct grip is chosen; ``num_kinds`` (K + 1,);
-        ``first`` (K,), whether the object was held for the first time; of the test pass ``excursion`` (3,); and
-        ``mass_error`` and ``com_error`` (2,), of what is believed of the honest objects then.
+    Returns: Over the K + 1 moments before the first and after each hold ``density_median`` (K + 1, M), [kg/m^3],
+        ``reach`` and ``hammer`` (K + 1,), the probability that the correct grip is chosen, and ``num_kinds`` (K +
+        1,); ``first`` (K,), True where the object was held for the first time; ``excursion`` (3,) of the test pass,
+        [m]; and ``mass_error`` and ``com_error`` (2,), [m], of the belief about the objects other than the decoy
+        then.
     """
     held = config.com.experience
     assert held is not None  # Simulation II has one
@@ -124,7 +125,7 @@ def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
     excursion = estimate_mean(arrays["excursion"])
     founded = np.diff(arrays["num_kinds"], axis=1) > 0
     later = arrays["first"].copy()
-    later[:, 0] = False  # the very first object founds the kinds of its colours rightly
+    later[:, 0] = False  # the very first object creates the kinds of its colours rightly
     return {
         "density_median": np.median(arrays["density_median"], axis=0),
         "mass_error": float(np.median(arrays["mass_error"])),
@@ -139,7 +140,7 @@ def compute_metrics(arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
 
 @lru_cache(maxsize=4)
 def _plan(models: Path, task: str, held: ExperienceConfig) -> tuple[Choice, int]:
-    """The choice of a grip of the first novel tool, and which option one who knows the densities takes."""
+    """Plans the choice of a grip of the first novel tool; returns it and the index of the truly best option."""
     experiment = load_choice_experiment(task, models, held.seed, held.settings)
     plain, model = experiment.novel[0], experiment.task
     choice = plan_choice(list_options(plain), model, held.settings)
@@ -151,7 +152,7 @@ def _plan(models: Path, task: str, held: ExperienceConfig) -> tuple[Choice, int]
 def _compute_p_correct(
     models: Path, task: str, held: ExperienceConfig, memory: Memory, seed: tuple[int, ...]
 ) -> float:
-    """Probability that the cheaper grip is chosen by one density drawn (paper, IV-C and IV-D)."""
+    """Computes the probability that the cheaper grip is chosen by one density drawn (paper, IV-C and IV-D)."""
     choice, correct = _plan(models, task, held)
     rng = np.random.default_rng(seed)
     chosen = pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, _NUM_CHOICES)), rng)
@@ -159,7 +160,7 @@ def _compute_p_correct(
 
 
 def _measure_errors(config: HonestConfig, index: int, memory: Memory) -> tuple[float, float]:
-    """Error of the believed mass, as a fraction, and of the centre of mass, [m], of an honest object."""
+    """Computes the relative error of an object's believed mass, and the error of its centre of mass, [m]."""
     held = config.com.experience
     assert held is not None  # Simulation II has one
     tool = held.tools[index]

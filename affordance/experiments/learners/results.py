@@ -1,4 +1,4 @@
-"""Runs the paper's simulations with each learner, and writes numbers, figure and its section of the report."""
+"""Comparison of the learners in the paper's simulations: numbers, figures and section of the report."""
 
 import json
 import time
@@ -14,22 +14,19 @@ from affordance.experiments.learners.decoy_again import HeldObjects
 from affordance.experiments.learners.honest_objects import TestedObjects
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
-from affordance.reporting.findings import Finding, build_section
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section
+from affordance.reporting.section import Section, render_section
 from affordance.runs.repeats import list_versions
 
 FIGURE, MEMORY = "decoy_again", "memory"
-# The observer whose memory is drawn.
+# Index of the observer whose memory is drawn.
 _SHOWN = 0
 LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
     Learner.KINDS_DRAWN: "kinds, drawn",
 }
-# What is believed of brass after a decoy may differ from before by this fraction: half the spread between brasses and
-# woods alike, a tenth (docs/decisions/0003-prior.md).
-_STAYS = 0.05
+SECTION = Path(__file__).parents[1] / "sections" / "learners.yaml"
 
 
 def run(
@@ -38,14 +35,14 @@ def run(
     """Runs everything, and writes metrics.json and the figures.
 
     Args:
-        weight: Simulation I.
-        com: Simulation II.
+        weight: Experiment of Simulation I.
+        com: Experiment of Simulation II.
         models: Folder with the tasks of Simulations III and IV.
-        folder: Receives the files; observers that it holds already are not run again.
-        repeats: Observers of each learner, at least 2.
+        folder: Folder for the files; observers that it holds already are not run again.
+        repeats: Number of observers of each learner, at least 2.
         jobs: Number of processes.
 
-    Returns: The numbers of metrics.json.
+    Returns: Numbers of metrics.json.
     """
     start = time.perf_counter()
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
@@ -60,13 +57,13 @@ def run(
         wall_s=time.perf_counter() - start,
     )
     write_section(folder, describe(numbers, repeats))
-    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_json(folder / "metrics.json", numbers)  # last: it marks a complete run
     write_report(folder.parent)
     return numbers
 
 
 def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
-    """Puts what became of brass beside the numbers of Simulation I, if its folder has them; says whether it does.
+    """Adds the densities of brass to the numbers of Simulation I; returns False if its folder has no numbers.
 
     Raises:
         BadValueError: The file is damaged.
@@ -84,44 +81,9 @@ def add_to_simulation(numbers: Mapping[str, Any], folder: Path) -> bool:
 
 def describe(numbers: Mapping[str, Any], repeats: int) -> Section:
     """Says what changes and what does not."""
-    claims = []
-    for learner in Learner:
-        name, label = learner.value, LABELS[learner]
-        change = abs(numbers["brass_after_decoy"][name][1] / numbers["brass_before_decoy"][name] - 1.0)
-        deviation = numbers["deviation_m"][name]  # of magnitudes: errors up and down would cancel
-        first, second = deviation[-1 - decoy_again.NUM_DECOYS], deviation[-decoy_again.NUM_DECOYS]
-        claims += [
-            Finding(
-                text=f"{label}: six lifts of a decoy do not change what is believed of brass",
-                criterion="relative change of the median at most",
-                bound=_STAYS,
-                value=change,
-                met=bool(change <= _STAYS),
-            ),
-            Finding(
-                text=f"{label}: the second lift of the decoy is right",
-                criterion="mean magnitude of the excursion, over that of the first lift, at most",
-                bound=0.1,
-                value=float(second / first),
-                met=bool(second <= 0.1 * first),
-            ),
-        ]
-    return build_section(
-        order=10,
-        title="Simulations I to IV with each learner: is one odd object a bad sample, or a thing of its own?",
-        summary=(
-            f"{repeats} observers of each learner. Simulation I goes on: the decoy is held six times, and then the "
-            "first brass object again. Simulations II to IV have honest objects only, but for the last of II."
-        ),
-        captions={
-            f"{FIGURE}.png": "Simulation I, with the decoy held again. Left: how far each object moves when it is "
-            "given. Right: what is believed of brass.",
-            f"{MEMORY}.png": f"What observer {_SHOWN} remembers then, taking the most probable hypothesis.",
-        },
-        findings=claims,
-        remarks=[
-            "The decoy is the twin of the longest honest object, so it is remembered in that object's place.",
-            "A colour is of one kind within an object: the decoy of Simulation II, whose two wooden parts weigh "
-            "differently, can be told from honest objects, but not be described.",
-        ],
-    )
+    return render_section(SECTION, numbers, list_facts(repeats))
+
+
+def list_facts(repeats: int) -> dict[str, Any]:
+    """Returns the facts of the run, as prose and claims name them."""
+    return {"repeats": repeats, "num_decoys": decoy_again.NUM_DECOYS, "shown": _SHOWN}

@@ -1,1 +1,1 @@
-"""Experiments that people have done, and what they did."""
+"""Experiments that people have done, and their results."""

@@ -1,12 +1,12 @@
-"""The fit of kappa to Linear+ and Linear++: one number, two groups, and how well these determine it.
+"""Fit of kappa to the two groups of Linear+ and Linear++, with its confidence interval.
 
-What is compared is the learned fraction f of each group, people's against that of simulated observers. Its error in
-people follows from the published intervals; simulated means have one too, which counts. With Gaussian errors
+The learned fraction f of each group is compared between people and simulated observers. Its error in people follows
+from the published intervals; simulated means have an error too, which is included. With Gaussian errors
 
     log L(kappa) = -1/2 sum over groups (f_people - f(kappa))^2 / (se_people^2 + se(kappa)^2) - log of their roots
 
-Nothing but kappa is free, so this is its profile likelihood; where it is within 1.92 of its largest value is the
-95 % interval. Between the values of kappa that were simulated, f and its error are interpolated linearly.
+Only kappa is free, so this is its profile likelihood; the 95 % interval is where it is within 1.92 of its maximum.
+Between the simulated values of kappa, f and its error are interpolated linearly.
 """
 
 import math
@@ -23,22 +23,22 @@ from affordance.experiments.people.linear_plus import GROUPS, Group, build_exper
 from affordance.settings import Settings
 
 _CONFIDENCE = 0.95
-# Steps of kappa in which the interpolated likelihood is searched.
+# Step of kappa at which the interpolated likelihood is evaluated.
 _STEP = 0.001
 
 
 class KappaFit(NamedTuple):
-    """What the two groups say of kappa, for one learner.
+    """Estimate of kappa from the two groups, for one learner.
 
     Attributes:
-        kappas: Those simulated, K of them, increasing.
+        kappas: Simulated values of kappa, (K,), increasing.
         fractions: Mean learned fraction of simulated observers, (K, groups).
-        fraction_ses: Standard errors of it, (K, groups).
-        grid: Where the likelihood was computed, (N,).
-        log_likelihood: There, less its largest value, (N,).
-        kappa: Where it is largest.
-        low: Lower end of the 95 % interval; the smallest simulated if the likelihood does not end it.
-        high: Upper end; the largest simulated if the likelihood does not end it.
+        fraction_ses: Standard errors of these means, (K, groups).
+        grid: Values of kappa at which the likelihood was computed, (N,).
+        log_likelihood: Log-likelihood on the grid, minus its maximum, (N,).
+        kappa: Maximum-likelihood estimate.
+        low: Lower end of the 95 % interval; the smallest simulated value if the likelihood does not bound it.
+        high: Upper end of the 95 % interval; the largest simulated value if the likelihood does not bound it.
     """
 
     kappas: Array
@@ -52,14 +52,14 @@ class KappaFit(NamedTuple):
 
     @property
     def is_bounded(self) -> bool:
-        """Whether the interval ends within what was simulated, on either side."""
+        """True if both ends of the interval lie within the simulated values."""
         return bool(self.low > self.grid[0] and self.high < self.grid[-1])
 
 
 def simulate_fraction(
     group: Group, learner: Learner, kappa: float, settings: Settings, *, repeats: int, seed: int, jobs: int
 ) -> tuple[float, float]:
-    """Mean learned fraction of simulated observers, at least 2, and its standard error."""
+    """Computes the mean learned fraction of simulated observers, at least 2, and its standard error."""
     experiment = build_experiment(group)
     observers = simulate_observers(experiment, learner, settings, repeats=repeats, seed=seed, jobs=jobs, kappa=kappa)
     fractions = observers.measure(experiment.measures["f"])
@@ -70,9 +70,9 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
     """Finds kappa and its interval.
 
     Args:
-        kappas: Values that were simulated, (K,), increasing.
+        kappas: Simulated values of kappa, (K,), increasing.
         fractions: Mean learned fraction of simulated observers, (K, groups).
-        fraction_ses: Standard errors of it, (K, groups).
+        fraction_ses: Standard errors of these means, (K, groups).
         people: Learned fraction of people, of each group.
     """
     grid = np.arange(kappas[0], kappas[-1] + 0.5 * _STEP, _STEP)

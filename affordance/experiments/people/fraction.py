@@ -1,4 +1,4 @@
-"""The learned fraction of people, from what is published of their forces."""
+"""Learned fraction of people, from published forces."""
 
 import math
 from typing import NamedTuple
@@ -14,10 +14,10 @@ class Fraction(NamedTuple):
     """Learned fraction of a group.
 
     Attributes:
-        mean: f.
-        se: Standard error of it.
-        low: Lower end of its 95 % interval.
-        high: Upper end.
+        mean: Estimate of f.
+        se: Standard error of the estimate.
+        low: Lower end of the 95 % interval.
+        high: Upper end of the 95 % interval.
     """
 
     mean: float
@@ -27,9 +27,9 @@ class Fraction(NamedTuple):
 
 
 def estimate_people_fraction(people: PublishedTable) -> Fraction:
-    """Learned fraction of people, with its error to first order; those of the two forces are taken as independent.
+    """Estimates the learned fraction of people, with its error to first order for independent forces.
 
-    Published are means and 95 % intervals by Student's t; whether the two forces covary over people is not.
+    Means and 95 % intervals by Student's t are published; the covariance of the two forces over people is not.
 
     Raises:
         BadValueError: The table lacks a row that is needed.
@@ -43,5 +43,5 @@ def estimate_people_fraction(people: PublishedTable) -> Fraction:
 
 
 def _estimate_se(published: Published, quantile: float) -> float:
-    """Standard error behind a published interval."""
+    """Computes the standard error behind a published interval."""
     return 0.5 * (published.high - published.low) / quantile

@@ -1,4 +1,4 @@
-"""Experiments of many lifts, simulated in closed form: observers of any learner, and what is measured of them."""
+"""Experiments of many lifts, simulated in closed form: observers with any learner, and their measures."""
 
 import functools
 from collections.abc import Callable, Mapping, Sequence
@@ -20,10 +20,10 @@ from affordance.simulation.static_lifts import Lift, LiftRecord, StaticLifter
 
 
 class LiftedObjects(NamedTuple):
-    """What one observer did in N lifts.
+    """Forces of one observer in N lifts.
 
     Attributes:
-        tool: Which object was lifted, (N,).
+        tool: Index of the lifted object, (N,).
         force: Upward force before release, (N,), [N].
         weight: True weight, (N,), [N].
     """
@@ -38,12 +38,12 @@ class LiftedObjects(NamedTuple):
 
 
 class Measure(NamedTuple):
-    """Something that is measured of an observer.
+    """Measure of an observer.
 
     Attributes:
-        meaning: In words.
-        unit: SI; 1 if it has none.
-        compute: Computes it.
+        meaning: Meaning in words.
+        unit: SI unit; 1 if it has none.
+        compute: Function that computes it.
     """
 
     meaning: str
@@ -53,14 +53,14 @@ class Measure(NamedTuple):
 
 @dataclass(frozen=True)
 class LiftExperiment:
-    """An experiment of many lifts.
+    """Experiment of many lifts.
 
     Attributes:
-        name: What it is called.
-        tools: The objects.
-        honest: Which of them are what they look like.
-        draw_lifts: Draws an observer's lifts; must be a function that can be sent to another process.
-        measures: What is measured, by name.
+        name: Name of the experiment.
+        tools: Objects of the experiment.
+        honest: Indices of the objects whose appearance is not misleading.
+        draw_lifts: Function that draws an observer's lifts; must be picklable for other processes.
+        measures: Measures, by name.
     """
 
     name: str
@@ -72,13 +72,13 @@ class LiftExperiment:
 
 @dataclass(frozen=True)
 class Observers:
-    """What R observers of one learner did in N lifts.
+    """Forces of R observers with one learner in N lifts.
 
     Attributes:
-        tool: Which object was lifted, (R, N).
+        tool: Index of the lifted object, (R, N).
         force: Upward force before release, (R, N), [N].
         weight: True weight, (R, N), [N].
-        founded: Whether there was one kind more after a lift than before, (R, N).
+        founded: True where a lift created a new kind, (R, N).
     """
 
     tool: NDArray[np.intp]
@@ -87,7 +87,7 @@ class Observers:
     founded: NDArray[np.bool_]
 
     def list_observers(self) -> list[LiftedObjects]:
-        """What each of them did."""
+        """Lists the lifts of each observer."""
         return [LiftedObjects(*row) for row in zip(self.tool, self.force, self.weight, strict=True)]
 
     def measure(self, measure: Measure) -> Array:
@@ -95,11 +95,11 @@ class Observers:
         return np.array([measure.compute(lifted) for lifted in self.list_observers()])
 
     def count_needless_kinds(self, honest: Sequence[int]) -> tuple[int, int]:
-        """Counts first lifts of honest objects that founded a kind, though one of their colour was there already.
+        """Counts first lifts of regular objects that created a kind although one of their colour existed.
 
-        The first object that an observer lifts founds a kind rightly, and is not counted.
+        The first object that an observer lifts creates a kind rightly, and is not counted.
 
-        Returns: How many did, of how many.
+        Returns: Number of such lifts, and number of first lifts.
         """
         needless = lifts = 0
         for tools, founded in zip(self.tool, self.founded, strict=True):
@@ -121,18 +121,18 @@ def simulate_observers(
     jobs: int,
     kappa: float | None = None,
 ) -> Observers:
-    """Simulates observers, each with lifts, errors of feeling and draws of its own.
+    """Simulates observers, each with lifts, measurement errors and draws of its own.
 
-    Observer r of a seed is given the same lifts and errors whatever it learns by. Numbers are the same for any jobs.
+    Observer r of a seed is given the same lifts and errors with every learner. Results do not depend on jobs.
 
     Args:
-        experiment: What they do.
-        learner: What they learn by.
-        settings: What all simulations share.
+        experiment: Experiment to simulate.
+        learner: Learner of the observers.
+        settings: Settings of all simulations.
         repeats: Number of observers, at least 1.
         seed: Root of every random draw.
         jobs: Number of processes.
-        kappa: Breadth of a category over its mean; None for the fitted one.
+        kappa: Breadth of a category relative to its mean; None for the fitted value.
     """
     run = functools.partial(_run_observer, experiment, learner, settings, seed, kappa)
     parallel = joblib.Parallel(n_jobs=min(jobs, repeats))

@@ -1,8 +1,8 @@
 """Linear+ and Linear++ (Cesanek, Zhang, Ingram, Wolpert and Flanagan 2021, eLife 10:e71627), for the fit of kappa.
 
-Objects, lifts and measures are those of the protocols linear_plus and linear_plus_plus, which say what people did. A
-learner with one density for each material predicts that people go by the family for ever; one with a belief for each
-object, that they learn what this one weighs in both groups; people do it in Linear++ only.
+Objects, lifts and measures are those of the protocols linear_plus and linear_plus_plus, which also give people's
+results. A learner with one density for each material predicts that people rely on the family for ever; one with a
+belief for each object, that they learn this object's weight in both groups; people do so in Linear++ only.
 """
 
 import functools
@@ -26,7 +26,7 @@ from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.protocols.published import PublishedTable, load_published
 from affordance.simulation.static_lifts import Lift
 
-# The end of the experiment: so many cycles.
+# Number of cycles that make up the end of the experiment.
 NUM_LAST_CYCLES = 16
 # Numbers of the protocols that are measured here, and their units.
 _UNITS = {"first_N": "N", "end_N": "N", "family_N": "N", "f": "1", "training_correlation": "1"}
@@ -35,12 +35,12 @@ _TRAINING, _TEST = "training", "test"
 
 @dataclass(frozen=True)
 class Group:
-    """A group of people, and how their test object differs from its family.
+    """Group of people, with the mass of its test object, which deviates from the family.
 
     Attributes:
-        name: In files, and of the protocol.
-        title: In words.
-        test_mass: Of the test object, [kg]; its size predicts 0.9 kg.
+        name: Name in files, and of the protocol.
+        title: Name in words.
+        test_mass: Mass of the test object, [kg]; its size predicts 0.9 kg.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Group:
     test_mass: float
 
     def load_people(self, models: Path = MODELS) -> PublishedTable:
-        """Reads what people did.
+        """Loads people's results.
 
         Raises:
             BadValueError: The file is wrong.
@@ -88,12 +88,12 @@ def draw_lifts(blocks: Sequence[BlockEntry], objects: ProtocolObjects, rng: np.r
 
 
 def select_test(experiment: LiftExperiment, lifted: LiftedObjects) -> LiftedObjects:
-    """The lifts of the test object, one a cycle: the object that is not honest."""
+    """Selects the lifts of the test object, one per cycle: the object that deviates from its family."""
     return lifted.select(~np.isin(lifted.tool, experiment.honest))
 
 
 def list_test_cycles(experiment: LiftExperiment, observers: Observers) -> tuple[Array, Array]:
-    """Force for the test object, and what its family predicts, in each cycle that it is in, (R, C) each, [N]."""
+    """Returns the force for the test object and its prediction by the family in each cycle, (R, C) each, [N]."""
     drawn = [index for index in range(len(experiment.tools)) if index not in experiment.honest]
     lifted = observers.list_observers()
     forces = [select_test(experiment, each).force for each in lifted]
@@ -107,7 +107,7 @@ def list_test_cycles(experiment: LiftExperiment, observers: Observers) -> tuple[
 
 
 def _compute(entries: Mapping[str, NumberEntry], objects: ProtocolObjects, name: str, lifted: LiftedObjects) -> float:
-    """One number of the protocol for one observer."""
+    """Computes one number of the protocol for one observer."""
     arrays = {Quantity.FORCE: lifted.force[None], Quantity.WEIGHT: lifted.weight[None]}
     measured = MeasuredObservers(objects, lifted.tool[None], lambda quantity, quantile: arrays[quantity])
     return float(compute_of_observers(entries, measured)[name][0])

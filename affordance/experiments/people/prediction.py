@@ -1,4 +1,4 @@
-"""What learners predict of people who have not done an experiment, and which measure would tell them apart best."""
+"""Predictions of learners for people who have not done an experiment, and how measures separate learners."""
 
 import itertools
 import math
@@ -15,25 +15,25 @@ from affordance.protocols.people import Spread
 from affordance.reporting.statistics import Estimate, estimate_mean
 from affordance.settings import Settings
 
-# A difference of less than so many standard deviations between people is not called one (Cohen 1988: "small").
+# Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
 _SMALL = 0.2
-# A test of two groups is to find a difference there is with this probability, and one there is not with that.
+# Power and significance level of a test of two groups.
 _POWER, _SIGNIFICANCE = 0.9, 0.05
-# Relative spread of what is the same but for rounding.
+# Relative spread below which values differ only by rounding.
 _ROUNDING = 1e-12
-# The middle of the observers that is shown as their spread.
+# Central range of the observers that is shown as their spread.
 _SPREAD = (0.05, 0.95)
 
 
 class Prediction(NamedTuple):
-    """What one learner predicts of one measure.
+    """Prediction of one measure by one learner.
 
     Attributes:
-        mean: Over observers, with its 95 % interval.
+        mean: Mean over observers, with its 95 % interval.
         sd: Standard deviation between observers.
-        low: The 5th percentile of observers.
-        high: The 95th percentile.
-        values: Of each observer, (R,).
+        low: Fifth percentile over observers.
+        high: 95th percentile over observers.
+        values: Value of each observer, (R,).
     """
 
     mean: Estimate
@@ -44,17 +44,17 @@ class Prediction(NamedTuple):
 
 
 class Contrast(NamedTuple):
-    """How well one measure tells two learners apart.
+    """Separation of two learners by one measure.
 
     Attributes:
-        measure: Its name.
-        learners: The two.
-        difference: Of their means, the second's less the first's.
-        effect: The difference over the standard deviation between people, or, where that is not known, observers.
-        superiority: Probability that of two people, one of each learner, the second's value is the larger; equal
-            values count half.
-        num_people: In each of two groups, that a test of significance 0.05 and power 0.9 needs; at least 2.
-        is_of_people: Truth value, true if the spread between people is known.
+        measure: Name of the measure.
+        learners: Pair of learners.
+        difference: Mean of the second learner minus that of the first.
+        effect: Difference over the standard deviation between people or, where that is unknown, between observers.
+        superiority: Probability that of two people, one of each learner, the second's value is larger; ties count
+            half.
+        num_people: Number of people in each of two groups for a test of significance 0.05 and power 0.9; at least 2.
+        is_of_people: True if the spread between people is known.
     """
 
     measure: str
@@ -78,10 +78,10 @@ def predict(
     """Predicts every measure of an experiment for every learner.
 
     Args:
-        experiment: What people would do.
-        learners: What they might learn by.
-        settings: What all simulations share.
-        repeats: Simulated observers of each learner, at least 2.
+        experiment: Experiment to predict.
+        learners: Learners that people might correspond to.
+        settings: Settings of all simulations.
+        repeats: Number of simulated observers of each learner, at least 2.
         seed: Root of every random draw.
         jobs: Number of processes.
 
@@ -109,13 +109,13 @@ def contrast_learners(
 ) -> list[Contrast]:
     """Compares all pairs of learners by all measures; the best measure for a pair comes first.
 
-    Simulated observers differ less than people, who push more or less hard besides. Where the spread between people
-    is known, from an experiment with the same measure, it adds to that of the observers; such measures come before
-    those of which nothing is known of people.
+    Simulated observers vary less than people, whose push strength also varies. Where the spread between people is
+    known, from an experiment with the same measure, it is added to that of the observers; such measures come before
+    those without data of people.
 
     Args:
-        predictions: By measure and learner, from ``predict``.
-        people_sd: Standard deviation between people, by measure, that observers do not have; none if it is not known.
+        predictions: Predictions by measure and learner, from ``predict``.
+        people_sd: Standard deviation between people that observers lack, by measure; None if unknown.
     """
     contrasts = []
     for measure, by_learner in predictions.items():
@@ -140,7 +140,7 @@ def contrast_learners(
 
 
 def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
-    """Probability that a value of the second exceeds one of the first, both with a further normal deviation."""
+    """Computes the probability that the second value exceeds the first, both with further normal noise."""
     differences = second[:, None] - first
     if extra_sd > 0.0:
         return float(norm.cdf(differences / (math.sqrt(2.0) * extra_sd)).mean())
@@ -148,7 +148,7 @@ def compute_superiority(first: Array, second: Array, extra_sd: float) -> float:
 
 
 def count_people(effect: float) -> float:
-    """People in each of two groups that a two-sided test of their means needs (normal approximation), at least 2."""
+    """Computes the size of each of two groups for a two-sided test of means (normal approximation), at least 2."""
     if effect == 0.0:
         return math.inf
     quantiles = norm.ppf(1.0 - 0.5 * _SIGNIFICANCE) + norm.ppf(_POWER)
@@ -161,12 +161,12 @@ def format_predictions(
     contrasts: Sequence[Contrast],
     spreads: Mapping[str, Spread] | None = None,
 ) -> str:
-    """Writes predictions as a table, and which measure tells each pair of learners apart best.
+    """Formats predictions as a table, with the measure that best separates each pair of learners.
 
     Args:
-        meanings: What each measure is, in words; those that are not there are called by their names alone.
-        predictions: By measure and learner.
-        contrasts: From ``contrast_learners``.
+        meanings: Meaning of each measure, in words; a measure without one is called by its name alone.
+        predictions: Predictions by measure and learner.
+        contrasts: Contrasts from ``contrast_learners``.
         spreads: Spreads between people by measure, where they are known.
     """
     lines = []
@@ -190,7 +190,7 @@ def format_predictions(
 
 
 def describe_contrast(contrast: Contrast) -> str:
-    """Says whether a measure tells two learners apart: in people or, if nothing is known of them, observers."""
+    """Describes how well a measure separates two learners, in people or, without data of people, in observers."""
     pair = " and ".join(learner.value for learner in contrast.learners)
     if math.isinf(contrast.num_people):
         return f"{pair} are not told apart by any of these"

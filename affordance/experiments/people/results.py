@@ -1,4 +1,4 @@
-"""Runs Linear+ and Linear++ for every learner, and writes numbers, figures and trajectories beside people's."""
+"""Runs of Linear+ and Linear++ for every learner: numbers, figures and trajectories, compared with people's."""
 
 import time
 from collections.abc import Mapping
@@ -24,37 +24,37 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.protocols.published import PublishedTable
 from affordance.reporting.figures import save_figure
-from affordance.reporting.findings import Finding, build_section
 from affordance.reporting.people_figures import Interval, LiftCurve, draw_test_object
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section
+from affordance.reporting.section import Section, render_section
 from affordance.reporting.statistics import estimate_mean, estimate_proportion
 from affordance.runs.repeats import list_versions
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.clamp_trial import tabulate_excursions
 from affordance.simulation.trial import get_runner
 
-# What people's numbers are of.
+# Measures for which people's numbers are published.
 MEASURES = ("first_N", "end_N", "family_N", "f")
 FIGURE = "test_object"
+SECTION = Path(__file__).parents[1] / "sections" / "people.yaml"
 _LABELS = {
     Learner.DENSITY: "one density for each colour",
     Learner.KINDS_MAP: "kinds, most probable",
     Learner.KINDS_DRAWN: "kinds, drawn",
 }
-# How long the object is held after release in the simulated lifts, until the hand has come to rest, [s].
+# Duration of a hold after release in the simulated lifts, until the hand has come to rest, [s].
 _HELD = 1.0
 
 
 @dataclass(frozen=True)
 class PeopleConfig:
-    """What is run.
+    """Configuration of a run.
 
     Attributes:
-        group: Which group of people is simulated.
+        group: Group of people to simulate.
         models: Folder with the published values.
         seed: Root of every random draw.
-        settings: What all simulations share.
+        settings: Settings of all simulations.
     """
 
     group: Group
@@ -67,12 +67,12 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
     """Simulates a group for every learner, and writes metrics.json, figure and trajectories.
 
     Args:
-        config: What is run.
-        folder: Receives the files.
-        repeats: Observers of each learner, at least 2.
+        config: Configuration of the run.
+        folder: Folder for the files.
+        repeats: Number of observers of each learner, at least 2.
         jobs: Number of processes.
 
-    Returns: The numbers of metrics.json.
+    Returns: Numbers of metrics.json.
 
     Raises:
         BadValueError: The file with people's values is wrong.
@@ -100,7 +100,7 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
         wall_s=time.perf_counter() - start,
     )
     write_section(folder, describe(config.group, numbers, repeats))
-    write_json(folder / "metrics.json", numbers)  # after the rest: where it is, that is too
+    write_json(folder / "metrics.json", numbers)  # last: it marks a complete run
     write_report(folder.parent)
     return numbers
 
@@ -108,7 +108,7 @@ def run(config: PeopleConfig, folder: Path, *, repeats: int, jobs: int) -> dict[
 def compute_metrics(
     experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
 ) -> dict[str, Any]:
-    """Computes the numbers of metrics.json: learners, people and kappa, and what else is asked of them.
+    """Computes the numbers of metrics.json: learners, people, kappa and further results.
 
     Raises:
         BadValueError: The table of people's values lacks a row that is needed.
@@ -147,7 +147,7 @@ def compute_metrics(
 def draw(
     group: Group, experiment: LiftExperiment, observers: Mapping[Learner, Observers], people: PublishedTable
 ) -> Figure:
-    """Draws the test object lift by lift, a panel a learner, people's intervals in each."""
+    """Draws the test object lift by lift, one panel per learner, with people's intervals in each."""
     curves = [
         LiftCurve(_LABELS[learner], *list_test_cycles(experiment, found)) for learner, found in observers.items()
     ]
@@ -167,56 +167,13 @@ def draw(
 
 def describe(group: Group, numbers: Mapping[str, Any], repeats: int) -> Section:
     """Puts the numbers beside people's."""
-    people = numbers["people"]
-    claims = []
-    for learner in Learner:
-        found = numbers["learners"][learner.value]
-        for name, what in (
-            ("first_N", "first lift of the test object, N"),
-            ("end_N", "force for it at the end, N"),
-            ("f", "learned fraction of its own weight"),
-        ):
-            low, high = people[f"{name}_ci95"]
-            claims.append(
-                Finding(
-                    text=f"{_LABELS[learner]}: {what}, is what people did ({people[name]:.2f})",
-                    criterion="within their 95 % interval",
-                    bound=[low, high],
-                    value=found[name],
-                    met=bool(low <= found[name] <= high),
-                )
-            )
-    kappas = " and ".join(f"{value:g} ({name})" for name, value in numbers["kappa"].items())
-    return build_section(
-        order=11,
-        title=f"{group.title}: an odd member of a family of objects (Cesanek and others 2021)",
-        summary=(
-            f"{repeats} simulated observers of each learner lift four objects of one look, 30 times each, and then "
-            f"one more of {group.test_mass:g} kg whose size predicts 0.9 kg, 40 times among them. Force is what is "
-            "exerted against a stiff clamp before release. kappa, the breadth of a category, was fitted to this "
-            f"group and the other one: {kappas}; nothing else was fitted."
-        ),
-        captions={
-            f"{FIGURE}.png": (
-                "Force before each lift of the test object; thin lines are single observers. Black: people's first "
-                "lift, their mean over the last 16 cycles, and (triangle) what their other objects predict then."
-            )
-        },
-        findings=claims,
-        remarks=[
-            "The interval of people's f follows from those published of its two forces, taken as independent.",
-            "Observers differ by what they feel, and by what they draw; people differ in how hard they push besides, "
-            "so single observers scatter less than people, and correlate more closely with the weights they lift "
-            f"({numbers['training_correlation']['density']:.2f} and {numbers['training_correlation_people']:.2f}).",
-            "The score that people saw after each lift is not modelled; what is felt of the weight stands for it.",
-        ],
-    )
+    return render_section(SECTION, numbers, {"group": group, "repeats": repeats})
 
 
 def _compute_excursions(
     config: PeopleConfig, experiment: LiftExperiment, observers: Mapping[Learner, Observers]
 ) -> dict[str, dict[str, float]]:
-    """Mean farthest movement of the hand at release of the test object, in its first lift and at the end, [m]."""
+    """Computes the mean farthest movement of the hand at release of the test object, first lift and end, [m]."""
     table = tabulate_excursions(get_runner(config.settings), experiment.tools[-1], duration=_HELD)
     excursions = {}
     for learner, found in observers.items():
@@ -229,7 +186,7 @@ def _compute_excursions(
 
 
 def _write_lifts(path: Path, experiment: LiftExperiment, observers: Mapping[Learner, Observers]) -> None:
-    """Writes what every observer lifted and exerted."""
+    """Writes the object and force of every lift of every observer."""
     variables = {}
     for learner, found in observers.items():
         name = learner.value

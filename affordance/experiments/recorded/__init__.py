@@ -1,1 +1,1 @@
-"""The study of identification on real recordings, read from users' own clones of public repositories."""
+"""Study of identification on real recordings, read from the user's own clones of public repositories."""

@@ -1,6 +1,6 @@
-"""The recordings the study reads, in clones of public repositories; and nothing else of these repositories.
+"""Recordings that the study reads from clones of public repositories.
 
-Other recordings of theirs were held back while this was made, for a check by others: no code here opens them.
+Other recordings in these repositories were held back for an independent check: no code here opens them.
 """
 
 from pathlib import Path
@@ -22,12 +22,12 @@ _UR10E_RUNS = _UR10E / "dataset_ur10e" / "identification_data"
 _PANDA = Path("FrankaEmikaPandaDynModel/matlab/data/Exciting_Traj/Trajectory_1/rbt_log")
 _LBIPE = Path("lbipe/data")
 LBIPE_OBJECTS = ("white", "red", "black")
-# Of the load, as its owners weighed it, [kg].
+# Mass of the load, as its owners weighed it, [kg].
 UR10E_LOAD = 2.805
 
 
 class Ur10eData(NamedTuple):
-    """A UR10e that moves with an empty hand, then again with a load."""
+    """Recordings of a UR10e that moves with an empty hand, then again with a load."""
 
     robot: RobotChain
     empty: Run
@@ -35,22 +35,22 @@ class Ur10eData(NamedTuple):
 
 
 class PandaData(NamedTuple):
-    """A Panda that moves with a bare flange; its joints have torque sensors."""
+    """Recording of a Panda that moves with a bare flange; its joints have torque sensors."""
 
     robot: RobotChain
     empty: Run
 
 
 class WeighedObject(NamedTuple):
-    """A servo arm that was led to a thousand postures with an object in its hand.
+    """Recording of a servo arm that was moved to a thousand postures with an object in its hand.
 
     Attributes:
-        regressors: Torques by mass and first moment, shape (N, joints, 4).
+        regressors: Derivatives of the torques by mass and first moment, shape (N, joints, 4).
         arm_torque: Torques of the empty arm, shape (N, joints), [N m].
-        deviation: Position errors of the servos, the signal, shape (N, joints), [rad].
-        direction: Whence each posture was approached, shape (N, joints).
-        mass: On a scale, [kg].
-        first_moment: m p_TTcm as its owners give it, shape (3,), [kg m].
+        deviation: Position errors of the servos, which are the signal, shape (N, joints), [rad].
+        direction: Direction from which each posture was approached, shape (N, joints).
+        mass: Mass by a scale, [kg].
+        first_moment: First moment m p_TTcm as given by the owners, shape (3,), [kg m].
     """
 
     regressors: Array
@@ -62,11 +62,11 @@ class WeighedObject(NamedTuple):
 
 
 def load_ur10e(data: Path) -> Ur10eData:
-    """Reads the pair of the UR10e.
+    """Reads the two recordings of the UR10e.
 
     Raises:
-        BadValueError: The clone is not there, or not what it was.
-        ModelFileError: Its URDF is not what it was.
+        BadValueError: The clone is missing or has changed.
+        ModelFileError: The clone's URDF has changed.
     """
     robot = load_robot(_find(data, _UR10E / "URe" / "urdf" / "ur10e.urdf"), "tool0")
     description = _HERE / "ur10e.yaml"
@@ -78,10 +78,10 @@ def load_ur10e(data: Path) -> Ur10eData:
 
 
 def load_panda(data: Path) -> PandaData:
-    """Reads the log of the Panda.
+    """Reads the recording of the Panda.
 
     Raises:
-        BadValueError: The clone is not there, or not what it was.
+        BadValueError: The clone is missing or has changed.
     """
     robot = load_robot(_HERE / "panda.urdf", "panda_link8")
     folder = _find(data, _PANDA)
@@ -99,10 +99,10 @@ def load_panda(data: Path) -> PandaData:
 
 
 def load_weighed_objects(data: Path) -> dict[str, WeighedObject]:
-    """Reads the weighed objects.
+    """Reads the recordings of the weighed objects.
 
     Raises:
-        BadValueError: The clone is not there, or not what it was.
+        BadValueError: The clone is missing or has changed.
     """
     objects = {}
     for name in LBIPE_OBJECTS:

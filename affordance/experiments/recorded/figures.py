@@ -1,4 +1,4 @@
-"""Pictures of the study on real recordings."""
+"""Figures of the study on real recordings."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -15,14 +15,14 @@ _PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\
 
 
 class Weighing(NamedTuple):
-    """A mass beside what it should be.
+    """Identified mass and its true value.
 
     Attributes:
-        name: Of the run or the object.
-        mean: As identified, [kg].
-        low: Of the 90 % interval, [kg].
-        high: Of the same.
-        truth: On a scale, [kg].
+        name: Name of the run or object.
+        mean: Posterior mean, [kg].
+        low: Lower end of the 90 % interval, [kg].
+        high: Upper end of the 90 % interval, [kg].
+        truth: Mass by a scale, [kg].
     """
 
     name: str
@@ -33,12 +33,12 @@ class Weighing(NamedTuple):
 
 
 def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Weighing]) -> Figure:
-    """Draws identified masses with their 90 % intervals beside what scales say.
+    """Draws identified masses with their 90 % intervals next to those by a scale.
 
     Args:
-        pair: The UR10e's load, by several analyses.
-        empty: Its empty run taken for a loaded one.
-        objects: Those of the servo arm.
+        pair: Masses of the UR10e's load, by several analyses.
+        empty: Mass of the UR10e's empty hand, analysed as if it were loaded.
+        objects: Masses of the objects on the servo arm.
     """
     figure = Figure(figsize=(12.0, 3.8))
     left, middle, right = figure.subplots(1, 3, width_ratios=(1.3, 0.8, 1.1))
@@ -57,7 +57,7 @@ def draw_masses(pair: Sequence[Weighing], empty: Weighing, objects: Sequence[Wei
 
 
 def draw_injections(result: PandaResult) -> Figure:
-    """Draws errors of injected payloads against what was claimed, and coverage by what is assumed of the noise."""
+    """Draws errors of injected payloads with their 90 % bounds, and coverage by the assumed noise."""
     figure = Figure(figsize=(12.0, 4.0))
     left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
     for k, (length, each) in enumerate(result.injections.items()):
@@ -87,7 +87,7 @@ def draw_injections(result: PandaResult) -> Figure:
 
 
 def draw_peers(peers: dict[str, dict[str, float]]) -> Figure:
-    """Draws errors and times of methods side by side."""
+    """Draws errors and times of the compared methods."""
     figure = Figure(figsize=(9.0, 3.4))
     left, right = figure.subplots(1, 2)
     colours = ["#999999", "#555555", OBJECT_COLOURS[0]]

@@ -1,7 +1,7 @@
-"""Payloads put into the real noise of a Panda: its measured torques, plus those of random payloads.
+"""Payloads injected into the real noise of a Panda: its measured torques, plus those of random payloads.
 
-An injected payload is felt through no sensor, so gains are exact here; all else is as on a robot that holds one. The
-arm is fitted outside the window in which a payload is identified, half a second of guard at either side.
+An injected payload passes through no sensor, so gains are exact here; all else is as on a robot that holds one. The
+arm is fitted outside the window in which a payload is identified, with half a second of guard on either side.
 """
 
 from dataclasses import replace
@@ -23,21 +23,21 @@ from affordance.identification.preparation import PreparedRun, prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.identification.unpaired_runs import EmptyArm, build_unpaired_evidence, fit_empty_arm
 
-LENGTHS = (2, 5, 10)  # of the windows, [s]
-_CONTROL = 5  # in which white noise is assumed for comparison, [s]
+LENGTHS = (2, 5, 10)  # durations of the windows, [s]
+_CONTROL = 5  # duration of the windows in which white noise is assumed for comparison, [s]
 _MASSES = (0.1, 3.0)
 _GUARD = 1  # [cells]
 
 
 class Injections(NamedTuple):
-    """Identified payloads of one length of window; shapes (N,) or (N, 10), quantities as in payload_belief.
+    """Identified payloads for one length of window; shapes (N,) or (N, 10), quantities as in payload_belief.
 
     Attributes:
-        truth: Mass, centre of mass, moments about it.
+        truth: True mass, centre of mass and moments of inertia about it.
         mean: Posterior means.
         sd: Posterior standard deviations.
-        inside: Whether 90 % intervals hold the truth.
-        phantom: What does not average out, as estimated outside the window, [kg].
+        inside: True where the 90 % interval holds the truth.
+        phantom: Phantom mass of errors that do not average out, estimated outside the window, [kg].
     """
 
     truth: Array
@@ -53,14 +53,15 @@ class Injections(NamedTuple):
 
 
 class PandaResult(NamedTuple):
-    """What was found.
+    """Results of the study on the Panda.
 
     Attributes:
-        numbers: Those of metrics.json.
-        details: Those beside them.
-        injections: By length of window, [s].
-        control: With white noise assumed.
-        least_squares: The same windows by a peer: its masses and whether its 90 % intervals hold, shape (N, 2).
+        numbers: Numbers of metrics.json.
+        details: Further numbers, for details.json.
+        injections: Identified payloads, by length of window, [s].
+        control: Identified payloads under the assumption of white noise.
+        least_squares: Errors of the mass by least squares in the same windows, [kg], and 1 where its 90 % interval
+            holds the truth, shape (N, 2).
     """
 
     numbers: dict[str, Any]
@@ -100,7 +101,7 @@ def study_panda(data: PandaData, settings: IdentificationSettings, *, num_inject
 
 
 class _PandaStudy:
-    """The prepared log, and arms fitted outside each window, kept."""
+    """Prepared recording, with a cache of the arms fitted outside each window."""
 
     def __init__(self, data: PandaData, settings: IdentificationSettings) -> None:
         self._robot, self._run = data.robot, data.empty
@@ -115,7 +116,7 @@ class _PandaStudy:
         self._arms: dict[tuple[int, int, IdentificationSettings], EmptyArm] = {}
 
     def count_windows(self, length: int) -> int:
-        """How many windows of a length there are; few of them do not overlap."""
+        """Counts the windows of a length, [s]; most of them overlap."""
         return self._num_cells - round(length / CELL) + 1
 
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
@@ -138,7 +139,10 @@ class _PandaStudy:
         return Injections(*(np.array(each, dtype=float) for each in (truths, means, sds, inside, phantoms)))
 
     def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
-        """Errors of the mass by least squares, [kg], and whether its 90 % intervals hold; the same payloads."""
+        """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval holds the truth.
+
+        The payloads and windows are those of ``inject``.
+        """
         rng = np.random.default_rng((seed, length))
         found = []
         for _ in range(num_injections):
@@ -152,7 +156,7 @@ class _PandaStudy:
 
     @property
     def gains(self) -> Gains:
-        """Exact ones."""
+        """Exact gains."""
         return self._gains
 
     def _build_evidence(

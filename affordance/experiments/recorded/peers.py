@@ -1,7 +1,7 @@
-"""What others do with the same samples: least squares, and the same under a positive definite pseudo-inertia.
+"""Common methods on the same samples: least squares, free and with a positive semidefinite pseudo-inertia.
 
-Both take gains for exact and errors for white and equal at all joints; friction (direction, velocity, offset) of each
-joint is fitted beside the ten parameters, as it is commonly done.
+Both take gains as exact and errors as white and equal at all joints; friction (direction, velocity, offset) of each
+joint is fitted together with the ten parameters, as is common practice.
 """
 
 from typing import NamedTuple
@@ -17,10 +17,10 @@ from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_param
 
 
 class PointPayload(NamedTuple):
-    """An estimate.
+    """Estimated payload.
 
     Attributes:
-        parameters: The ten, shape (10,).
+        parameters: Inertial parameters, shape (10,).
         mass_sd: Standard deviation of the mass if errors were white, [kg].
     """
 
@@ -29,7 +29,7 @@ class PointPayload(NamedTuple):
 
 
 def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
-    """Ordinary least squares of the ten parameters."""
+    """Estimates the ten parameters by ordinary least squares."""
     A, b = _stack(evidence, gains)
     solution, *_ = np.linalg.lstsq(A, b, rcond=None)
     residual = b - A @ solution
@@ -39,13 +39,13 @@ def solve_least_squares(evidence: Evidence, gains: Gains) -> PointPayload:
 
 
 def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
-    """The same under a pseudo-inertia that is positive semidefinite (Clarabel); no error comes with it.
+    """Estimates the ten parameters under a positive semidefinite pseudo-inertia (Clarabel); mass_sd is NaN.
 
     Raises:
         AffordanceError: The solver fails.
     """
     A, b = _stack(evidence, gains)
-    # Friction is unconstrained: its best value given the parameters leaves a smaller quadratic.
+    # Friction is unconstrained: eliminating it leaves a smaller quadratic.
     friction, _ = np.linalg.qr(A[:, NUM_PARAMETERS:])
     W = A[:, :NUM_PARAMETERS] - friction @ (friction.T @ A[:, :NUM_PARAMETERS])
     y = b - friction @ (friction.T @ b)
@@ -62,7 +62,7 @@ def solve_semidefinite(evidence: Evidence, gains: Gains) -> PointPayload:
 
 
 def _stack(evidence: Evidence, gains: Gains) -> tuple[Array, Array]:
-    """Rows of all joints in newton metres: ten columns of the payload, three of friction for each joint."""
+    """Stacks the rows of all joints, [N m]: ten columns of the payload, three of friction for each joint."""
     samples = evidence.samples
     num_joints = samples.signal.shape[1]
     rows, right = [], []

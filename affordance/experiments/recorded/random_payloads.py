@@ -1,4 +1,4 @@
-"""Random payloads under a flange: two or three boxes in a row, from foam to steel."""
+"""Random payloads on a flange: two or three boxes in a row, from foam to steel."""
 
 from typing import NamedTuple
 
@@ -7,22 +7,22 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import parameters_from_pseudo_inertia
 
-# Edges across and along, [m], and densities, [kg/m^3], evenly in the logarithm; offsets across, [m].
+# Edges across and along, [m], and densities, [kg/m^3], both log-uniform; offsets across, [m].
 _LEAST_EDGES, _LARGEST_EDGES = (0.015, 0.015, 0.02), (0.15, 0.15, 0.18)
 _DENSITIES = (300.0, 8000.0)
 _OFFSET = 0.03
-# A drawn mass is met to a quarter, by drawing again.
+# A payload is drawn again until its mass is within a quarter of the drawn mass.
 _TOLERANCE = 0.25
 
 
 class RandomPayload(NamedTuple):
-    """A payload at the flange, its z axis outward.
+    """Payload at the flange, whose z axis points outward.
 
     Attributes:
-        parameters: The ten, shape (10,).
-        Phi: Its boxes' geometry, shape (10, M).
-        low: Corner of the box its parts fill, shape (3,), [m].
-        high: The other corner.
+        parameters: Inertial parameters, shape (10,).
+        Phi: Inertial parameters of each box at 1 kg/m^3, shape (10, M).
+        low: Lower corner of the bounding box, shape (3,), [m].
+        high: Upper corner of the bounding box, shape (3,), [m].
     """
 
     parameters: Array
@@ -32,7 +32,7 @@ class RandomPayload(NamedTuple):
 
 
 def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> RandomPayload:
-    """Draws a payload, its mass evenly in the logarithm between two, [kg]."""
+    """Draws a payload with a log-uniform mass between the given bounds, [kg]."""
     mass = np.exp(rng.uniform(np.log(masses[0]), np.log(masses[1])))
     while True:
         angle, z = rng.uniform(0.0, 2.0 * np.pi), 0.0
@@ -52,7 +52,7 @@ def draw_payload(rng: np.random.Generator, masses: tuple[float, float]) -> Rando
 
 
 def _build_column(edges: Array, centre: Array, R: Array) -> Array:
-    """Parameters of a box at a density of 1 kg/m^3."""
+    """Computes the inertial parameters of a box at a density of 1 kg/m^3."""
     volume = float(np.prod(edges))
     J = np.zeros((4, 4))
     J[:3, :3] = volume * (R @ np.diag(edges**2 / 12.0) @ R.T + np.outer(centre, centre))

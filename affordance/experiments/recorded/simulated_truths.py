@@ -1,7 +1,7 @@
-"""Are the intervals as wide as they should be, where the truth is drawn from what is believed?
+"""Coverage of the intervals where the truth is drawn from the prior.
 
-Bodies drawn from the prior, and seen objects with a lump that was not seen, held in windows of the Panda's motion.
-Gains, friction and errors are drawn as the likelihood has them, so that what is tested is the posterior alone.
+Bodies drawn from the prior, and seen objects with an unseen lump, are held in windows of the Panda's motion. Gains,
+friction and errors are drawn from the likelihood, so that the posterior alone is tested.
 """
 
 from dataclasses import dataclass
@@ -29,13 +29,13 @@ from affordance.objects.geometry import Geometry
 
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
-# Of materials never felt, as everywhere (settings.py).
+# Prior of materials never felt, as everywhere (settings.py).
 _MATERIAL_PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 
 
 @dataclass(frozen=True)
 class _World:
-    """Where bodies are held."""
+    """Arm and motion with which bodies are held."""
 
     robot: RobotChain
     prepared: PreparedRun
@@ -43,7 +43,7 @@ class _World:
     settings: IdentificationSettings
 
     def hold(self, pi: Array, rng: np.random.Generator) -> PayloadLikelihood:
-        """Holds a body through a random window; returns its likelihood."""
+        """Simulates the hold of a body through a random window; returns its likelihood."""
         n = self.robot.num_joints
         rows = round(_LENGTH * self.prepared.rate)
         first = int(rng.integers(len(self.prepared.times) - rows))
@@ -80,12 +80,12 @@ def measure_coverage(
     """Measures coverage of 90 % intervals; the keys are those of metrics.json.
 
     Args:
-        robot: The arm.
-        prepared: Its motion.
+        robot: Chain of the arm.
+        prepared: Motion of the arm.
         variance: Long-run variance of each joint's error, shape (n,).
-        settings: Of nuisances and samples.
-        num_draws: Bodies of each kind.
-        seed: Of all draws.
+        settings: Settings of nuisance parameters and samples.
+        num_draws: Number of bodies of each kind.
+        seed: Seed of all draws.
     """
     world = _World(robot, prepared, variance, settings)
     solid = SolidPrior.for_hand()
@@ -110,7 +110,7 @@ def measure_coverage(
 
 
 def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
-    """Share of the centre's coordinates whose intervals hold it, a fifth of the mass being in an unseen lump."""
+    """Computes the coverage of the centre's coordinates, with a fifth of the mass in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
     lump = _build_lump(rng.uniform(seen.low, seen.high))
@@ -127,7 +127,7 @@ def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
 
 
 def _see(payload: RandomPayload) -> SeenObject:
-    """What a camera says: the geometry, and of each part that it is of a material of its own, never felt."""
+    """Returns what a camera sees: the geometry, and for each part a material of its own that was never felt."""
     num_parts = payload.Phi.shape[1]
     colours = [(i / num_parts, 0.2, 0.5) for i in range(num_parts)]
     memory = MaterialMemory().add_colours(colours, _MATERIAL_PRIOR)
@@ -137,7 +137,7 @@ def _see(payload: RandomPayload) -> SeenObject:
 
 
 def _build_lump(p: Array) -> Array:
-    """Parameters of a point mass of one kilogram at a place, shape (3,), [m]."""
+    """Computes the parameters of a point mass of one kilogram at a position, shape (3,), [m]."""
     x, y, z = p
     return np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
 

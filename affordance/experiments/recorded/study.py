@@ -1,4 +1,4 @@
-"""The study on real recordings: numbers, figures, and a section of the report."""
+"""Study on real recordings: numbers, figures, and a section of the report."""
 
 import time
 from collections.abc import Callable, Mapping
@@ -38,12 +38,12 @@ SECTION = Path(__file__).parents[1] / "sections" / "recorded.yaml"
 
 
 class StudyConfig(NamedTuple):
-    """How much is run.
+    """Size of the study.
 
     Attributes:
-        injections: Payloads put into the Panda's noise, for each length of window.
-        draws: Bodies drawn from the prior, and seen objects with a hidden part.
-        seed: Of every random draw.
+        injections: Number of payloads injected into the Panda's noise, for each length of window.
+        draws: Number of bodies drawn from the prior, and of seen objects with a hidden part.
+        seed: Root of every random draw.
     """
 
     injections: int = 200
@@ -55,18 +55,18 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
     """Runs the study on clones of the repositories.
 
     Args:
-        data: Folder that holds the clones by the names of the repositories.
-        folder: Receives metrics.json (the numbers), details.json, figures and the section of the report.
-        config: How much is run.
+        data: Folder that holds the clones under the names of their repositories.
+        folder: Folder for metrics.json (the numbers), details.json, figures and the section of the report.
+        config: Size of the study.
 
     Returns: The numbers.
 
     Raises:
-        BadValueError: A recording is not there; nothing was written.
+        BadValueError: A recording is missing; nothing was written.
     """
     start = time.perf_counter()
     settings = IdentificationSettings(seed=config.seed)
-    # All are read before anything is run, so that a missing clone is missed at once.
+    # All are read before anything is run, so that a missing clone is reported at once.
     pair, panda, objects = load_ur10e(data), load_panda(data), load_weighed_objects(data)
     ur10e = study_ur10e(pair, settings)
     servos = replace(settings, signal_prior=SERVO_PRIOR)
@@ -104,7 +104,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
     for name, draw in figures.items():
         save_figure(draw(), folder, name)
     write_json(folder / "details.json", details)
-    write_section(folder, render_section(SECTION, _flatten(numbers), {"details": details, "config": config}))
+    write_section(folder, render_section(SECTION, flatten(numbers), {"details": details, "config": config}))
     write_json(folder / "metrics.json", numbers)
     return numbers
 
@@ -112,7 +112,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
 def list_weighings(
     ur10e: Ur10eResult, weighed: WeighedResult, objects: Mapping[str, WeighedObject]
 ) -> tuple[list[Weighing], Weighing, list[Weighing]]:
-    """The masses that are drawn: of the UR10e's load, of its empty hand, of the servo arm's objects."""
+    """Lists the masses to draw: of the UR10e's load, of its empty hand, of the servo arm's objects."""
     halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
 
     def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:
@@ -131,12 +131,12 @@ def list_weighings(
     return pair, empty, servo
 
 
-def _flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
+def flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
     """Numbers by one name each, as claims name them: ur10e.half_error is ur10e_half_error."""
     flat: dict[str, Any] = {}
     for name, value in numbers.items():
         if isinstance(value, Mapping):
-            flat |= {f"{name}_{key}": entry for key, entry in _flatten(value).items()}
+            flat |= {f"{name}_{key}": entry for key, entry in flatten(value).items()}
         else:
             flat[name] = value
     return flat

@@ -1,4 +1,4 @@
-"""How long identification takes: a sample on line, a belief, a whole run; processor time, as other work may go on."""
+"""Processor times of identification: a sample on line, a posterior, a whole run."""
 
 import time
 from collections.abc import Callable
@@ -22,11 +22,11 @@ from affordance.identification.settings import IdentificationSettings
 from affordance.identification.systems import build_replay
 
 _REPEATS = 5
-_NUM_STEPS = 1000  # of the replay, a belief at each hundredth
+_NUM_STEPS = 1000  # steps of the replay, with a posterior every hundredth
 
 
 def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> dict[str, Any]:
-    """Measures times on the pair of the UR10e, with its gains; the keys are those of metrics.json."""
+    """Measures times on the recordings of the UR10e, with its gains; the keys are those of metrics.json."""
     ur10e = load_ur10e(data)
     per_sample, per_posterior = _time_replay(ur10e.robot, evidence, gains.with_drift(settings), settings)
 
@@ -43,9 +43,9 @@ def measure_times(data: Path, evidence: Evidence, gains: Gains, settings: Identi
 
 
 def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[str, Any]:
-    """Mean error of the mass over both halves, relative, and time to solution, [s], by method.
+    """Computes the mean relative error of the mass over both halves, and the time to solution, [s], by method.
 
-    All methods are given the same samples and the same gains, those found by ours in the other half.
+    All methods are given the same samples and the same gains, found by ours in the other half.
     """
     middle = len(evidence.times) // 2
     halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, None))
@@ -67,7 +67,7 @@ def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[
 def _time_replay(
     robot: RobotChain, evidence: Evidence, gains: Gains, settings: IdentificationSettings
 ) -> tuple[float, float]:
-    """Medians of the time of a sample and of a belief, [s], in a Diagram that replays the pair."""
+    """Measures median times of a sample and of a posterior, [s], in a Diagram that replays the recordings."""
     diagram, identifier = build_replay(
         robot, evidence, gains, build_channel_prior(evidence, gains, settings), settings=settings
     )
@@ -87,7 +87,7 @@ def _time_replay(
 
 
 def _time(function: Callable[[], Any]) -> float:
-    """Median of some repeats, [s]."""
+    """Measures the median processor time of several calls, [s]."""
     times = []
     for _ in range(_REPEATS):
         start = time.process_time()

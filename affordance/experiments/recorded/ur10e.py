@@ -1,4 +1,4 @@
-"""A UR10e with a weighed load: motor currents, gains unknown."""
+"""Study of a UR10e with a weighed load: motor currents, gains unknown."""
 
 from dataclasses import replace
 from typing import Any, NamedTuple
@@ -19,19 +19,19 @@ from affordance.identification.settings import IdentificationSettings
 
 # Joints whose load friction is reported, counted from 1.
 _LOADED_JOINTS = (2, 3)
-_WINDOW = 6.0  # in which gains are found anew, to see whether they drift, [s]
+_WINDOW = 6.0  # duration of the windows in which gains are found anew, to measure their drift, [s]
 
 
 class Ur10eResult(NamedTuple):
-    """What was found.
+    """Results of the study on the UR10e.
 
     Attributes:
-        numbers: Those of metrics.json.
-        details: Those beside them.
-        evidence: The pair.
-        gains: Of the whole run.
-        halves: Gains from one half, the mass from the other.
-        identification: The pair with these gains, for figures.
+        numbers: Numbers of metrics.json.
+        details: Further numbers, for details.json.
+        evidence: Evidence of the pair of runs.
+        gains: Gains of the whole run.
+        halves: Check with gains from one half and the mass from the other.
+        identification: Identification of the pair with these gains, for figures.
     """
 
     numbers: dict[str, Any]
@@ -43,7 +43,7 @@ class Ur10eResult(NamedTuple):
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:
-    """Runs the study on the pair."""
+    """Identifies the load of the UR10e, and checks gains, drift and the empty hand."""
     robot = data.robot
     evidence = pair_runs(robot, data.empty, data.loaded, settings)
     gains = calibrate_gains(evidence, UR10E_LOAD, settings)
@@ -79,7 +79,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
 
 
 def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettings) -> Array:
-    """Scatter of each joint's gain over windows, the body being known, as a fraction; their error included."""
+    """Measures the relative scatter of each joint's gain over windows with a known body, with estimation error."""
     samples = evidence.samples
     known = replace(
         evidence,

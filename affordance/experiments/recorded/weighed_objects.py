@@ -1,8 +1,8 @@
-"""Objects weighed on a servo arm: how far its servos stay from where they are told to be, and nothing else.
+"""Study of objects weighed on a servo arm, from the position errors of its servos alone.
 
-The signal is that position error; the gain and friction of each servo are found from two objects and their known
-torques, and the third is identified with them. How far the model errs is found from these two alone as well: each of
-them identified with the other's gains.
+The signal is the deviation of each servo from its set point; gain and friction of each servo are found from two
+objects and their known torques, and the third is identified with them. The model error is estimated from these two
+alone as well: each of them is identified with the other's gains.
 """
 
 from collections.abc import Sequence
@@ -24,20 +24,20 @@ from affordance.identification.payload_likelihood import PayloadLikelihood
 from affordance.identification.preparation import Motion
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 
-# Position errors of servos: radians for a newton metre. Their gears lose more of the load than those of arms, so
-# nothing is said beforehand of load friction; gains drift as on any robot.
+# Prior of servo position errors, in radians per newton metre. Their gears lose more of the load than those of arms,
+# so the prior of load friction is broad; gains drift as on any robot.
 SERVO_PRIOR = SignalPrior(gain_sd=0.02, load_friction=0.0, load_friction_sd=0.5, friction_sd=0.3)
-# Postures are held, one after the other: no rate, no filter.
+# Postures are held one after the other: no rate, no filter.
 _RATE = 1.0
 
 
 class WeighedResult(NamedTuple):
-    """What was found.
+    """Results of the study on weighed objects.
 
     Attributes:
-        numbers: Those of metrics.json.
-        details: Those beside them.
-        beliefs: By name of the object.
+        numbers: Numbers of metrics.json.
+        details: Further numbers, for details.json.
+        beliefs: Posteriors, by name of the object.
     """
 
     numbers: dict[str, Any]
@@ -81,7 +81,7 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
 
 
 def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSettings) -> float:
-    """What the model gets wrong of one known object with gains from the other, as a phantom mass, [kg]."""
+    """Estimates the model error of one known object with gains from the other, as a phantom mass, [kg]."""
     misfits = []
     for known in objects:
         others = [other for other in objects if other is not known]
@@ -96,7 +96,7 @@ def _estimate_floor(objects: Sequence[WeighedObject], settings: IdentificationSe
 
 
 def _build_known(objects: Sequence[WeighedObject]) -> Evidence:
-    """Evidence in which the load is known, and counts as the arm's."""
+    """Builds the evidence of objects with known load, which counts as part of the arm."""
     torque = np.concatenate(
         [each.arm_torque + each.regressors @ np.array([each.mass, *each.first_moment]) for each in objects]
     )
@@ -124,7 +124,7 @@ def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evide
         channel_names=tuple(f"servo {j + 1}" for j in range(num_joints)),
         times=np.arange(num_samples) / _RATE,
         samples=samples,
-        motion=Motion(*(np.zeros_like(torque) for _ in range(3))),  # postures, that nothing here asks for
+        motion=Motion(*(np.zeros_like(torque) for _ in range(3))),  # postures, whose motion is not used here
         arm_torque=torque,
         is_difference=False,
         rate=_RATE,

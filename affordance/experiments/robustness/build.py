@@ -68,12 +68,14 @@ def build_world(setting: Setting, models: Path, settings: Settings) -> World:
     get = _Values(setting)
     materials = load_materials(models / "materials.yaml")
     wood = replace(materials["beech"], density=get.number("wood_density"))
-    steel, brass = materials["steel"], materials["brass"]
+    steel = replace(materials["steel"], density=get.number("dense_density"))
+    brass = replace(materials["brass"], density=get.number("rod_density"))
+    hollow = replace(materials["beech"], density=get.number("decoy_share") * brass.density)
     path = load_path(models / "paths" / "reach.yaml")
     hammer = load_hammer(models / "nail.yaml")
     return World(
         settings=_build_settings(get, settings),
-        rods=_build_rods(get, brass, wood),
+        rods=_build_rods(get, brass, hollow),
         learning=_build_learning(get, wood, steel),
         novel=build_novel(get, wood, steel),
         reach=Reach(_build_path(get, path)),
@@ -117,7 +119,7 @@ def _build_settings(get: _Values, settings: Settings) -> Settings:
     )
 
 
-def _build_rods(get: _Values, brass: Material, wood: Material) -> tuple[Tool, ...]:
+def _build_rods(get: _Values, brass: Material, hollow: Material) -> tuple[Tool, ...]:
     lengths = np.linspace(get.number("rod_shortest"), get.number("rod_longest"), _NUM_RODS)
     radius = 0.5 * get.number("rod_thickness")
 
@@ -126,7 +128,7 @@ def _build_rods(get: _Values, brass: Material, wood: Material) -> tuple[Tool, ..
         return Tool(name, (Component(shape, _translate(0.5 * length), material, brass),))
 
     rods = [build(f"rod of {100.0 * length:.0f} cm", float(length), brass) for length in lengths]
-    return (*rods, build("decoy", float(lengths[-1]), wood))
+    return (*rods, build("decoy", float(lengths[-1]), hollow))
 
 
 def _build_learning(get: _Values, wood: Material, steel: Material) -> tuple[Tool, Tool, Tool]:

@@ -9,27 +9,25 @@ import numpy as np
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.inner_simulation import Choice, OptionCost
 from affordance.choice.motion_cost import Costs, MotionCost
-from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, TIE, pick_cheapest, rank_options
+from affordance.choice.ranking import MIN_FEASIBILITY, TIE, rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
 from affordance.experiments.shared.correct_grip import find_grip_of_densest
-from affordance.experiments.shared.decisions import choose_before_experience
+from affordance.experiments.shared.decisions import (
+    NUM_PRIOR_CHOICES,
+    choose_before_experience,
+    choose_by_sample,
+    estimate_correct,
+)
 from affordance.experiments.shared.experience import Experience
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
-from affordance.reporting.statistics import estimate_proportion
+from affordance.reporting.statistics import Estimate, estimate_proportion
 
-# Choices before experience, which all have one prior: their share is known to 0.8 %.
-NUM_PRIOR_CHOICES = 4_000
-# Choices that each observer makes by the paper's rule, at each moment: their mean takes the place of one choice.
-_NUM_CHOICES = 10
 # Densities over which Bayes' rule averages.
 _NUM_BAYES_SAMPLES = 64
 # Moments at which is chosen: before experience, after one and two trials, and after the last, of six.
 MOMENTS = (0, 1, 2, 6)
-# Intervals are those of as many observers as the simulations have, though fewer are run here: else claims of what an
-# interval holds would be the easier to meet the fewer they are.
-_NUM_OBSERVERS = 200
 _NUM_FORCES = 40
 _LEAST_FORCE = 1.02
 
@@ -74,20 +72,18 @@ def measure_choices(choice: Choice, tool: Tool, experience: Experience, seed: in
     costs = measure_truth(choice, tool)
     correct = find_correct(costs)
     cost = np.where(costs.feasible, costs.cost, np.inf)
-    shares = [_share_before(choice, experience, seed, correct, rule)]
-    for moment in MOMENTS[1:]:
-        each = [
-            _share_of_observer(choice, experience, (seed, repeat, moment), correct, rule)
-            for repeat in range(experience.num_repeats)
+    if rule == "one sample":
+        before = choose_before_experience(choice, experience.colours, seed)
+        chosen = [
+            choose_by_sample(choice, experience, seed, repeat, MOMENTS) for repeat in range(experience.num_repeats)
         ]
-        shares.append(float(np.mean(each)))
-    estimate = estimate_proportion(_NUM_OBSERVERS * np.array(shares), _NUM_OBSERVERS)
-    ci95 = estimate.ci95
-    ci95[0] = estimate_proportion(np.array(NUM_PRIOR_CHOICES * shares[0]), NUM_PRIOR_CHOICES).ci95
+        estimate = estimate_correct(np.array(chosen), before, correct)
+    else:
+        estimate = _estimate_by_expectation(choice, experience, seed, correct)
     grips = [option.grip for option in choice.options]
     return {
-        "p_correct": np.array(shares),
-        "p_correct_ci95": ci95,
+        "p_correct": estimate.mean,
+        "p_correct_ci95": estimate.ci95,
         "energy_ratio_true": float(cost.max() / cost.min()),
         "correct_grip": grips[correct],
         "grip_of_densest": find_grip_of_densest(tool, at_hand=True),
@@ -132,11 +128,21 @@ def find_travel_of_other_grip(choice: Choice, tool: Tool, depth_set: float, stif
     return largest
 
 
-def _share_before(choice: Choice, experience: Experience, seed: int, correct: int, rule: str) -> float:
-    """Share of correct choices before experience; by expectation 1 or 0, or a half where neither is cheaper."""
-    if rule == "one sample":
-        chosen = choose_before_experience(choice, experience.colours, seed, NUM_PRIOR_CHOICES)
-        return _count(chosen, correct)
+def _estimate_by_expectation(choice: Choice, experience: Experience, seed: int, correct: int) -> Estimate:
+    """Proportion of correct choices at each moment by least expected cost; the first is that of the prior itself."""
+    moments = range(1, len(MOMENTS))
+    shares = [
+        [_choose_by_expectation(choice, experience, (seed, repeat, MOMENTS[each]), correct) for each in moments]
+        for repeat in range(experience.num_repeats)
+    ]
+    after = estimate_proportion(np.sum(shares, axis=0), experience.num_repeats)
+    share = decide_before_experience(choice, experience, seed, correct)
+    before = estimate_proportion(np.array(share * NUM_PRIOR_CHOICES), NUM_PRIOR_CHOICES)
+    return Estimate(*(np.concatenate([[first], later]) for first, later in zip(before, after, strict=True)))
+
+
+def decide_before_experience(choice: Choice, experience: Experience, seed: int, correct: int) -> float:
+    """1 if the correct option is expected to cost least before experience, 0 if another is, a half in a tie."""
     rng = np.random.default_rng([seed, Stream.BAYES])
     memory = experience.recall(0, 0)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, NUM_PRIOR_CHOICES))
@@ -150,27 +156,18 @@ def _share_before(choice: Choice, experience: Experience, seed: int, correct: in
     return 0.5 if abs(gain.mean()) <= 2.0 * error else float(gain.mean() > 0.0)
 
 
-def _share_of_observer(
-    choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int, rule: str
-) -> float:
-    """Share of correct choices of one observer at one moment."""
-    root, repeat, moment = seed
-    memory = experience.recall(repeat, moment)
-    if rule == "one sample":
-        rng = np.random.default_rng([root, repeat, moment, Stream.PAPER])
-        return _count(
-            pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, _NUM_CHOICES)), rng), correct
-        )
-    rng = np.random.default_rng([root, repeat, moment, Stream.BAYES])
-    ranking = rank_options(choice, memory, rng, _NUM_BAYES_SAMPLES)
+def _choose_by_expectation(choice: Choice, experience: Experience, seed: tuple[int, int, int], correct: int) -> float:
+    """1 if an observer's choice at a moment is correct, 0 if not; where no option is usable the observer guesses."""
+    _, repeat, moment = seed
+    ranking = rank_options(
+        choice,
+        experience.recall(repeat, moment),
+        np.random.default_rng([*seed, Stream.BAYES]),
+        _NUM_BAYES_SAMPLES,
+    )
     if not ranking.num_usable:
         return 0.5
     return float(choice.options.index(ranking.best.option) == correct)
-
-
-def _count(chosen: Any, correct: int) -> float:
-    """Share of correct choices; where no option was usable the observer guesses: a half."""
-    return float(np.mean((chosen == correct) + 0.5 * (chosen == NO_OPTION)))
 
 
 def _measure_by(model: OptionCost, measure: CostMeasure) -> OptionCost:

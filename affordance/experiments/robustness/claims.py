@@ -9,6 +9,7 @@ from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.expressions import find_names
 from affordance.reporting.section import read_claim
 
 _HEADLINES = Path(__file__).parent / "headlines.yaml"
@@ -38,12 +39,12 @@ def judge(numbers: Mapping[str, Mapping[str, Any]]) -> dict[str, float]:
     outcomes = {}
     for name, claim in list_claims().items():
         known = numbers.get(name.split(".")[0], {})
-        needed = {criterion.value for criterion in claim.criteria}
-        missing = not known or any(key in expression for expression in needed for key in _list_missing(known))
+        named = {
+            key
+            for criterion in claim.criteria
+            for expression in (criterion.value, *criterion.bounds.values())
+            for key in find_names(expression)
+        }
+        missing = not known or any(known.get(key, 0) is None for key in named)
         outcomes[name] = float("nan") if missing else float(judge_claims([claim], known)[0].met)
     return outcomes
-
-
-def _list_missing(numbers: Mapping[str, Any]) -> list[str]:
-    """Names of numbers that could not be measured: those that are None."""
-    return [name for name, value in numbers.items() if value is None]

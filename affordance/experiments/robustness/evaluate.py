@@ -2,8 +2,9 @@
 
 import logging
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,8 +24,13 @@ from affordance.experiments.robustness.choosing import (
     measure_tasks,
 )
 from affordance.experiments.robustness.claims import EXPERIMENTS, TASKS, judge
-from affordance.experiments.robustness.holding import measure_centre_of_mass, measure_rods
-from affordance.experiments.robustness.learning import collect_experience_at_rest, learn_in_turn
+from affordance.experiments.robustness.holding import (
+    Held,
+    compare_with_simulated,
+    measure_centre_of_mass,
+    measure_rods,
+)
+from affordance.experiments.robustness.learning import collect_experience_at_rest, learn_at_rest
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
@@ -33,21 +39,6 @@ from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
-
-# Contact is simulated in one setting of so many: it takes a tenth of all the time.
-CONTACT_EVERY = 3
-
-
-class Effort(NamedTuple):
-    """How much is done for a setting.
-
-    Attributes:
-        num_observers: How many observers learn and choose.
-        num_held: How many of them hold the objects of Simulation II in the test pass.
-    """
-
-    num_observers: int
-    num_held: int
 
 
 class Outcome(NamedTuple):
@@ -58,36 +49,58 @@ class Outcome(NamedTuple):
         outcomes: 1 for a claim that holds, 0 for one that does not, not a number for one that cannot be judged.
         reasons: Why an experiment could not be run, by its name; empty if it could.
         cpu_s: Processor time, by part, [s].
+        held: Objects of Simulations I and II as observers hold them, by experiment.
+        interpolation_error: Largest error of interpolated motions, all holds simulated, [m]; not a number if they
+            were not.
     """
 
     numbers: dict[str, dict[str, Any]]
     outcomes: dict[str, float]
     reasons: dict[str, str]
     cpu_s: dict[str, float]
+    held: dict[str, Held]
+    interpolation_error: float
+
+    @property
+    def simulated(self) -> float:
+        """Share of the holds that were simulated, of those that differ; not a number if nothing was held."""
+        motions = [each.motions for held in self.held.values() for each in held.tools]
+        if not motions:
+            return float("nan")
+        return sum(each.num_simulated for each in motions) / sum(each.num_distinct for each in motions)
 
 
-PARTS = ("learning", "weight", "com", "reach", "hammer", "least work", "contact")
+PARTS = ("learning", "weight", "com", "reach", "hammer", "least work", "contact", "proof")
 
 
 def evaluate_setting(
-    setting: Setting, *, seed: int, index: int, models: Path, settings: Settings, effort: Effort
+    setting: Setting,
+    *,
+    seed: int,
+    models: Path,
+    settings: Settings,
+    num_observers: int,
+    simulates_contact: bool = False,
+    proves: bool = False,
 ) -> Outcome:
     """Evaluates a setting.
 
     Args:
         setting: What it assumes.
-        seed: Root of every random draw.
-        index: Its number, which keeps its draws apart from those of others.
+        seed: Root of its random draws.
         models: Gives materials, path and nail.
         settings: Those of the simulations.
-        effort: How many observers.
+        num_observers: How many observers learn, hold and choose.
+        simulates_contact: Whether contact is simulated, without which the force of the blow is not judged; blows of
+            least work have none.
+        proves: Whether all holds are simulated too, and compared with those interpolated.
     """
     world = build_world(setting, models, settings)
-    own_seed = int(np.random.SeedSequence([seed, index]).generate_state(1)[0])
     clock = _Clock()
     numbers: dict[str, dict[str, Any]] = {}
     reasons = dict.fromkeys((*EXPERIMENTS, TASKS), "")
     choices: dict[str, Choice] = {}
+    held: dict[str, Held] = {}
 
     @contextmanager
     def attempt(name: str) -> Iterator[None]:
@@ -98,29 +111,27 @@ def evaluate_setting(
 
     with _quiet():
         hold = StaticHold(load_arm(world.settings.arm))
-        config = ExperienceConfig(world.learning[:2], own_seed, world.settings, HOLD_DURATION)
+        config = ExperienceConfig(world.learning[:2], seed, world.settings, HOLD_DURATION)
         with clock.measure("learning"):
-            experience = collect_experience_at_rest(hold, world, config, effort.num_observers)
-            colours = [world.rods[0].components[0].looks_like.colour]
-            rods = [
-                learn_in_turn(hold, world, world.rods[:-1], colours, (own_seed, repeat))
-                for repeat in range(effort.num_observers)
-            ]
+            experience = collect_experience_at_rest(hold, world, config, num_observers)
+            in_turn = [range(len(world.rods))] * num_observers
+            rods = learn_at_rest(hold, world, world.rods, in_turn, seed)
         with attempt("weight"), clock.measure("weight"):
             check_tools_can_be_held(models / "rods", world.rods, world.settings)
-            numbers["weight"] = measure_rods(world, rods)
+            held["weight"] = measure_rods(world, rods, partial(_judge_alone, "weight"))
         with attempt("com"), clock.measure("com"):
             check_tools_can_be_held(models / "learning objects", world.learning, world.settings)
-            numbers["com"] = measure_centre_of_mass(world, config, experience, effort.num_held)
+            held["com"] = measure_centre_of_mass(world, experience, partial(_judge_alone, "com"))
+        numbers |= {name: each.numbers for name, each in held.items()}
         with attempt("reach"), clock.measure("reach"):
             choices["reach"] = _plan_reach(world)
-            numbers["reach"] = measure_choices(choices["reach"], world.novel, experience, own_seed, world.rule)
+            numbers["reach"] = measure_choices(choices["reach"], world.novel, experience, seed, world.rule)
         with attempt("hammer"):
             choices["hammer"] = _plan_hammer(world, clock)
             with clock.measure("hammer"):
-                numbers["hammer"] = _measure_hammer(choices["hammer"], world, experience, own_seed)
+                numbers["hammer"] = _measure_hammer(choices["hammer"], world, experience, seed)
             numbers["hammer"]["force_ratios"] = None
-            if index % CONTACT_EVERY == 0 and not world.plans_least_work:
+            if simulates_contact and not world.plans_least_work:
                 with clock.measure("contact"):
                     numbers["hammer"]["force_ratios"] = _measure_contact(choices["hammer"], world)
         with attempt(TASKS):
@@ -132,7 +143,14 @@ def evaluate_setting(
                 correct_reach=numbers["reach"]["correct_grip"],
                 correct_hammer=numbers["hammer"]["correct_grip"],
             )
-    return Outcome(numbers, judge(numbers), reasons, clock.seconds)
+        with clock.measure("proof"):
+            compared = [compare_with_simulated(world, each) for each in held.values()] if proves else []
+    return Outcome(numbers, judge(numbers), reasons, clock.seconds, held, max(compared, default=np.nan))
+
+
+def _judge_alone(name: str, numbers: Mapping[str, Any]) -> dict[str, float]:
+    """Judges the claims about the numbers of one experiment."""
+    return {key: value for key, value in judge({name: dict(numbers)}).items() if key.startswith(f"{name}.")}
 
 
 def _plan_reach(world: World) -> Choice:

@@ -16,6 +16,7 @@ from affordance.arrays import Array
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.robustness.assumptions import (
     Assumption,
+    list_defaults,
     load_assumptions,
     sample_places,
     sample_settings,
@@ -29,8 +30,10 @@ from affordance.experiments.robustness.effects import (
     name_levels,
     share_by_level,
 )
-from affordance.experiments.robustness.evaluate import CONTACT_EVERY, PARTS, Effort, Outcome, evaluate_setting
+from affordance.experiments.robustness.evaluate import PARTS, Outcome, evaluate_setting
+from affordance.experiments.robustness.interpolation import TOLERANCE
 from affordance.experiments.shared.experience import Experience
+from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import Tool
@@ -56,9 +59,16 @@ _KINDS = {
     "puts ": "the arm cannot take the start posture",
     "must be at most": "an object is too heavy to hold",
 }
-DEFAULT_EFFORT = Effort(num_observers=40, num_held=4)
+# As many observers a setting as the simulations have.
+DEFAULT_NUM_OBSERVERS = DEFAULT_REPEATS
 # As many as the sample has by default: shares are then known to 6 % or better.
 DEFAULT_NUM_SETTINGS = 300
+# Contact is simulated in one setting of so many: it takes a tenth of all the time.
+CONTACT_EVERY = 3
+# All holds are simulated, and compared with those interpolated, in one setting of so many, and in the default one.
+PROVE_EVERY = 60
+# By how much motions that are interpolated may err, [m].
+INTERPOLATION_BOUND = TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -71,7 +81,7 @@ class Robustness:
         models: Gives materials, path, nail and arm.
         seed: Root of every random draw.
         settings: Those of the simulations, of which a setting replaces what it says.
-        effort: How many observers a setting has.
+        num_observers: Number of observers of each setting.
     """
 
     assumptions: tuple[Assumption, ...]
@@ -79,7 +89,7 @@ class Robustness:
     models: Path
     seed: int = 0
     settings: Settings = DEFAULT_SETTINGS
-    effort: Effort = DEFAULT_EFFORT
+    num_observers: int = DEFAULT_NUM_OBSERVERS
 
     name = "robustness"
     unit = "setting"
@@ -105,8 +115,8 @@ class Robustness:
         return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
-        """One repeat a setting."""
-        return observers
+        """One repeat a setting of the sample, after the first, which is the setting of the simulations."""
+        return observers + 1
 
     def plan(self, jobs: int) -> None:
         """Nothing is shared."""
@@ -117,22 +127,40 @@ class Robustness:
     def select_shared(self, plan: None) -> None:
         """Nothing is shared."""
 
-    def evaluate(self, index: int) -> tuple[dict[str, float | str], Outcome]:
-        """Evaluates a setting of the sample; returns what it assumes, and what it gives."""
-        setting = sample_settings(self.assumptions, index + 1, self.seed)[index]
+    def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
+        """Evaluates a setting of the sample, or that of the simulations, with the random draws that they have.
+
+        Args:
+            index: Number of the setting; None for that of the simulations.
+            proves: Whether all holds are simulated too.
+
+        Returns: What it assumes, and what it gives.
+        """
+        if index is None:
+            setting, seed = list_defaults(self.assumptions), self.seed
+        else:
+            setting = sample_settings(self.assumptions, index + 1, self.seed)[index]
+            seed = int(np.random.SeedSequence([self.seed, index]).generate_state(1)[0])
         outcome = evaluate_setting(
-            setting, seed=self.seed, index=index, models=self.models, settings=self.settings, effort=self.effort
+            setting,
+            seed=seed,
+            models=self.models,
+            settings=self.settings,
+            num_observers=self.num_observers,
+            simulates_contact=index is None or index % CONTACT_EVERY == 0,
+            proves=proves,
         )
         return setting, outcome
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
-        """Evaluates a setting.
+        """Evaluates a setting: that of the simulations as repeat 0, then those of the sample.
 
         Returns: ``outcomes`` (C,), 1, 0 or not a number; ``p_correct`` (2, 4) and ``work_ratio`` (2,) of reaching and
             hammering, and ``correct`` (2,), index of the correct grip or -1; ``travel`` at which the other grip is
-            cheaper; ``reasons`` (5,) why an experiment could not be run; ``cpu_s`` (7,).
+            cheaper; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the share of holds that were;
+            ``interpolation_error``, not a number where none was measured; ``cpu_s`` (8,).
         """
-        _, outcome = self.evaluate(repeat)
+        _, outcome = self.evaluate(repeat - 1 if repeat else None, proves=repeat == 0 or repeat % PROVE_EVERY == 1)
         chosen = [outcome.numbers.get(name, {}) for name in _CHOOSING]
         nothing = np.full(len(MOMENTS), np.nan)
         return {
@@ -142,11 +170,17 @@ class Robustness:
             "correct": np.array([_GRIPS.index(each["correct_grip"]) if each else -1 for each in chosen]),
             "travel": np.array(outcome.numbers.get("hammer", {}).get("travel_of_other_grip_m", np.nan)),
             "reasons": np.array(list(outcome.reasons.values()), dtype="U300"),
+            "simulated": np.array(outcome.simulated),
+            "interpolation_error": np.array(outcome.interpolation_error),
             "cpu_s": np.array([outcome.cpu_s[part] for part in PARTS]),
         }
 
     def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json."""
+        default = np.asarray(arrays["outcomes"][0], dtype=float)
+        errors = np.asarray(arrays["interpolation_error"], dtype=float)
+        proven = np.isfinite(errors)
+        arrays = _drop_default(arrays)
         outcomes = np.asarray(arrays["outcomes"], dtype=float)
         count = len(outcomes)
         levels = find_levels(self.assumptions, sample_places(len(self.assumptions), count, self.seed))
@@ -163,7 +197,14 @@ class Robustness:
         places = dict(zip((*EXPERIMENTS, TASKS), reasons.T, strict=True))
         return {
             "settings": count,
-            "observers": self.effort.num_observers,
+            "observers": self.num_observers,
+            "default_meets": [name for name, outcome in zip(self.claims, default, strict=True) if outcome == 1.0],
+            "default_fails": [name for name, outcome in zip(self.claims, default, strict=True) if outcome == 0.0],
+            "simulated": float(np.mean(arrays["simulated"] == 1.0)),
+            "interpolation_proven": bool(proven.any() and (errors[proven] <= INTERPOLATION_BOUND).all()),
+            "interpolation_bound_m": INTERPOLATION_BOUND,
+            "interpolation_error_m": float(errors[proven].max()) if proven.any() else None,
+            "proven_in": np.flatnonzero(proven[1:]),
             "claims": claims,
             "p_correct": {
                 name: self._describe_choices(arrays["p_correct"][:, task], levels)
@@ -189,7 +230,7 @@ class Robustness:
         """The map of claims by assumptions, and the table of settings."""
         return Outputs(
             figures={"robustness": partial(self._draw, numbers)},
-            writers={"settings.csv": partial(self._write_settings, arrays)},
+            writers={"settings.csv": partial(self._write_settings, _drop_default(arrays))},
         )
 
     def _describe(self, effects: Effects, outcomes: Array, levels: NDArray[np.intp]) -> dict[str, Any]:
@@ -248,6 +289,11 @@ class Robustness:
             shown = [_BLANK if np.isnan(number) else f"{number:.6g}" for number in numbers]
             writer.writerow([index, *values, *held, *shown, "; ".join(str(reason) for reason in reasons if reason)])
         write_text(folder / "settings.csv", text.getvalue())
+
+
+def _drop_default(arrays: Arrays) -> Arrays:
+    """The arrays of the sample alone."""
+    return {name: array[1:] for name, array in arrays.items()}
 
 
 def _list_quantiles(values: Array) -> dict[str, Any]:

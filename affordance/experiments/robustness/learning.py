@@ -8,70 +8,69 @@ from collections.abc import Sequence
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.object_belief import Memory
+from affordance.belief.object_belief import Memory, ObjectBelief
 from affordance.experiments.robustness.build import World
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
-from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.proprioception.estimator import compute_posterior
+from affordance.proprioception.estimator import condition_on_torques
 from affordance.proprioception.static_hold import StaticHold
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
+_FELT = 1  # in a seed, as of a simulated trial: errors of feeling
 
-def hold_at_rest(hold: StaticHold, world: World, tool: Tool, memory: Memory, seed: tuple[int, ...]) -> Memory:
-    """The memory after holding an honest object."""
+
+def learn_at_rest(
+    hold: StaticHold, world: World, tools: Sequence[Tool], orders: Sequence[Sequence[int]], seed: int
+) -> list[list[Memory]]:
+    """The memories of observers before the first and after each object that they hold; evidence is not computed.
+
+    Args:
+        hold: The arm at rest.
+        world: Gives the settings.
+        tools: Objects; their colours are remembered in the order of their parts.
+        orders: Indices of the objects that each observer holds, in turn.
+        seed: Root of all errors of feeling, which are those of simulated trials with this root.
+    """
+    prior = world.settings.prior
+    features = [measure_features(tool, VisionError(), np.random.default_rng(0)) for tool in tools]
+    colours = dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components)
+    start = MaterialMemory().add_colours(tuple(colours), prior)
+    observers = []
+    for repeat, order in enumerate(orders):
+        memories: list[Memory] = [start]
+        for trial, index in enumerate(order):
+            seen = predict_object(features[index], memories[-1], prior)
+            memories.append(_hold(hold, world, tools[index], seen, (seed, repeat, trial, _FELT)))
+        observers.append(memories)
+    return observers
+
+
+def collect_experience_at_rest(hold: StaticHold, world: World, config: ExperienceConfig, count: int) -> Experience:
+    """What observers learn of the objects of Simulation II, each in an order of its own."""
+    orders = [draw_order(config, repeat) for repeat in range(count)]
+    observers = learn_at_rest(hold, world, config.tools, orders, config.seed)
+    return Experience(
+        config.colours,
+        np.array([[memory.belief.precision for memory in memories] for memories in observers]),
+        np.array([[memory.belief.information_vector for memory in memories] for memories in observers]),
+        np.array(orders, dtype=np.intp),
+    )
+
+
+def _hold(hold: StaticHold, world: World, tool: Tool, prior: ObjectBelief, seed: tuple[int, ...]) -> Memory:
+    """The memory after holding an object."""
     settings = world.settings
-    features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    prior = predict_object(features, memory, settings.prior)
     true = {part.looks_like.colour: part.material.density for part in tool.components}
-    rho = np.array([true.get(colour, 0.0) for colour in prior.memory.colours])
     statistics = hold.measure(
         prior,
-        rho,
+        np.array([true.get(colour, 0.0) for colour in prior.memory.colours]),
         settings.noise,
         seed,
         num_samples=world.num_samples,
         acceleration_sd=settings.acceleration_sd,
     )
-    return compute_posterior(
+    posterior, _ = condition_on_torques(
         prior, statistics, len(hold.tau_arm), settings.noise, settings.prior.deviation_sd
-    ).posterior.memory
-
-
-def learn_in_turn(
-    hold: StaticHold, world: World, tools: Sequence[Tool], colours: Sequence[Colour], seed: tuple[int, ...]
-) -> list[Memory]:
-    """The memories of an observer before the first and after each of some honest objects.
-
-    Args:
-        hold: The arm at rest.
-        world: Gives the settings.
-        tools: What is held, in this order.
-        colours: Those of the tools, in the order in which they are remembered.
-        seed: Determines all errors.
-    """
-    memories: list[Memory] = [MaterialMemory().add_colours(colours, world.settings.prior)]
-    for trial, tool in enumerate(tools):
-        memories.append(hold_at_rest(hold, world, tool, memories[-1], (*seed, trial)))
-    return memories
-
-
-def collect_experience_at_rest(hold: StaticHold, world: World, config: ExperienceConfig, count: int) -> Experience:
-    """What observers learn of the objects of Simulation II, each in an order of its own."""
-    observers = [
-        learn_in_turn(
-            hold,
-            world,
-            [config.tools[index] for index in draw_order(config, repeat)],
-            config.colours,
-            (config.seed, repeat),
-        )
-        for repeat in range(count)
-    ]
-    return Experience(
-        config.colours,
-        np.array([[memory.belief.precision for memory in memories] for memories in observers]),
-        np.array([[memory.belief.information_vector for memory in memories] for memories in observers]),
-        np.array([draw_order(config, repeat) for repeat in range(count)], dtype=np.intp),
     )
+    return posterior.memory

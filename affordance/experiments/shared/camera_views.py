@@ -1,4 +1,4 @@
-"""What an experiment's objects looked like to the camera, for its section of the report."""
+"""Camera pictures of an experiment's objects, for its section of the report."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from affordance.vision.pixels.camera_sensor import get_camera_sensor
 
 
 def draw_camera_views_of(tools: Sequence[Tool], seed: int) -> Figure:
-    """Takes a picture of each of some objects and draws what was detected in it; seed is the root of the noise."""
+    """Takes a picture of each tool and draws the detected parts in it; seed is the root of the camera's noise."""
     sensor = get_camera_sensor()
     views = []
     for index, tool in enumerate(tools):

@@ -1,4 +1,4 @@
-"""What every experiment checks before it writes anything."""
+"""Checks that every experiment makes before it writes anything."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,20 +17,20 @@ from affordance.simulation.trial import check_duration
 
 
 def check_stuck_joint(settings: Settings) -> None:
-    """Refuses a fault of a joint that the arm does not have.
+    """Refuses a stuck joint that the arm does not have.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: The arm has no joint of that name.
     """
     if settings.faults.stuck_joint:
         settings.faults.find_stuck(load_arm(settings.arm).joint_names)
 
 
 def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
-    """Refuses presentations that end before a sample is taken: nothing would be felt in them.
+    """Refuses presentations that end before the first sample, in which nothing would be measured.
 
     Raises:
-        BadValueError: There is one.
+        BadValueError: A block's duration is too short.
     """
     for index, block in enumerate(protocol.blocks):
         if block.do.duration:
@@ -41,26 +41,26 @@ def check_durations(protocol: Protocol, path: Path, settings: Settings) -> None:
 
 
 def check_tools_can_be_held(path: Path, tools: Sequence[Tool], settings: Settings, start: Start = ()) -> None:
-    """Compares every static torque of the posture in which a task starts with its limit.
+    """Checks the static torque of every joint, in the start posture of a task, against its limit.
 
     Args:
-        path: The file the tools are from.
-        tools: All that will be held.
-        settings: Those of the experiment.
-        start: Where the task starts; the home posture if empty.
+        path: File of the tools.
+        tools: Tools that will be held.
+        settings: Settings of the experiment.
+        start: Start of the task; the home posture if empty.
 
     Raises:
-        AffordanceError: The arm cannot take the posture.
+        AffordanceError: The arm cannot reach the posture.
         InfeasibleError: A tool is too heavy for a joint.
-        ModelFileError: The arm's file cannot be loaded or does not describe a fit arm, or it cannot hold itself.
+        ModelFileError: The arm's file cannot be loaded, describes no usable arm, or an arm that cannot hold itself.
     """
-    add_arm(DiagramBuilder(), settings.arm, tools[0])  # with shapes, which only a replay or a blow would miss
+    add_arm(DiagramBuilder(), settings.arm, tools[0])  # loads shapes too; else their errors appear only in a replay
     arm = load_arm(settings.arm)
     hold = StaticHold(arm, arm.find_posture(dict(start)))
     posture = "start" if start else "home"
     for tool in tools:
         for name, torque, bound in zip(arm.joint_names, np.abs(hold.tau_arm), arm.limits.tau_max, strict=True):
-            if torque > bound:  # else its own weight, in the wrong units perhaps, would be put down to the tool
+            if torque > bound:  # otherwise the arm's own weight, in wrong units perhaps, would be blamed on the tool
                 problem = f"loads {name} with {torque:.3g} N m in the {posture} posture with an empty hand"
                 raise ModelFileError(settings.arm, f"{problem}, must be at most {bound:.3g} N m")
         tau = np.abs(hold.tau_arm + hold.Y @ tool.parameters)

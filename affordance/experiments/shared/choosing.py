@@ -1,6 +1,6 @@
-"""Protocols in which observers choose: what they learn first, and when and about what they are asked.
+"""Protocols of choices: observers learn from objects, and after each trial choose a grip of a novel tool.
 
-A task adds how choices are planned, and what it costs in truth; what is common to all tasks stands here.
+A task adds how choices are planned and what each grip truly costs; everything that tasks share is here.
 """
 
 from collections.abc import Callable, Mapping
@@ -26,19 +26,19 @@ from affordance.settings import Settings
 
 
 class PlannedChoices(Protocol):
-    """What of a plan is the same for all tasks."""
+    """Part of a plan that all tasks have in common."""
 
     @property
     def choices(self) -> Mapping[str, Choice]:
-        """Of a grip, by tool."""
+        """Choice of a grip, by tool."""
 
     @property
     def simulated(self) -> Mapping[str, Mapping[str, Simulated]]:
-        """The task under the true densities, by tool and grip."""
+        """Simulations of the task under the true densities, by tool and grip."""
 
     @property
     def off_axis(self) -> Mapping[str, float]:
-        """Largest relative change of the work if a part sits 2 mm elsewhere, by tool."""
+        """Largest relative change of the work if a part is shifted by 2 mm, by tool."""
 
 
 @dataclass(frozen=True)
@@ -46,15 +46,15 @@ class ChoiceExperiment:
     """A protocol of choices.
 
     Attributes:
-        name: Of the protocol.
-        section: The protocol's file.
-        experience: The objects that are held first, and how they are learned.
-        novel: The tools that are chosen about; the first is the paper's.
-        models: The folder that they are from.
-        task_file: What is to be done with them, for errors.
-        novel_file: Where they are from, for errors.
+        name: Name of the protocol.
+        section: Path of the protocol's file.
+        experience: Objects that are held first, and how they are learned.
+        novel: Tools for which a grip is chosen; the first is the paper's.
+        models: Folder of models.
+        task_file: File of the task, for errors.
+        novel_file: File of the novel tools, for errors.
         block: Name of the block in which objects are held first.
-        report: What the protocol says of its report.
+        report: Report that the protocol describes.
     """
 
     name: str
@@ -69,13 +69,13 @@ class ChoiceExperiment:
 
     unit = "observer"
     files_read = ()
-    # Names of the task's numbers and facts, beside those of every choice, and of its numbers of a second tool.
+    # Names of the numbers and facts that the task adds to those of every choice, and of its numbers of a second tool.
     names_of_task: ClassVar[tuple[str, ...]] = ()
     names_of_second_tool: ClassVar[tuple[str, ...]] = ()
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
-        """The novel tools."""
+        """Novel tools, which the camera sees."""
         return self.novel
 
     @property
@@ -85,7 +85,7 @@ class ChoiceExperiment:
 
     @property
     def settings(self) -> Settings:
-        """What all simulations share."""
+        """Settings of all simulations."""
         return self.experience.settings
 
     def with_settings[E: "ChoiceExperiment"](self: E, settings: Settings) -> E:
@@ -93,11 +93,11 @@ class ChoiceExperiment:
         return replace(self, experience=replace(self.experience, settings=settings))
 
     def split[E: "ChoiceExperiment"](self: E) -> list[tuple[str, E]]:
-        """It is one."""
+        """Returns the experiment itself, under an empty prefix."""
         return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
-        """One repeat an observer."""
+        """Returns one repeat per observer."""
         return observers
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
@@ -105,12 +105,12 @@ class ChoiceExperiment:
         return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
 
     def get_planned(self, plan: Any) -> PlannedChoices:
-        """What of the plan is the same for all tasks."""
+        """Returns the part of a plan that all tasks have in common."""
         planned: PlannedChoices = plan
         return planned
 
     def select_shared(self, plan: Any) -> list[Choice]:
-        """The choices."""
+        """Returns the choices, which every observer needs."""
         return list(self.get_planned(plan).choices.values())
 
     def run_observer(self, shared: list[Choice], experience: Experience | None, repeat: int) -> Arrays:
@@ -135,7 +135,7 @@ class ChoiceExperiment:
         }
 
     def write_lifts(self, experience: Experience, num_observers: int, folder: Path) -> None:
-        """Writes lifts.csv, a row for each time that an object was held."""
+        """Writes lifts.csv, one row per hold of an object."""
         places = range(len(self.experience.tools))
         rows = [
             stack_rows(describe_experience(self.experience, experience, places, repeat))
@@ -148,7 +148,7 @@ class ChoiceExperiment:
     def list_writers(
         self, plan: Any, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
     ) -> dict[str, Callable[[Path], None]]:
-        """What writes the choices, to be compared with those of other tasks, and what was held before."""
+        """Returns the functions that write the holds, and the choices for comparison with those of other tasks."""
         assert experience is not None  # the experiment has one
         return {
             "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),

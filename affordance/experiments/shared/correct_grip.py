@@ -1,7 +1,7 @@
-"""Which grip is the correct one: the task simulated with each, by an arm that mistakes nothing.
+"""Correct grip of a tool: the one of least work in simulations without errors of vision, arm or sensors.
 
-What is called true is of the objects as they are and of arm and sensors without a fault, however features are
-observed and whatever is wrong when observers learn.
+The true costs are those of the real objects with a fault-free arm and sensors, however features are observed and
+whatever faults are active while observers learn.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,7 +20,7 @@ from affordance.vision.features import FeatureSource, VisionError
 
 
 class Simulated(Protocol):
-    """A task that was simulated."""
+    """Simulation of a task."""
 
     @property
     def work(self) -> float:
@@ -28,20 +28,20 @@ class Simulated(Protocol):
 
 
 def remove_errors(settings: Settings) -> Settings:
-    """Settings under which nothing is mistaken: true features, arm and sensors without a fault."""
+    """Returns settings without errors: true features, arm and sensors without a fault."""
     return replace(settings, feature_source=FeatureSource.FEATURES, vision_error=VisionError(), faults=NO_FAULTS)
 
 
 def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
-    """Names the grip of least absolute work; all are known to do what is asked."""
+    """Returns the name of the grip of least absolute work; all grips are known to complete the task."""
     return min(simulated, key=lambda grip: simulated[grip].work)
 
 
 def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Refuses objects of whose grips none is the correct one.
+    """Refuses a tool whose two grips cost the same, as neither would be correct.
 
     Raises:
-        BadValueError: The least works are equal.
+        BadValueError: The two works are equal within the tolerance of a tie.
     """
     cheaper, dearer = sorted(works)
     if dearer <= cheaper * (1.0 + TIE):
@@ -50,7 +50,7 @@ def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) ->
 
 
 def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
-    """Names the grip that has the densest material next to the hand, or farthest from it."""
+    """Returns the name of the grip with the densest material nearest to the hand, or farthest from it."""
 
     def measure(held: Tool) -> float:
         densest = max(held.components, key=lambda part: part.material.density)

@@ -1,4 +1,4 @@
-"""How often observers choose the cheaper grip of a tool they never held: what Simulations III and IV share."""
+"""Proportions with which observers choose the cheaper grip of a tool never held, for Simulations III and IV."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -16,25 +16,35 @@ from affordance.objects.colour import Colour
 from affordance.random_streams import Stream
 from affordance.reporting.statistics import Estimate, estimate_proportion
 
-# Choices before any experience are all drawn from the one prior.
+# Number of choices before any experience, all drawn from the one prior.
 NUM_PRIOR_CHOICES = 10_000
-# Densities over which Bayes' rule averages the work of each option.
+# Number of densities over which the work of each option is averaged.
 NUM_BAYES_SAMPLES = 2_000
 
 
 def choose_before_experience(
     choice: Choice, colours: tuple[Colour, ...], seed: int, num_choices: int = NUM_PRIOR_CHOICES
 ) -> Chosen:
-    """Chooses by the paper's rule for many densities drawn from the prior, (num_choices,)."""
+    """Chooses by the paper's rule under many densities drawn from the prior, (num_choices,)."""
     rng = np.random.default_rng([seed, Stream.PRIOR])
     memory = MaterialMemory().add_colours(colours, choice.settings.prior)
     return pick_cheapest(choice.compute_costs(choice.draw_parameters(memory, rng, num_choices)), rng)
 
 
-def choose_by_sample(choice: Choice, experience: Experience, seed: int, repeat: int) -> Chosen:
-    """Chooses by the paper's rule, one density drawn a choice, before the first and after each trial, (K + 1,)."""
+def choose_by_sample(
+    choice: Choice, experience: Experience, seed: int, repeat: int, moments: Sequence[int] | None = None
+) -> Chosen:
+    """Chooses by the paper's rule, one density per choice, after some numbers of trials.
+
+    Args:
+        choice: Options of the choice.
+        experience: Memories of observers.
+        seed: Root of every random draw.
+        repeat: Number of the observer.
+        moments: Numbers of trials after which a choice is made, in order; 0 to K if None.
+    """
     parameters = []
-    for trial in range(experience.num_trials + 1):
+    for trial in range(experience.num_trials + 1) if moments is None else moments:
         rng = np.random.default_rng([seed, repeat, trial, Stream.PAPER])
         parameters.append(choice.draw_parameters(experience.recall(repeat, trial), rng, 1))
     rng = np.random.default_rng([seed, repeat, Stream.PAPER])
@@ -46,7 +56,7 @@ def choose_by_expectation(
 ) -> tuple[Chosen, NDArray[np.bool_]]:
     """Chooses by least expected absolute work, before the first and after each trial.
 
-    Returns: The choices, and whether the least expected integral of |tau|^2 would choose otherwise, (K + 1,) each.
+    Returns: Choices, and True where the least expected integral of |tau|^2 would choose otherwise, (K + 1,) each.
     """
     chosen, flips = [], []
     for trial in range(experience.num_trials + 1):
@@ -63,8 +73,9 @@ def let_observer_choose(
 ) -> dict[str, NDArray[Any]]:
     """Lets an observer choose a grip of each of G tools before the first and after each of K trials.
 
-    Returns: Index of the grip chosen: ``paper`` by the paper's rule, (G, K + 1), ``bayes`` of the first tool by least
-        expected work, (K + 1,); and ``flips``, whether that would choose otherwise by the least integral of |tau|^2.
+    Returns: Indices of the chosen grips: ``paper`` by the paper's rule, (G, K + 1), and ``bayes`` for the first tool
+        by least expected work, (K + 1,); and ``flips``, True where the least expected integral of |tau|^2 would
+        choose otherwise, (K + 1,).
     """
     bayes, flips = choose_by_expectation(choices[0], experience, seed, repeat)
     paper = np.stack([choose_by_sample(choice, experience, seed, repeat) for choice in choices])
@@ -72,7 +83,7 @@ def let_observer_choose(
 
 
 def count_correct(chosen: Chosen, correct: int) -> Array:
-    """Adds correct choices over the first axis; where no option was usable the observer guesses: a half."""
+    """Counts correct choices over the first axis; a choice without a usable option counts a half, as a guess."""
     guesses = 0.5 * (chosen == NO_OPTION)
     counted: Array = ((chosen == correct) + guesses).sum(axis=0)
     return counted
@@ -83,11 +94,11 @@ def estimate_correct(chosen: Chosen, before: Chosen | None, correct: int) -> Est
 
     Args:
         chosen: Choices of all observers, (repeats, K + 1).
-        before: Choices drawn from the prior, (N,), that stand in for those before the first trial; None to count
-            the observers' own.
+        before: Choices drawn from the prior, (N,), that replace those before the first trial; None counts the
+            observers' own.
         correct: Index of the correct option.
 
-    Returns: Proportions with Wilson's interval, each (K + 1,).
+    Returns: Proportions with Wilson intervals, each (K + 1,).
     """
     estimate = estimate_proportion(count_correct(chosen, correct), len(chosen))
     if before is None:

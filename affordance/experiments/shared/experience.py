@@ -1,7 +1,7 @@
-"""What observers learn before they are tested: holding honest objects, block by block.
+"""Experience that observers gain before they are tested, by holding objects block by block.
 
 Simulations II to IV share it: observer r of a seed holds the same objects in the same order with the same errors of
-measurement, so that what was learned in one experiment is what the other two choose by.
+measurement, so the memories of one experiment also serve the choices of the other two.
 """
 
 from collections.abc import Sequence
@@ -26,14 +26,14 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 
 @dataclass(frozen=True)
 class ExperienceConfig:
-    """How experience is gained.
+    """Configuration of the experience that observers gain.
 
     Attributes:
-        tools: The honest objects; every block holds each of them once, in random order.
+        tools: Objects; every block holds each of them once, in random order.
         seed: Root of every random draw.
-        settings: What all simulations share.
-        duration: How long each object is held, [s].
-        num_trials: How many holds, a multiple of the number of objects.
+        settings: Settings of all simulations.
+        duration: Duration of each hold, [s].
+        num_trials: Number of holds, a multiple of the number of objects.
     """
 
     tools: tuple[Tool, ...]
@@ -46,14 +46,14 @@ class ExperienceConfig:
         """Checks the number of trials.
 
         Raises:
-            ValueError: It is not a positive multiple of the number of objects.
+            ValueError: The number of trials is not a positive multiple of the number of objects.
         """
         if self.num_trials < 1 or self.num_trials % len(self.tools):
             raise ValueError(f"num_trials is {self.num_trials}, must be a positive multiple of {len(self.tools)}")
 
     @property
     def colours(self) -> tuple[Colour, ...]:
-        """The colours of all objects, in the order of their components."""
+        """Colours of all objects, in the order of their components."""
         return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
 
 
@@ -67,17 +67,17 @@ def _write_none() -> NDArray[np.bytes_]:
 
 @dataclass(frozen=True)
 class Experience:
-    """The memories of many observers.
+    """Memories of many observers.
 
     Attributes:
-        colours: Colours of the materials, M of them.
-        precision: Of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
-        information_vector: Of the same, (repeats, K + 1, M).
-        order: Which object was held in each trial, (repeats, K).
-        rejected: How many samples of each trial were rejected, (repeats, K); empty if none can have been.
-        outlier: Whether each trial was a 5-sigma outlier, (repeats, K); empty if none can have been.
-        kinds: Memories of a learner with kinds as text, (repeats, K + 1); empty for one density for each colour.
-        p_value: Probability of what was felt in each trial, (repeats, K); empty if it is not known.
+        colours: Colours of the M materials.
+        precision: Precision of the belief before the first and after each of K trials, (repeats, K + 1, M, M).
+        information_vector: Information vector of the same beliefs, (repeats, K + 1, M).
+        order: Index of the object held in each trial, (repeats, K).
+        rejected: Number of samples rejected in each trial, (repeats, K); empty if rejection was impossible.
+        outlier: 1 where a trial was a 5-sigma outlier, (repeats, K); empty if outliers were impossible.
+        kinds: Memories of a learner with kinds, as text, (repeats, K + 1); empty for one density for each colour.
+        p_value: P-value of the torques measured in each trial, (repeats, K); empty if unknown.
     """
 
     colours: tuple[Colour, ...]
@@ -91,20 +91,20 @@ class Experience:
 
     @property
     def num_repeats(self) -> int:
-        """How many observers."""
+        """Number of observers."""
         return len(self.order)
 
     @property
     def num_trials(self) -> int:
-        """How many trials K."""
+        """Number of trials K."""
         return int(self.order.shape[1])
 
     def count_events(self) -> dict[str, int]:
-        """What went wrong in all trials, as metrics.json has it."""
+        """Counts rejected samples and outliers over all trials, as in metrics.json."""
         return {"samples_rejected": int(self.rejected.sum()), "trials_outlier": int(self.outlier.sum())}
 
     def recall(self, repeat: int, num_trials: int) -> Memory:
-        """The memory of an observer after a number of trials."""
+        """Returns the memory of an observer after a number of trials."""
         if self.kinds.size:
             return read_memory(bytes(self.kinds[repeat, num_trials]))
         return MaterialMemory(
@@ -128,7 +128,7 @@ def build_experience(
     seed: int,
     settings: Settings,
 ) -> ExperienceConfig | None:
-    """What is learned in a first block; None if it is measured, or not of the plainest kind."""
+    """Builds the experience of a first block; None if the block is measured, or more than plain shuffled holds."""
     plain = block.do.hold is not None and block.teaches and block.order == "shuffled" and block.first is None
     if block.measured or not plain or block.times > 1 or block.gradual or told or len(learners) > 1:
         return None

@@ -1,4 +1,4 @@
-"""Gaining experience: observers hold honest objects, in processes, and what they learn is kept."""
+"""Simulation of the observers who gain experience, in parallel processes; their memories are cached."""
 
 import logging
 from collections.abc import Mapping
@@ -24,9 +24,9 @@ _LOG = logging.getLogger(__name__)
 
 
 def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], list[TrialRecord]]:
-    """Runs an observer's K trials; returns K + 1 memories, the first before any of them, and the records.
+    """Runs an observer's K trials; returns the K + 1 memories, the first before any of them, and the records.
 
-    A colour that was not recognised for certain is not remembered beyond its trial; what it taught of the others is.
+    A colour that was not recognised with certainty is forgotten after its trial; the rest of the update is kept.
     """
     start = start_memory(config.settings.learner, (config.seed, repeat, Stream.KINDS))
     memory = start.add_colours(config.colours, config.settings.prior)
@@ -40,10 +40,10 @@ def run_trials(config: ExperienceConfig, repeat: int) -> tuple[list[Memory], lis
 
 
 def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[Any]]:
-    """Runs an observer's trials, and notes what they taught.
+    """Runs an observer's trials, and returns the memories and measurements as arrays.
 
     Returns: ``precision`` (K + 1, M, M), ``information_vector`` (K + 1, M), and ``order``, ``log_evidence``,
-        ``p_value``, ``rejected`` and ``outlier``, (K,) each; of a learner with kinds also ``kinds`` (K + 1,), its
+        ``p_value``, ``rejected`` and ``outlier``, (K,) each; for a learner with kinds also ``kinds`` (K + 1,), its
         memory as text.
     """
     memories, records = run_trials(config, repeat)
@@ -61,13 +61,13 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
 
 
 def collect_experience(config: ExperienceConfig, folder: Path, *, repeats: int, jobs: int) -> Experience:
-    """Runs the observers that a folder does not hold yet, and returns all of them; says what went wrong in trials.
+    """Runs the observers that a folder does not hold yet, logs trials that went wrong, and returns all observers.
 
     Args:
-        config: How experience is gained.
-        folder: Keeps them, for all experiments that share the configuration.
-        repeats: How many observers, at least 1.
-        jobs: How many processes, at least 1.
+        config: Configuration of the experience.
+        folder: Folder of the cache, for all experiments that share the configuration.
+        repeats: Number of observers, at least 1.
+        jobs: Number of processes, at least 1.
     """
     kept = folder / compute_key(config, list_arm_files(config.settings.arm))
     arrays: Mapping[str, NDArray[Any]] = run_repeats(

@@ -1,4 +1,4 @@
-"""Planning the choices of a grip of the novel tools."""
+"""Plans for the choice of a grip of each novel tool."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -18,22 +18,22 @@ from affordance.settings import Settings
 def plan_choices(
     tools: Sequence[Tool], task: TaskCostModel, settings: Settings, seed: int, *, jobs: int, description: str
 ) -> dict[str, Choice]:
-    """Plans a task with each grip of each tool, in processes; one observation of a tool serves all observers.
+    """Plans a task with each grip of each tool, in processes; all observers share one observation of a tool.
 
     Args:
-        tools: The novel tools.
-        task: What is to be done.
-        settings: How features are observed, and those of arm and controller.
+        tools: Novel tools.
+        task: Cost model of the task.
+        settings: Settings of vision, arm and controller.
         seed: Root of the errors of observation.
-        jobs: Processes.
-        description: Stands before the progress bar.
+        jobs: Number of processes.
+        description: Label of the progress bar.
 
-    Returns: Choices by the name of the tool.
+    Returns: Choices, by the name of the tool.
 
     Raises:
         AffordanceError: The task cannot be planned.
     """
-    settings = replace(settings, faults=NO_FAULTS)  # inner simulation knows of none
+    settings = replace(settings, faults=NO_FAULTS)  # the inner simulation assumes none
     options = {tool.name: list_options(tool, seed=seed, feature_source=settings.feature_source) for tool in tools}
     every = [option for each in options.values() for option in each]
     costs = iter(

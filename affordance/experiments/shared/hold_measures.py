@@ -1,4 +1,4 @@
-"""Measures of simulated presentations, from the arrays that are kept of observers."""
+"""Measures of simulated presentations, computed from the cached arrays of observers."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,9 +13,9 @@ from affordance.protocols.number_entries import Measure
 from affordance.reporting import statistics
 from affordance.simulation.diagram import OUTLIER_P_VALUE
 
-# Measures of what is expected of an object that is seen.
+# Measures of what an observer predicts for an object that it only sees.
 EXPECTED = (Measure.EXPECTED_MASS, Measure.MASS_ERROR, Measure.COM_ERROR, Measure.INERTIA_ERROR)
-# Measures of the course of a height, and of which point.
+# Measures of a height over time: array of the height, and function of it.
 _OF_HEIGHTS: Mapping[Measure, tuple[str, Any]] = {
     Measure.DROP: ("height_centre", statistics.compute_drop),
     Measure.LIFT: ("height_centre", statistics.compute_lift),
@@ -25,12 +25,12 @@ _OF_HEIGHTS: Mapping[Measure, tuple[str, Any]] = {
     Measure.DEVIATION: ("height_centre", lambda heights: np.abs(statistics.compute_excursion(heights))),
     Measure.RISES: ("height_centre", lambda heights: statistics.compute_excursion(heights) > 0.0),
 }
-# Arrays that are not called as what is measured.
+# Arrays whose name differs from that of their measure.
 _ARRAYS = {Measure.SAMPLES_REJECTED: "rejected", Measure.DENSITY_MODE: "density_mode"}
 
 
 def select_learner(arrays: Arrays, learner: Learner, place: int) -> Arrays:
-    """The arrays of one learner; place is that among the learners."""
+    """Returns the arrays of one learner; place is its index among the learners."""
     prefix = f"{learner.value}: "
     if place == 0:
         return {name: array for name, array in arrays.items() if ": " not in name}
@@ -38,12 +38,12 @@ def select_learner(arrays: Arrays, learner: Learner, place: int) -> Arrays:
 
 
 def compare_parameters(predicted: Array, true: Array, measure: Measure) -> Array:
-    """Mass that is expected, or an error of it, of the centre of mass or of the moments of inertia, (R, K).
+    """Computes predicted mass, or the error of predicted mass, centre of mass or moments of inertia, (R, K).
 
     Args:
-        predicted: Inertial parameters, (R, K, 10).
-        true: The same as they are.
-        measure: Which of these.
+        predicted: Predicted inertial parameters, (R, K, 10).
+        true: True inertial parameters, (R, K, 10).
+        measure: Measure to compute.
     """
     if measure is Measure.EXPECTED_MASS:
         return predicted[..., 0]
@@ -59,13 +59,13 @@ def compare_parameters(predicted: Array, true: Array, measure: Measure) -> Array
 
 
 def get_measure(arrays: Arrays, quantiles: Sequence[float], measure: Measure, quantile: float) -> Any:
-    """A measure of all observers; see ``MeasuredObservers``.
+    """Returns a measure of all observers; see ``MeasuredObservers``.
 
     Args:
-        arrays: Of all observers.
-        quantiles: Those of beliefs that are kept.
-        measure: What is asked for.
-        quantile: Of a belief, one of those.
+        arrays: Arrays of all observers.
+        quantiles: Quantiles of the beliefs that are stored.
+        measure: Measure to return.
+        quantile: Quantile of the belief, one of ``quantiles``.
     """
     if measure is Measure.DENSITY:
         return arrays["density_quantiles"][..., list(quantiles).index(quantile)]

@@ -1,4 +1,4 @@
-"""Figures and trajectories of simulated presentations, by how a protocol wants them drawn."""
+"""Figures and trajectories of simulated presentations, as a protocol asks for them."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -20,11 +20,11 @@ from affordance.simulation.trial_record import TrialRecord
 
 
 def draw_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[str, Callable[[], Figure]]:
-    """What draws each figure of a protocol, but for those of lifts and of single trials.
+    """Returns a function for each figure of a protocol, except those of lifts and of single trials.
 
     Args:
-        experiment: Runs the protocol.
-        arrays: Arrays of all observers of all learners; those of the first are drawn.
+        experiment: Experiment of the protocol.
+        arrays: Arrays of all observers of all learners; the first learner is drawn.
     """
     draw = {"objects": _draw_objects, "heights": _draw_heights, "heights of points": _draw_points}
     draw |= {"density and drop": _draw_density}
@@ -38,7 +38,7 @@ def draw_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[str, C
 def label_results(
     arrays: Arrays, quantiles: Sequence[float], records: Sequence[TrialRecord | None]
 ) -> dict[str, LabelledArray]:
-    """Labels what is kept of all observers, and the motions of the one that is shown."""
+    """Labels the arrays of all observers, and the motions of the one that is shown."""
     moments = "percentile of the believed density of the first material, before the first and after each presentation"
     labelled = {
         **label_heights(arrays),
@@ -102,7 +102,7 @@ def _draw_density(entry: FigureEntry, experiment: PresentedExperiment, arrays: A
     quartiles = [experiment.quantiles.index(each) for each in QUARTILES]
     tools = _list_presented(entry, experiment, arrays)
 
-    def select(values: Any) -> Any:  # before the first presentation and after each that is drawn
+    def select(values: Any) -> Any:  # before the first presentation and after each one that is drawn
         return np.concatenate([values[:, :1], _select(values[:, 1:], entry, experiment, arrays)], axis=1)
 
     return figures.draw_density_and_drop(
@@ -116,12 +116,12 @@ def _draw_density(entry: FigureEntry, experiment: PresentedExperiment, arrays: A
 
 
 def _select(values: Any, entry: FigureEntry, experiment: PresentedExperiment, arrays: Arrays) -> Any:
-    """Values of the presentations that are drawn, those with a motion, (R, n, ...)."""
+    """Selects the values of the drawn presentations, those with a motion, (R, n, ...)."""
     moves = experiment.layout.find_measured(Measure.DROP)
     return select_presentations(values[:, moves], arrays["presented"][:, moves], experiment.objects.groups[entry.of])
 
 
 def _list_presented(entry: FigureEntry, experiment: PresentedExperiment, arrays: Arrays) -> list[Tool]:
-    """The objects that the observer who is shown was presented with, of those that are drawn."""
+    """Lists the objects among those drawn that were presented to the observer who is shown."""
     shown = _select(arrays["presented"], entry, experiment, arrays)[OBSERVER_SHOWN]
     return [experiment.tools[index] for index in shown]

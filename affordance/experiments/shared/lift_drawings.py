@@ -16,15 +16,15 @@ from affordance.protocols.number_entries import FigureEntry, Measure
 from affordance.protocols.people import list_people
 from affordance.reporting.lift_figures import LiftCurve, PeopleMark, draw_lifts
 
-# How the figures are called in a protocol.
+# Name of the figures in a protocol.
 LIFTS = "lifts"
 
 
 def draw_lift_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[str, Callable[[], Figure]]:
-    """What draws each figure of lifts of a protocol.
+    """Returns a function for each figure of lifts of a protocol.
 
     Args:
-        experiment: Runs the protocol.
+        experiment: Experiment of the protocol.
         arrays: Arrays of all observers of all learners.
     """
     return {
@@ -35,7 +35,7 @@ def draw_lift_figures(experiment: PresentedExperiment, arrays: Arrays) -> dict[s
 
 
 def _draw(experiment: PresentedExperiment, entry: FigureEntry, arrays: Arrays) -> Figure:
-    """Draws the lifts of a group, a panel a learner."""
+    """Draws the lifts of a group of objects, one panel per learner."""
     group = experiment.objects.groups[entry.of]
     taken = experiment.layout.find_measured(Measure.FORCE)
     curves = []
@@ -63,7 +63,7 @@ def _draw(experiment: PresentedExperiment, entry: FigureEntry, arrays: Arrays) -
 
 
 def _list_people_lifts(experiment: PresentedExperiment, group: Sequence[int], count: int) -> Array:
-    """Forces of people in their lifts of a group, a row a person, (P, C); NaN where there is none."""
+    """Returns people's forces in the first lifts of a group, one row per person, (P, C), [N]; NaN where missing."""
     lifts = experiment.people.lifts
     if lifts is None:
         return np.zeros((0, count))
@@ -76,7 +76,7 @@ def _list_people_lifts(experiment: PresentedExperiment, group: Sequence[int], co
 
 
 def _mark(experiment: PresentedExperiment, entry: FigureEntry, count: int) -> list[PeopleMark]:
-    """Where people's forces lie among so many lifts: those of numbers of the group that is drawn."""
+    """Returns marks of people's forces among the lifts, from the numbers of the group that is drawn."""
     if experiment.people.table is None:
         return []
     found = list_people(experiment.numbers, experiment.people._replace(lifts=None))
@@ -95,13 +95,13 @@ def _mark(experiment: PresentedExperiment, entry: FigureEntry, count: int) -> li
 def predict_between(
     presented: Any, forces: Any, *, drawn: Sequence[int], others: Sequence[int], tools_there_are: Sequence[Tool]
 ) -> list[float]:
-    """What a line through forces and volumes of other objects says for those drawn, after each lift of theirs.
+    """Predicts forces of the drawn objects, after each of their lifts, by a line through other objects' volumes, [N].
 
     Args:
-        presented: Objects that were lifted, (K,).
+        presented: Indices of the lifted objects, (K,).
         forces: Forces of these lifts, (K,), [N].
-        drawn: Objects that are predicted for.
-        others: Objects that predict, in the lifts from one of the drawn to the next.
+        drawn: Indices of the objects whose force is predicted.
+        others: Indices of the objects that predict, in the lifts between one of the drawn and the next.
         tools_there_are: Objects of the protocol.
     """
     volumes = np.array([compute_volume(tool) for tool in tools_there_are])

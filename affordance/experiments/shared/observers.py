@@ -1,4 +1,4 @@
-"""Who is simulated, as a protocol says it: arm, noise, vision, learners and what they are told."""
+"""Simulated observers as a protocol describes them: arm, noise, vision, learners and known densities."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -14,21 +14,21 @@ from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 
-# Settings that ``observers`` has words of its own for.
+# Settings that have a key of their own in ``observers``.
 _OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
 
 
 def apply_observers(
     protocol: Protocol, path: Path, models: Path, settings: Settings, changes: Changes = NO_CHANGES
 ) -> tuple[Settings, tuple[Learner, ...]]:
-    """Settings with the arm, noise and vision that a protocol asks for, and its learners.
+    """Returns the settings with the arm, noise and vision that a protocol asks for, and its learners.
 
     Args:
-        protocol: The protocol, whose ``settings`` come first.
+        protocol: Protocol, whose ``settings`` are applied first.
         path: File of the protocol.
         models: Folder of models.
         settings: Settings to start from.
-        changes: Settings by name that a user asks for, which come last.
+        changes: Settings by name that a user asks for, applied last.
 
     Raises:
         BadValueError: A setting is wrong, or given twice.
@@ -53,7 +53,7 @@ def apply_observers(
 def list_told(
     protocol: Protocol, path: Path, objects: ProtocolObjects, learners: Sequence[Learner]
 ) -> tuple[tuple[Colour, float], ...]:
-    """Densities that observers are told, by the colour of the material.
+    """Lists the densities that observers know from the start, by colour of the material, [kg/m^3].
 
     Raises:
         BadValueError: No object is of such a material, or observers learn by kinds.

@@ -1,7 +1,7 @@
-"""How much the work of a task changes if a part of a tool sits a little elsewhere.
+"""Sensitivity of a task's work to the position of a tool's parts.
 
-Where it changes by much, as from a posture near rank loss, what is chosen says more about where parts sit than about
-what they are made of.
+Where it is large, as from a posture near rank loss, choices depend more on where parts are than on what they are
+made of.
 """
 
 import contextlib
@@ -15,12 +15,12 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.tool import Grip, Tool
 from affordance.runs.repeats import run_tasks
 
-# By how far parts are moved, [m].
+# Displacement of the parts, [m].
 SHIFT = 2e-3
 
 
 def list_shifted(tool: Tool) -> Iterator[Tool]:
-    """The tool with one part moved by SHIFT along one axis of T, forth or back: six tools a part."""
+    """Yields the tool with one part moved by SHIFT along one axis of T, in both directions: six tools per part."""
     for index, part in enumerate(tool.components):
         for axis in range(3):
             for sign in (1.0, -1.0):
@@ -32,17 +32,18 @@ def list_shifted(tool: Tool) -> Iterator[Tool]:
 
 
 def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip) -> float:
-    """Largest relative change of the work with a tool in a grip, over the tools of ``list_shifted``.
+    """Computes the largest relative change of the work with a grip, over the tools of ``list_shifted``.
 
-    Shifted tools with which the arm cannot do the task, as one at its limit, do not count.
+    Shifted tools with which the arm cannot do the task, for instance at a joint limit, are ignored.
 
     Args:
-        compute_work: Work with a tool that is gripped, [J]; raises an AffordanceError if the task cannot be done.
-        tool: The tool.
+        compute_work: Function from a gripped tool to its work, [J]; raises an AffordanceError if the task is
+            infeasible.
+        tool: Tool, with its parts in place.
         grip: Grip of the tool, which stays where it is.
 
     Raises:
-        AffordanceError: The task cannot be done with the tool as it is.
+        AffordanceError: The task cannot be done with the unshifted tool.
     """
     work = compute_work(tool.gripped_by(grip))
     changes = [0.0]
@@ -55,7 +56,7 @@ def measure_change(compute_work: Callable[[Tool], float], tool: Tool, grip: Grip
 def measure_changes(
     compute_work: Callable[[Tool], float], tools: Sequence[Tool], *, jobs: int, description: str
 ) -> dict[str, float]:
-    """The same, largest over all grips, by tool; in processes."""
+    """Computes the largest ``measure_change`` over all grips, by tool, in processes."""
     tasks = [partial(measure_change, compute_work, tool, grip) for tool in tools for grip in tool.grips]
     done = iter(run_tasks(tasks, jobs=jobs, description=description))
     return {tool.name: max(next(done) for _ in tool.grips) for tool in tools}

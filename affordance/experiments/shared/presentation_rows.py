@@ -1,4 +1,4 @@
-"""Every presentation as a row of lifts.csv: what was believed before it, exerted in it and judged after it."""
+"""Presentations as rows of lifts.csv: belief before, force exerted, and evaluation afterwards."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,14 +22,14 @@ from affordance.settings import Settings
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
-# Begins the names of the arrays that hold rows.
+# Prefix of the names of arrays that hold rows.
 ROW = "row "
-# What is less probable than this is so by rounding.
+# Smallest p-value; smaller ones are rounding errors.
 _LEAST_P_VALUE = 1e-300
 
 
 class SeenObject(NamedTuple):
-    """An object, and what there is to be seen of it.
+    """Object and its visible features.
 
     Attributes:
         mass: Mass of the object, [kg].
@@ -43,19 +43,20 @@ class SeenObject(NamedTuple):
 
 
 class PresentationRow(NamedTuple):
-    """One presentation to one observer.
+    """Presentation of an object to an observer.
 
     Attributes:
         tool: Index of the object.
         block: Index of the block.
-        cycle: Number of the repetition within it, from 1.
-        mass: Mass of the object then, [kg].
+        cycle: Number of the repetition within the block, from 1.
+        mass: Mass of the object in this presentation, [kg].
         force: Upward force before release from a clamp, [N]; NaN where there is no clamp.
-        expected: Mass at the most probable densities, before the object is felt, [kg]; NaN if it is not known.
-        believed_density: Most probable density of things never lifted of the colour of its first part, before it is
-            felt, [kg/m^3].
-        kind: Number of the kind of that colour that it is taken for after it was felt, 1 the oldest; 0 without kinds.
-        p_value: Probability of what is felt, or of what is more surprising, by what was believed; NaN if nothing is.
+        expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
+        believed_density: Most probable density of an object never lifted with the colour of this one's first part,
+            before it is held, [kg/m^3].
+        kind: Number of the kind of that colour to which the object is assigned after it was held, from 1, the oldest;
+            0 without kinds.
+        p_value: P-value of the measured torques under the belief before; NaN if nothing is measured.
     """
 
     tool: int
@@ -82,13 +83,13 @@ def describe_presentation(
     """Describes a presentation.
 
     Args:
-        presentation: Presentation that is described.
-        seen: Object, as heavy as it is then.
-        memories: Memories before and after it.
+        presentation: Presentation to describe.
+        seen: Object, with its mass in this presentation.
+        memories: Memories before and after the presentation.
         prior: Prior of materials never met.
         force: Upward force before release from a clamp, [N].
         expected: Mass at the most probable densities, [kg].
-        p_value: Probability of what is felt.
+        p_value: P-value of the measured torques.
     """
     before, after = memories
     met, colour = before.recognise(seen.appearance[0].colour, 0.0, prior)
@@ -106,15 +107,15 @@ def describe_presentation(
 
 
 def see(tool: Tool) -> SeenObject:
-    """What there is to be seen of an object by who mistakes nothing."""
+    """Returns the visible features of an object without observation errors."""
     features = measure_features(tool, VisionError(), np.random.default_rng(0))
     return SeenObject(tool.mass, features, tuple(part.appearance for part in features))
 
 
 def expect_mass(seen: SeenObject, memory: Memory, settings: Settings) -> float:
-    """Mass at the most probable densities, [kg]; NaN where features are not seen as they are."""
+    """Computes the mass at the most probable densities, [kg]; NaN where features are observed with errors."""
     if settings.feature_source is not FeatureSource.FEATURES or settings.vision_error != VisionError():
-        return math.nan  # it would take another picture, or another measurement
+        return math.nan  # otherwise another picture or measurement would be needed
     belief = predict_object(seen.features, memory, settings.prior)
     return float(belief.compute_parameters(belief.densities.compute_mode())[0])
 
@@ -122,13 +123,13 @@ def expect_mass(seen: SeenObject, memory: Memory, settings: Settings) -> float:
 def describe_experience(
     config: ExperienceConfig, experience: Experience, places: Sequence[int], repeat: int
 ) -> list[PresentationRow]:
-    """Describes the holds in which an observer learned before it was tested, of the first block.
+    """Describes the holds in the first block, in which an observer learned before it was tested.
 
     Args:
         config: Configuration of these holds.
         experience: Experience of all observers.
-        places: Indices of each of its objects among those of the protocol.
-        repeat: Number of the observer.
+        places: Index of each of the objects among those of the protocol.
+        repeat: Index of the observer.
     """
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
@@ -147,7 +148,7 @@ def describe_experience(
 
 
 def stack_rows(rows: Sequence[PresentationRow]) -> dict[str, NDArray[Any]]:
-    """Arrays over the N presentations of an observer, by names that begin with ROW."""
+    """Stacks the N presentations of an observer into arrays, with names that begin with ROW."""
     columns = zip(*rows, strict=True)
     return {ROW + name: np.array(column) for name, column in zip(PresentationRow._fields, columns, strict=True)}
 
@@ -158,7 +159,7 @@ def write_rows(
     tools: Sequence[Tool],
     blocks: Sequence[str],
 ) -> None:
-    """Writes every presentation to every observer as a row of a table of comma-separated values.
+    """Writes every presentation to every observer as a row of a CSV file.
 
     Args:
         path: Path of the file.
@@ -183,16 +184,16 @@ def write_rows(
 
 
 def compute_surprise(p_value: float) -> float:
-    """Minus the decimal logarithm of a probability, at most 300; NaN of NaN."""
+    """Computes minus the decimal logarithm of a p-value, at most 300; NaN for NaN."""
     return math.nan if math.isnan(p_value) else -math.log10(max(p_value, _LEAST_P_VALUE))
 
 
 def _show(value: float) -> str:
-    """A number with the digits that measurements have; nothing for NaN."""
+    """Formats a number with seven significant digits; empty for NaN."""
     return "" if math.isnan(value) else f"{value:.7g}"
 
 
 def _quote(text: str) -> str:
-    """A text as a cell."""
+    """Quotes a text as a CSV cell where necessary."""
     quoted = text.replace('"', '""')
     return f'"{quoted}"' if any(mark in text for mark in ',"\n') else text

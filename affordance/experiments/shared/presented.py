@@ -1,4 +1,4 @@
-"""What all protocols share in which objects are presented: learners, numbers that follow, what is written."""
+"""Base of all experiments in which objects are presented: learners, numbers and files."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -26,7 +26,7 @@ from affordance.protocols.presentations import Presentation, weigh
 from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
 
-# Quantiles of the belief that are always kept.
+# Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
 LABELS = {
     Learner.DENSITY: "one density for each colour",
@@ -37,19 +37,19 @@ LABELS = {
 
 @dataclass(frozen=True)
 class PresentedExperiment:
-    """A protocol in which objects are presented.
+    """Experiment of a protocol in which objects are presented.
 
     Attributes:
         name: Name of the protocol.
         section: Path of the protocol's file.
         objects: Objects that are presented.
         blocks: Presentations, in order.
-        learners: Learners that are simulated; figures of simulated presentations are of the first.
+        learners: Learners that are simulated; figures of simulated presentations show the first.
         told: Materials whose densities observers know, by colour, [kg/m^3].
         models: Folder of models.
         seed: Root of every random draw.
         settings: Settings of all simulations.
-        quantiles: Quantiles of beliefs that are kept.
+        quantiles: Quantiles of beliefs that are stored.
         report: Report that the protocol describes.
         numbers: Numbers that are reported.
         figures: Figures that are drawn.
@@ -73,13 +73,13 @@ class PresentedExperiment:
 
     unit = "observer"
     files_read = ()
-    # Whether nothing is simulated, and which figures there can be.
+    # True if nothing is simulated; and the names of the figures that can be drawn.
     is_closed_form: ClassVar[bool] = False
     drawn: ClassVar[tuple[str, ...]] = ()
 
     @property
     def tools(self) -> tuple[Tool, ...]:
-        """All objects."""
+        """Objects of the protocol."""
         return self.objects.tools
 
     @property
@@ -89,12 +89,12 @@ class PresentedExperiment:
 
     @property
     def colours(self) -> tuple[Colour, ...]:
-        """Their colours, in the order of their components."""
+        """Colours of all objects, in the order of their components."""
         return tuple(dict.fromkeys(part.looks_like.colour for tool in self.tools for part in tool.components))
 
     @property
     def layout(self) -> Layout:
-        """The presentations that are measured."""
+        """Layout of the presentations that are measured."""
         return lay_out(self.blocks, self.objects.groups, is_closed_form=self.is_closed_form)
 
     def with_settings[E: "PresentedExperiment"](self: E, settings: Settings) -> E:
@@ -102,28 +102,28 @@ class PresentedExperiment:
         return replace(self, settings=settings)
 
     def with_learners[E: "PresentedExperiment"](self: E, learners: Sequence[Learner]) -> E:
-        """Returns the experiment of observers who learn otherwise."""
+        """Returns the experiment with other learners."""
         return replace(self, learners=tuple(learners), settings=replace(self.settings, learner=learners[0]))
 
     def split[E: "PresentedExperiment"](self: E) -> list[tuple[str, E]]:
-        """An experiment for each learner, by what the names of its arrays begin with; see ``select_learner``."""
+        """Returns one experiment per learner, with the prefix of the names of its arrays; see ``select_learner``."""
         return [
             (f"{learner.value}: " if place else "", self.with_learners([learner]))
             for place, learner in enumerate(self.learners)
         ]
 
     def count_repeats(self, observers: int) -> int:
-        """One repeat an observer."""
+        """Returns one repeat per observer."""
         return observers
 
     def plan(self, jobs: int) -> None:
-        """Nothing is shared."""
+        """Does nothing, as observers share nothing."""
 
     def select_shared(self, plan: None) -> None:
-        """Nothing is shared."""
+        """Returns None, as observers share nothing."""
 
     def draw_measured(self, repeat: int) -> list[Presentation]:
-        """Draws the presentations of an observer that are measured."""
+        """Draws the measured presentations of an observer."""
         return [each for each in self.draw_presentations(repeat) if self.blocks[each.block].measured]
 
     def draw_presentations(self, repeat: int) -> list[Presentation]:
@@ -135,13 +135,13 @@ class PresentedExperiment:
         raise NotImplementedError
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Facts that the section file names, with the numbers."""
+        """Returns facts that the section file names in addition to the numbers."""
         raise NotImplementedError
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
-        """Runs one observer with each learner, who is given the same presentations and errors of feeling.
+        """Runs one observer with each learner; all are given the same presentations and errors of measurement.
 
-        Returns: Arrays; those of every learner but the first have its name before theirs.
+        Returns: Arrays; the names of those of every learner but the first begin with the learner's name.
         """
         found: dict[str, Any] = {}
         for prefix, experiment in self.split():
@@ -150,7 +150,7 @@ class PresentedExperiment:
         return found
 
     def compute_metrics(self, plan: None, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json; with several learners those of each too, and people's."""
+        """Computes the numbers of metrics.json; with several learners also those of each, and people's."""
         learners = {
             learner.value: compute_numbers(self.numbers, self.measure(self.select(arrays, learner)))
             for learner in self.learners
@@ -158,7 +158,7 @@ class PresentedExperiment:
         return self.assemble(learners)
 
     def assemble(self, learners: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        """The numbers of metrics.json, by those of each learner."""
+        """Assembles the numbers of metrics.json from those of each learner."""
         people = self.describe_people()
         return {
             **learners[self.learners[0].value],
@@ -167,28 +167,28 @@ class PresentedExperiment:
         }
 
     def describe_people(self) -> dict[str, Any]:
-        """What people did of the numbers."""
+        """Summarises people's results for the numbers of the protocol."""
         return describe_people(list_people(self.numbers, self.people, self.objects, self.blocks))
 
     def compute_of_observers(self, arrays: Arrays) -> dict[Learner, dict[str, Array]]:
-        """The numbers of each observer, by learner."""
+        """Computes the numbers of each observer, by learner."""
         return {
             learner: compute_of_observers(self.numbers, self.measure(self.select(arrays, learner)))
             for learner in self.learners
         }
 
     def select(self, arrays: Arrays, learner: Learner) -> Arrays:
-        """The arrays of one learner."""
+        """Selects the arrays of one learner."""
         return select_learner(arrays, learner, self.learners.index(learner))
 
     def measure(self, arrays: Arrays) -> MeasuredObservers:
-        """What was measured, of the arrays of all observers of one learner."""
+        """Returns the measures of all observers of one learner, from their arrays."""
         layout = self.layout
         get = partial(get_measure, self.select_measured(arrays), self.quantiles)
         return MeasuredObservers(self.objects, arrays["presented"], get, layout.find_measured)
 
     def select_measured(self, arrays: Arrays) -> Arrays:
-        """The arrays with the rows of those presentations that are measured."""
+        """Selects the rows of the measured presentations; other arrays are left unchanged."""
         rows = {name for name in arrays if name.startswith(ROW)}
         if not rows:
             return arrays
@@ -196,11 +196,11 @@ class PresentedExperiment:
         return {name: array[:, measured] if name in rows else array for name, array in arrays.items()}
 
     def write_presentations(self, arrays: Arrays, folder: Path) -> None:
-        """Writes lifts.csv, a row a presentation."""
+        """Writes lifts.csv, one row per presentation."""
         learners = {learner.value: self.select(arrays, learner) for learner in self.learners}
         write_rows(folder / "lifts.csv", learners, self.tools, [block.name for block in self.blocks])
 
     def weigh(self, presentation: Presentation) -> Tool:
-        """The object of a presentation, as heavy as it is then."""
+        """Returns the object of a presentation with its mass in that presentation."""
         tool = self.tools[presentation.tool]
         return tool if presentation.mass is None else weigh(tool, presentation.mass)

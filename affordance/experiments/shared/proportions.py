@@ -31,13 +31,13 @@ def compute_proportions(
     """Computes the proportions of correct choices.
 
     Args:
-        novel: The tools; the first is the paper's.
-        choices: Of a grip, by tool.
+        novel: Novel tools; the first is the paper's.
+        choices: Choice of a grip, by tool.
         arrays: Choices of all observers; see ``let_observer_choose``.
-        experience: How experience was gained.
+        experience: Configuration of the experience.
         correct: Names of the correct grips, by tool.
-        simulated: The task under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part sits 2 mm elsewhere, by tool.
+        simulated: Simulations of the task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
     """
     tools = {}
     estimates: dict[str, Estimate] = {}
@@ -78,13 +78,13 @@ def compute_proportions(
 
 
 def compute_energy_ratio(simulated: Mapping[str, Simulated]) -> float:
-    """Work with the dearest grip over that with the cheapest."""
+    """Computes the ratio of the work with the costliest grip to that with the cheapest."""
     works = [done.work for done in simulated.values()]
     return max(works) / min(works)
 
 
 def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[str, Any]:
-    """Facts of the tools that section files name."""
+    """Returns the facts about the tools that section files name."""
     effort = numbers["effort_true"]
     return {
         "first": tools[0].name,

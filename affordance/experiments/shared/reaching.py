@@ -1,4 +1,4 @@
-"""A presentation in which the free end of an object is moved along a path, by what is believed of the object."""
+"""Presentation in which the free end of an object is moved along a path, under the current belief."""
 
 from dataclasses import replace
 from typing import Any
@@ -19,17 +19,17 @@ def present_reach(
     """Simulates a reach.
 
     Args:
-        runner: Runs it.
-        tool: The object, as it is gripped.
-        task: The path.
-        memory: What is believed before it.
-        seed: Determines every random draw.
+        runner: Runner of the trial.
+        tool: Object, as it is gripped.
+        task: Path to follow.
+        memory: Memory before the presentation.
+        seed: Seed of every random draw.
 
-    Returns: The motion; ``work``, [J]; and ``path_error``, the largest distance of the free end from where it was to
-        be, [m].
+    Returns: Record of the motion; and ``work``, [J], and ``path_error``, the largest distance of the free end from
+        the path, [m].
     """
     settings = runner.settings
-    runner = get_runner(replace(settings, log_period=settings.control_period))  # every tick, of which work is a sum
+    runner = get_runner(replace(settings, log_period=settings.control_period))  # work is a sum over them
     trial = runner.get_diagram(task.duration, tool)
     following = task.begin(trial.model, tool.p_TTfree)
     record = runner.run(tool, following, memory, duration=task.duration, seed=seed)

@@ -1,4 +1,4 @@
-"""Names of numbers and facts, known before anything runs, so that a report that names others is refused at once."""
+"""Names of numbers and facts, known before anything runs, so that unknown names in a report are refused at once."""
 
 from collections.abc import Mapping
 
@@ -8,9 +8,9 @@ from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")
 # Numbers of experience that protocols share.
 EVENTS = ("samples_rejected", "trials_outlier")
-# Numbers and facts of lifts in closed form, beside those of the protocol.
+# Numbers and facts that lifts in closed form add to those of the protocol.
 OF_LIFTS = ("learners", "people", "kappa", "names", "rows")
-# Numbers and facts of every choice, and what there is more of with a second tool.
+# Numbers and facts of every choice, and those that a second tool adds.
 OF_CHOICES = (
     *("p_correct", "p_correct_ci95", "p_correct_bayes", "p_correct_bayes_ci95", "effort_flips", "correct_grip"),
     *("energy_ratio_true", "tools", "off_axis_2mm_change", "density_true", "energy_true", "effort_true"),
@@ -23,7 +23,7 @@ OF_SECOND_TOOL = (
 
 
 def list_number_names(entries: Mapping[str, NumberEntry]) -> list[str]:
-    """Names of the numbers of a protocol, those of intervals included."""
+    """Lists the names of a protocol's numbers and of their intervals."""
     with_interval = [
         name
         for name, entry in entries.items()

@@ -1,4 +1,4 @@
-"""Whether the two grips of a tool differ in nothing but which material is where."""
+"""Symmetry of a tool: two grips that differ only in where the materials are."""
 
 import numpy as np
 
@@ -6,14 +6,14 @@ from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_pseudo_inertia
 from affordance.objects.tool import Tool
 
-# Moments a unit volume that differ by less are equal, [1, m, m^2].
+# Largest difference of moments per unit volume that counts as equal, [1, m, m^2].
 _EQUAL = 1e-9
 
 
 def is_symmetric(tool: Tool) -> bool:
-    """Says whether shape alone says nothing about which of two grips to take.
+    """Returns True if the two grips of a tool have the same shape, so that shape alone favours neither.
 
-    Then, with one prior for all materials, chance before any experience is a half, whatever is asked of the tool.
+    With one prior for all materials, chance before any experience is then one half, for any task.
     """
     if len(tool.grips) != 2:
         return False
@@ -22,7 +22,7 @@ def is_symmetric(tool: Tool) -> bool:
 
 
 def _describe_shape(held: Tool) -> Array:
-    """Volumes of the parts and their moments about the grip, over the tool's volume, sorted, (num_parts, 10)."""
+    """Computes volumes of the parts and their moments about the grip per unit volume of the tool, (num_parts, 10)."""
     rows = np.array(
         [
             parameters_from_pseudo_inertia(part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T)

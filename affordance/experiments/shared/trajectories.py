@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from affordance.files.netcdf import LabelledArray
 from affordance.simulation.trial_record import TrialRecord
 
-# Heights that a trial logs, and of which point of the tool they are.
+# Heights that a trial logs, and the point of the tool that each refers to.
 HEIGHTS = {
     "height_centre": "tool's geometric centre",
     "height_grip": "grip To",
@@ -20,14 +20,14 @@ HEIGHTS = {
 def stack_presentations(
     records: Sequence[TrialRecord | None], numbers: Sequence[Mapping[str, Any]]
 ) -> dict[str, NDArray[Any]]:
-    """Stacks what happened in K presentations, and what was measured besides; NaN where there was none.
+    """Stacks motions and measures of K presentations; NaN where one has none.
 
     Args:
-        records: Motions that were logged at the same times; None where an object was only looked at.
-        numbers: By name, an array or a number each.
+        records: Records logged at the same times; None where an object was only looked at.
+        numbers: Further measures of each presentation, by name.
 
-    Returns: ``times`` (N,) and heights (K, N), [m]; what went wrong or almost, (K,): ``periods_limited``,
-        ``periods_failed``, ``rejected``; ``p_value`` and ``log_evidence``, (K,); and the numbers, (K, ...).
+    Returns: ``times`` (N,) and heights (K, N), [m]; the counts ``periods_limited``, ``periods_failed`` and
+        ``rejected``, (K,); ``p_value`` and ``log_evidence``, (K,); and the further measures, (K, ...).
     """
     rows: list[dict[str, Any]] = [
         dict(more) if record is None else {**_describe(record), **more}
@@ -65,8 +65,8 @@ def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str
     """Labels times and motions of K trials that were logged at the same times; NaN where there was no motion.
 
     Args:
-        records: The trials, of which at least one has a motion.
-        whose: Whose they are, in words.
+        records: Records of the trials, at least one of which has a motion.
+        whose: Observer that the motions belong to, in words.
     """
     held = next(record for record in records if record is not None)
     still = np.full_like(held.q, np.nan)

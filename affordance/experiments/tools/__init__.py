@@ -1,1 +1,1 @@
-"""Real tools: inertia from meshes, first touch, sight, records of other people, and which end to hold."""
+"""Study of real tools: inertia from meshes, first touch, sight, other people's records, and the end to hold."""

@@ -1,4 +1,4 @@
-"""Blows with real tools in contact simulation: does the nail feel what was planned, at the work that was planned?"""
+"""Blows with real tools in contact simulation: planned and simulated peak force and work."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -14,18 +14,18 @@ from affordance.simulation.blow import Blow, simulate_blow
 
 
 class CheckedBlow(NamedTuple):
-    """A blow as planned and as simulated, at true densities.
+    """Planned and simulated blow, at true densities.
 
     Attributes:
         tool: Name of the tool.
         grip: Name of the grip.
-        force_aimed: Peak of the nail's resistance for which it was planned, [N].
-        force: The same in simulation, [N].
-        work_planned: [J].
-        work: In simulation, [J].
-        travel: How far the nail went, [m].
-        held: The tool in that grip.
-        blow: The simulated motion.
+        force_aimed: Planned peak of the nail's resistance, [N].
+        force: Simulated peak of the nail's resistance, [N].
+        work_planned: Planned work, [J].
+        work: Simulated work, [J].
+        travel: Travel of the nail, [m].
+        held: Tool in that grip.
+        blow: Simulated motion.
     """
 
     tool: str
@@ -57,5 +57,5 @@ def check_blows(tools: Sequence[Tool], grips: Sequence[str], task: Hammer, setti
 
 
 def hold_by(tool: Tool, name: str) -> Tool:
-    """The tool in the grip of a name."""
+    """Returns the tool in the grip with the given name."""
     return tool.gripped_by(next(grip for grip in tool.grips if grip.name == name))

@@ -1,7 +1,7 @@
-"""A user's clone of the workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), and which half is which.
+"""Workshop tools of Nadeau, Giamou and Kelly (ICRA 2023), in a user's clone, split into two halves.
 
-Nothing of it comes with this program. What each body of a mesh is made of and how a hand holds the tool stand in
-models/workshop/hps.yaml, what materials weigh in models/materials.yaml.
+None of these data come with this program. The material of each body of a mesh and the hold of each tool are in
+models/workshop/hps.yaml, the densities of materials in models/materials.yaml.
 """
 
 import enum
@@ -18,7 +18,7 @@ from affordance.files.record import read_record
 from affordance.objects.load import load_tools
 from affordance.objects.tool import Material, Tool
 
-# On these everything was chosen; the other ten were looked at once, at the end.
+# Tools on which every choice was made; the other ten were looked at once, at the end.
 LEARNING = (
     "Allen Key",
     "Box Wrench",
@@ -39,7 +39,7 @@ _LENGTH_MAX, _MASS_MAX = 1.0, 20.0
 
 
 class Half(enum.Enum):
-    """Which tools are meant."""
+    """Half of the tools."""
 
     LEARNING = "learning"
     TEST = "test"
@@ -47,10 +47,10 @@ class Half(enum.Enum):
 
 @dataclass(frozen=True)
 class TrueInertia:
-    """What the program that a tool was drawn with says it weighs.
+    """True inertia of a tool, from the program with which it was drawn.
 
     Attributes:
-        mass: [kg].
+        mass: Mass, [kg].
         p_FBcm: Centre of mass in the frame F of the mesh, shape (3,), [m].
         I_BBcm_F: Rotational inertia about the centre of mass, shape (3, 3), [kg m^2].
     """
@@ -62,12 +62,12 @@ class TrueInertia:
 
 @dataclass(frozen=True)
 class DataSet:
-    """The clone.
+    """User's clone of the data set.
 
     Attributes:
-        folder: Its folder.
-        models: The folder of our models.
-        halves: Whose files may be read.
+        folder: Folder of the clone.
+        models: Folder of our models.
+        halves: Halves whose files may be read.
     """
 
     folder: Path
@@ -81,10 +81,10 @@ class DataSet:
 
     @cached_property
     def tools(self) -> dict[str, Tool]:
-        """The tools of the halves by name, in the order of our file; no file of another is opened.
+        """Tools of the halves by name, in the order of our file; no file of another tool is opened.
 
         Raises:
-            BadValueError: A mesh is not there, or cannot be read.
+            BadValueError: A mesh is missing, or cannot be read.
         """
         self.check()
         found = load_tools(
@@ -93,10 +93,10 @@ class DataSet:
         return {tool.name: tool for tool in found}
 
     def check(self) -> None:
-        """Says in one line what is missing, before anything is run for minutes.
+        """Checks that nothing is missing, before anything is run for minutes.
 
         Raises:
-            BadValueError: The folder is no clone of the data set.
+            BadValueError: The folder is not a clone of the data set; the message is one line.
         """
         for path in (_MESHES, _SIMULATIONS, _SEGMENTATIONS):
             if not (self.folder / path).is_dir():
@@ -107,11 +107,11 @@ class DataSet:
         return (Half.LEARNING if name in LEARNING else Half.TEST) in self.halves
 
     def list_names(self, half: Half) -> tuple[str, ...]:
-        """Names of the tools of a half."""
+        """Lists the names of the tools of a half."""
         return tuple(name for name in self.tools if (name in LEARNING) == (half is Half.LEARNING))
 
     def read_truth(self, name: str) -> TrueInertia:
-        """Reads what a tool is said to weigh.
+        """Reads the true inertia of a tool.
 
         Raises:
             BadValueError: The file or one of its values is wrong.
@@ -124,19 +124,19 @@ class DataSet:
         )
 
     def find_mesh(self, name: str) -> Path:
-        """Where the mesh of a tool is."""
+        """Returns the path of the mesh of a tool."""
         return self.folder / _MESHES / name / "mesh.ply"
 
     def find_simulation(self, name: str) -> Path:
-        """Where the record of forces and torques of a tool is."""
+        """Returns the path of a tool's record of forces and torques."""
         return self.folder / _SIMULATIONS / f"{name.replace(' ', '_')}.pkl"
 
     def find_segmentation(self, name: str) -> Path:
-        """Where the parts are that the data set's authors found."""
+        """Returns the path of a tool's parts as found by the data set's authors."""
         key = name.replace(" ", "_")
         return self.folder / _SEGMENTATIONS / key / f"{key}.ply"
 
     @property
     def stored_results(self) -> Path:
-        """Where the errors are that the data set's authors found."""
+        """Path of the errors stored by the data set's authors."""
         return self.folder / _RESULTS

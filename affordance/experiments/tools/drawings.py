@@ -33,13 +33,13 @@ _METHOD_NAMES = {
     "geo_stored": "GEO as stored (told the mass)",
     "ols": "least squares",
 }
-# Around the strike the replay is slower, [s], [1].
+# Duration of slow motion before and after the strike, [s], and its factor, [1].
 _SLOW_BEFORE, _SLOW_AFTER, _SLOWER = 0.02, 0.04, 30.0
 _TASK_NAMES = {"hammer": "driving a nail", "reach": "reaching"}
 
 
 def save_figures(result: ToolsResult, folder: Path) -> None:
-    """Draws all that there is to draw into a folder."""
+    """Draws all figures for which there are results into a folder."""
     save_figure(draw_grips(result.own), folder, "grips")
     save_figure(draw_holding(result.own, result.config.models / ARM.name), folder, "holding")
     write_blows(result, folder / "blows.html")
@@ -52,7 +52,7 @@ def save_figures(result: ToolsResult, folder: Path) -> None:
 
 
 def write_blows(result: ToolsResult, path: Path) -> None:
-    """Writes the simulated blows as a page that moves, slower and larger around the strike."""
+    """Writes the simulated blows as an animated page, slower and enlarged around the strike."""
     scenes = []
     for choices in (result.own, result.hammers):
         for checked in () if choices is None else choices.blows:
@@ -73,7 +73,7 @@ def write_blows(result: ToolsResult, path: Path) -> None:
 
 
 def draw_first_touch(result: ToolsResult) -> Figure:
-    """Draws masses predicted by one observer against the true ones, from drawings and from two views."""
+    """Draws masses predicted by one observer over the true ones, from drawings and from two views."""
     sources = [source for source in (Source.CAD, Source.TWO_VIEWS) if source in result.config.sources]
     figure = Figure(figsize=(5.2 * len(sources), 4.8))
     all_axes = figure.subplots(1, len(sources), squeeze=False, sharex=True, sharey=True)[0]
@@ -114,7 +114,7 @@ def _draw_masses(
 
 
 def draw_measures(result: ToolsResult) -> Figure:
-    """Draws the mean absolute error of the logarithm of mass by geometry and holds, beside the floors."""
+    """Draws the mean absolute error of the logarithm of mass by geometry and holds, next to the floors."""
     halves = result.config.halves
     figure = Figure(figsize=(4.6 * len(halves) + 1.4, 3.6))
     all_axes = figure.subplots(1, len(halves), squeeze=False, sharey=True)[0]
@@ -181,7 +181,7 @@ def draw_grips(choices: Choices) -> Figure:
 
 
 def _draw_tool(axes: Axes, choices: Choices, task: str, tool: str) -> None:
-    """Draws bars of one tool: groups by geometry and belief, stacked by grip; a star where the choice is right."""
+    """Draws a tool's bars: groups by geometry and belief, stacked by grip; a star marks the correct grip."""
     right = choices.rankings[task, "drawing", TRUE].find_best(tool).grip
     grips = sorted({each.grip for each in choices.rankings[task, "drawing", TRUE].ranked if each.tool == tool})
     places, names = [], []
@@ -205,7 +205,7 @@ def _draw_tool(axes: Axes, choices: Choices, task: str, tool: str) -> None:
 
 
 def draw_holding(choices: Choices, directives: Path) -> Figure:
-    """Shows the arm with each tool in the grip that is right for driving a nail, in its home posture."""
+    """Renders the arm in its home posture with each tool in the correct grip for driving a nail."""
     right = choices.rankings["hammer", "drawing", TRUE]
     home = load_arm(directives).home
     held = [hold_by(tool, right.find_best(tool.name).grip) for tool in choices.tools]

@@ -1,8 +1,8 @@
-"""How heavy is a tool that was never held? Predicted from what holding other tools taught of their materials.
+"""Prediction of the mass of a tool never held, from experience with other tools of the same materials.
 
-Four measures of predicted masses m against true ones M, as those who predict mass from pictures use them (Standley,
-Sener, Chen and Savarese 2017, image2mass, CoRL): the mean of |m - M|, of |ln m / M|, of |m - M| / M, and of
-min(m / M, M / m).
+Four measures compare predicted masses m with true masses M, as is usual where mass is predicted from pictures
+(Standley, Sener, Chen and Savarese 2017, image2mass, CoRL): the mean of |m - M|, of |ln m / M|, of |m - M| / M, and
+of min(m / M, M / m).
 """
 
 from collections.abc import Mapping, Sequence
@@ -26,24 +26,24 @@ from affordance.vision.visual_prior import predict_object
 type Features = Mapping[str, Sequence[ComponentFeatures]]
 type Felt = Mapping[str, Sequence[TorqueStatistics]]
 
-# Of the believed tools from which medians and intervals are taken.
+# Number of samples of the belief from which medians and intervals are computed.
 _NUM_SAMPLES = 4000
 # Ends of the 90 % intervals, and the median, [%].
 _PERCENTILES = (5.0, 50.0, 95.0)
-# A tool can be left out if materials that recur make at least this part of its mass, and a material recurs that makes
-# at least this part of another tool's mass; of less, holding that tool teaches nothing.
+# A tool can be left out if recurring materials make up at least this fraction of its mass, and a material recurs if
+# it makes up at least this fraction of another tool's mass; with less, holding that tool teaches nothing.
 _MIN_KNOWN, _MIN_RECURRING = 0.9, 0.1
-# What one look would stand for if everything looked alike.
+# Colour of every part for an observer who sees no colours.
 _ONE_COLOUR: Colour = (0.5, 0.5, 0.5)
 STEEL, WATER = 7850.0, 1000.0
 
 
 class Prediction(NamedTuple):
-    """What is believed of a tool before it is touched, at _PERCENTILES.
+    """Belief about a tool before it is touched, at _PERCENTILES.
 
     Attributes:
-        mass: Shape (3,), [kg].
-        com: Centre of mass, shape (3, 3): percentiles times axes of the hand, [m].
+        mass: Percentiles of the mass, shape (3,), [kg].
+        com: Percentiles of the centre of mass, shape (3, 3): percentiles times axes of the hand, [m].
     """
 
     mass: Array
@@ -51,22 +51,22 @@ class Prediction(NamedTuple):
 
 
 class Truth(NamedTuple):
-    """Mass, [kg], and centre of mass in the hand, shape (3,), [m]."""
+    """True mass, [kg], and centre of mass in the hand, shape (3,), [m]."""
 
     mass: float
     com: Array
 
 
 class Score(NamedTuple):
-    """The four measures, and how many 90 % intervals hold the truth.
+    """Four measures of error, and the coverage of 90 % intervals.
 
     Attributes:
         ade_g: Mean absolute error, [g].
         alde: Mean absolute error of the logarithm.
         ape: Mean absolute error as a fraction of the true mass.
-        mnre: Mean of the ratio of the smaller to the larger of both.
-        coverage_mass: Of intervals of mass.
-        coverage_com: Of intervals of the coordinates of the centre of mass.
+        mnre: Mean ratio of the smaller to the larger of both masses.
+        coverage_mass: Coverage of the intervals of mass.
+        coverage_com: Coverage of the intervals of the centre of mass's coordinates.
     """
 
     ade_g: float
@@ -80,7 +80,7 @@ class Score(NamedTuple):
 def predict(
     features: Sequence[ComponentFeatures], memory: Memory, settings: Settings, rng: np.random.Generator
 ) -> Prediction:
-    """Predicts mass and centre of mass by what is believed of materials."""
+    """Predicts mass and centre of mass from the belief about materials."""
     pi = predict_object(features, memory, settings.prior).draw_parameters(rng, _NUM_SAMPLES)
     return Prediction(
         np.percentile(pi[:, 0], _PERCENTILES), np.percentile(pi[:, 1:4] / pi[:, :1], _PERCENTILES, axis=0)
@@ -106,7 +106,7 @@ def score(predictions: Sequence[Prediction], truths: Sequence[Truth]) -> Score:
 def predict_left_out(
     names: Sequence[str], felt: Felt, features: Features, colours: Sequence[Colour], settings: Settings, seed: int
 ) -> dict[str, Prediction]:
-    """Predicts each of some tools by what all others that were held have taught."""
+    """Predicts each of the tools from experience with all other tools that were held."""
     return {
         name: predict(
             features[name],
@@ -126,7 +126,7 @@ def predict_new(
     settings: Settings,
     seed: int,
 ) -> dict[str, Prediction]:
-    """Predicts tools that were never held by what all that were have taught."""
+    """Predicts tools that were never held from experience with all tools that were."""
     memory = learn(felt, features, colours, settings)
     return {
         name: predict(features[name], memory, settings, np.random.default_rng([seed, *name.encode()]))
@@ -135,12 +135,12 @@ def predict_new(
 
 
 def take_first(felt: Felt, count: int) -> dict[str, Sequence[TorqueStatistics]]:
-    """The first so many holds of each tool."""
+    """Selects the first holds of each tool."""
     return {name: holds[:count] for name, holds in felt.items()}
 
 
 def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
-    """The same tools to one who sees no colours, and so knows one density only."""
+    """Gives every part of every tool the same colour, as for an observer who knows only one density."""
     return {
         name: [replace(part, colour=_ONE_COLOUR, colour_sd=0.0) for part in parts] for name, parts in features.items()
     }
@@ -149,7 +149,7 @@ def make_all_alike(features: Features) -> dict[str, list[ComponentFeatures]]:
 def predict_without_experience(
     features: Sequence[ComponentFeatures], density: float, prior: Prior = DEFAULT_SETTINGS.prior
 ) -> Prediction:
-    """Mass and centre of mass if everything had one density, [kg/m^3]."""
+    """Computes mass and centre of mass if everything had one density, [kg/m^3]."""
     memory = MaterialMemory.from_densities({_ONE_COLOUR: density})
     alike = make_all_alike({"": features})[""]
     pi = predict_object(alike, memory, replace(prior, deviation_sd=1e-3)).parameter_mean
@@ -157,7 +157,7 @@ def predict_without_experience(
 
 
 def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
-    """Names of tools that other tools can teach about: those of which most is made of what recurs in others."""
+    """Lists the tools that other tools can teach about: those made mostly of materials that recur in others."""
     shares = {name: compute_shares(tool) for name, tool in tools.items()}
     recurring = []
     for name, own in shares.items():
@@ -174,7 +174,7 @@ def list_recurring(tools: Mapping[str, Tool]) -> tuple[str, ...]:
 
 
 def compute_shares(tool: Tool) -> dict[str, float]:
-    """What part of a tool's mass each of its materials makes, by name."""
+    """Computes the fraction of a tool's mass that each of its materials makes up, by name."""
     masses: dict[str, float] = {}
     for part in tool.components:
         masses[part.material.name] = masses.get(part.material.name, 0.0) + part.material.density * part.shape.volume

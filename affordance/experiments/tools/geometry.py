@@ -1,4 +1,4 @@
-"""What is known of a tool's geometry before it is touched: its drawing, or pictures of it."""
+"""Geometry of a tool before it is touched, from its drawing or from pictures."""
 
 import enum
 from collections.abc import Sequence
@@ -11,13 +11,13 @@ from affordance.vision.features import ComponentFeatures, VisionError, measure_f
 from affordance.vision.pixels.seen_tool import Method, detect_tool
 from affordance.vision.pixels.turning_stand import TurningStand
 
-# What drawings are off by: parity of mass within 0.3 %, of centres of mass within 0.15 mm, as on all
-# twenty tools (docs/tools.md says what is blind and what is not).
+# Standard deviations of drawings: masses agree within 0.3 %, centres of mass within 0.15 mm, on all twenty tools
+# (docs/tools.md says which comparisons are blind).
 CAD_VOLUME_SD, CAD_PLACE_SD = 4e-3, 2e-4
 
 
 class Source(enum.Enum):
-    """Where the geometry comes from."""
+    """Source of the geometry."""
 
     CAD = "cad"
     TWO_VIEWS = "two_views"
@@ -35,16 +35,16 @@ _METHODS = {
 def measure_all(
     tool: Tool, stand: TurningStand, rng: np.random.Generator, sources: Sequence[Source]
 ) -> dict[Source, tuple[ComponentFeatures, ...]]:
-    """Measures a tool as it is held, by each source; all that see look at the same pictures.
+    """Measures a held tool by each source; all sources of sight share the same pictures.
 
     Args:
-        tool: The tool in one grip, and no choice of grip any more.
-        stand: Where it is looked at.
-        rng: Draws the noise of the pictures.
-        sources: What is asked for.
+        tool: Tool in one grip, without further choice of grips.
+        stand: Stand that takes the pictures.
+        rng: Generator of the noise of the pictures.
+        sources: Sources to measure by.
 
     Raises:
-        SeeingError: The pictures do not show what is needed.
+        SeeingError: The features cannot be extracted from the pictures.
     """
     found = {Source.CAD: measure_drawing(tool)} if Source.CAD in sources else {}
     if any(source in sources for source in _METHODS):
@@ -58,7 +58,7 @@ def measure_all(
 
 
 def measure_drawing(tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """The tool as it was drawn, with what a drawing is off by: a part's volume, and its place along each axis."""
+    """Measures a tool by its drawing, with errors of a part's volume and of its position along each axis."""
     features = []
     for part in measure_features(tool, VisionError(), np.random.default_rng(0)):
         deformations = np.zeros((4, 4, 4))

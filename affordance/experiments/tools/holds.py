@@ -1,8 +1,8 @@
-"""What the arm feels when it holds the learning tools, simulated once for every study of what that teaches.
+"""Torques measured while the arm holds the learning tools, simulated once for all studies of learning from them.
 
-Torques, the arm's own share of them and the payload regressor do not depend on what is believed, so the same holds
-serve any geometry and any tool that is left out. Several holds of one tool are one observation with less noise: its
-own deviation from its materials, and the error of having seen it, are the same each time.
+Torques, the arm's own share of them and the payload regressor do not depend on beliefs, so the same holds serve any
+geometry and any tool that is left out. Several holds of one tool are one observation with less noise: the tool's
+deviation from its materials, and the error of its observed features, are the same each time.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,25 +23,25 @@ from affordance.simulation.trial import TrialRunner
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object
 
-# How long a tool is held: the arm is at rest again after half of it, [s].
+# Duration of a hold, [s]: the arm is at rest again after half of it.
 DURATION = 1.0
 _ROUNDING = 1e-9
-# At the end of a presentation the memory learns, and what was felt is gone: it is read this much before, [s].
+# Margin before the end of a presentation, when the memory learns and the statistics are reset, [s].
 _TO_SPARE = 0.05
 
 
 def simulate_holds(
     tools: Sequence[Tool], settings: Settings, *, rounds: int, seed: Seed
 ) -> dict[str, list[TorqueStatistics]]:
-    """Lets the arm hold each tool in each round, in random order, learning as it goes.
+    """Simulates holds of each tool in each round, in random order, with learning in between.
 
     Args:
-        tools: As they are gripped, the same order for the same holds.
-        settings: Those of the arm.
-        rounds: How often each is held.
-        seed: Of everything random.
+        tools: Tools as they are gripped; the same order gives the same holds.
+        settings: Settings of the arm.
+        rounds: Number of holds of each tool.
+        seed: Root of every random draw.
 
-    Returns: What was felt in the holds of each tool, by its name.
+    Returns: Torque statistics of the holds of each tool, by its name.
     """
     runner, seed = TrialRunner(settings), check_seed(seed)
     colours = list_colours(tools)
@@ -63,7 +63,7 @@ def simulate_holds(
 def feel(
     runner: TrialRunner, tool: Tool, memory: Memory, *, duration: float, seed: tuple[int, ...]
 ) -> TorqueStatistics:
-    """What is felt in one hold; arguments are those of ``TrialRunner.run_hold``."""
+    """Measures the torques of one hold; arguments are those of ``TrialRunner.run_hold``."""
     trial = runner.get_diagram(duration + _TO_SPARE)
     simulator = runner.prepare(trial, tool, trial.hold, memory, seed)
     simulator.AdvanceTo(duration + _ROUNDING)
@@ -76,13 +76,13 @@ def learn(
     colours: Sequence[Colour],
     settings: Settings,
 ) -> Memory:
-    """Learns from tools that were held, what is felt of each in one go.
+    """Learns from tools that were held, with one update per tool.
 
     Args:
-        felt: The holds of each tool, by its name.
-        features: What is known of its geometry, as it was held.
-        colours: Those of the materials that the learner knows by sight; of other colours nothing is remembered.
-        settings: Those of prior and noise.
+        felt: Torque statistics of the holds of each tool, by its name.
+        features: Features of each tool's geometry, as it was held.
+        colours: Colours of the materials that the learner knows by sight; others are not remembered.
+        settings: Settings of prior and noise.
     """
     memory: Memory = MaterialMemory().add_colours(colours, settings.prior)
     for name, holds in felt.items():
@@ -95,7 +95,7 @@ def learn(
 
 
 def list_colours(tools: Sequence[Tool]) -> list[Colour]:
-    """The colours that tools show, each once, in the order of their parts."""
+    """Lists the colours that tools show, each once, in the order of their parts."""
     return list(dict.fromkeys(part.looks_like.colour for tool in tools for part in tool.components))
 
 
@@ -113,7 +113,7 @@ def _teach(
 
 
 def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
-    """How many joints features of such a length are of."""
+    """Returns the number of joints to which torque features of this length belong."""
     count = 1
     while noise.num_features(count) < len(felt.features):
         count += 1
@@ -121,7 +121,7 @@ def _count_joints(felt: TorqueStatistics, noise: NoiseModel) -> int:
 
 
 def _average(noise: NoiseModel, count: int) -> NoiseModel:
-    """The noise of the mean of several holds; where each sample has its own error, their number says it already."""
+    """Returns the noise of the mean of several holds; independent samples already average by their number."""
     if not isinstance(noise, WeberNoise) or noise.independent_samples:
         return noise
     shrink = 1.0 / np.sqrt(count)

@@ -1,7 +1,7 @@
-"""Whether the materials of a tool are told apart in pictures of it, by what the renderer knows of every pixel.
+"""Recognition of a tool's materials in pictures, judged by the renderer's label of every pixel.
 
-A tool is made out if it is found at all, and at least four fifths of its pixels lie in areas that show mostly the
-material they show: as many as in the least pure of the areas that the segmentation made for ellipsoids lets through.
+A tool is recognised if it is detected at all, and at least four fifths of its pixels lie in areas that show mostly
+the material they show: as many as in the least pure area that the segmentation for ellipsoids accepts.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,17 +20,17 @@ from affordance.vision.pixels.seen_tool import detect_tool
 from affordance.vision.pixels.turning_stand import TurningStand
 
 MIN_PURITY = 0.8
-# Materials less probable than this are not named among those that a look may be of.
+# Least probability of a material that is listed as a candidate for an appearance.
 _WORTH_NAMING = 0.05
 
 
 class Outcome(NamedTuple):
-    """What became of a tool's pictures.
+    """Result of looking at a tool.
 
     Attributes:
-        purity: Part of its pixels that lie in areas which show mostly their own material.
-        unsure: For each look that is not surely of one material, those it may be of.
-        problem: Why it was not found; empty if it was.
+        purity: Fraction of its pixels that lie in areas which show mostly their own material.
+        unsure: Candidate materials of each appearance that is not identified with certainty.
+        problem: Reason for which the tool was not detected; empty if it was.
     """
 
     purity: float
@@ -39,12 +39,12 @@ class Outcome(NamedTuple):
 
     @property
     def made_out(self) -> bool:
-        """Whether that is well enough."""
+        """True if the tool was detected with sufficient purity."""
         return not self.problem and self.purity >= MIN_PURITY
 
 
 def examine(tool: Tool, stand: TurningStand, materials: Mapping[str, Material], rng: np.random.Generator) -> Outcome:
-    """Looks at a tool from two sides, and compares what is found with what is there."""
+    """Takes two pictures of a tool, and compares the detected materials with the true ones."""
     photographs = stand.take_pictures(tool, rng)
     try:
         seen = detect_tool(photographs, stand.rig, stand.noise)
@@ -66,7 +66,7 @@ def examine(tool: Tool, stand: TurningStand, materials: Mapping[str, Material], 
 
 
 def list_candidates(look: Look, materials: Mapping[str, Material]) -> tuple[str, ...]:
-    """Names of the materials that a look may be of, the most probable first; one if it is certain."""
+    """Lists the candidate materials of an appearance, the most probable first; a single one if it is certain."""
     colours = [material.colour for material in materials.values()]
     probabilities = compute_colour_probabilities(look.colour, COLOUR_SD, colours, look.lightness_sd)
     names = [*materials, "one never seen"]
@@ -77,9 +77,9 @@ def list_candidates(look: Look, materials: Mapping[str, Material]) -> tuple[str,
 
 
 def paint(tool: Tool, colours: Sequence[Colour | None]) -> Tool:
-    """The same tool with each part in another colour, that of its own material where there is none.
+    """Recolours each part of a tool; None keeps the colour of its own material.
 
-    What it is made of keeps its name, by which areas are compared.
+    The materials keep their names, by which areas are compared.
     """
     parts = []
     for part, colour in zip(tool.components, colours, strict=True):

@@ -1,4 +1,4 @@
-"""The numbers of the study as they are kept: metrics.json, and beside it what stands behind them."""
+"""Numbers of the study as they are saved: metrics.json, and details for each tool."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -11,12 +11,12 @@ from affordance.experiments.tools.study import Choices, ToolsResult
 from affordance.experiments.tools.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
 
 _MM = 1e3
-# Of a score, those four that a floor has too.
+# Names of the four measures of a score that a floor has too.
 _MEASURES = ("ade_g", "alde", "ape", "mnre")
 
 
 def list_metrics(result: ToolsResult) -> dict[str, Any]:
-    """The content of metrics.json; keys of what needs the data set are empty without it."""
+    """Returns the content of metrics.json; keys that need the data set are empty without it."""
     return {
         "parity": {
             "mass": _find_largest(each.mass for each in result.parity.values()),
@@ -45,7 +45,7 @@ def list_metrics(result: ToolsResult) -> dict[str, Any]:
 
 
 def list_details(result: ToolsResult) -> dict[str, Any]:
-    """What stands behind the metrics, tool by tool."""
+    """Returns the details behind the metrics, tool by tool."""
     return {
         "parity": {name: each._asdict() for name, each in result.parity.items()},
         "predicted_mass": [
@@ -86,7 +86,7 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
 
 
 def find_median_error_of_sight(result: ToolsResult, source: Any, names: Iterable[str]) -> float:
-    """Median over tools of the error of mass by what is seen alone, at true densities, as a fraction."""
+    """Computes the median relative error of mass over tools from sight alone, at true densities."""
     names = [name for name in names if name in result.predictions[0].at_true_densities[source]]
     errors = [each.at_true_densities[source].get(name, np.nan) for each in result.predictions for name in names]
     return float(np.nanmedian(np.abs(np.expm1(errors))))
@@ -102,7 +102,7 @@ def _collect_predictions(result: ToolsResult) -> dict[Any, dict[str, list[Any]]]
 
 
 def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
-    """For each task, geometry and belief, the grip that is chosen of each tool, and whether it is the right one."""
+    """Lists the chosen grip of each tool for each task, geometry and belief, and whether it is correct."""
     entries = []
     for (task, geometry, belief), ranking in choices.rankings.items():
         if belief == TRUE:
@@ -130,7 +130,7 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
 
 
 def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tuple[int, int]:
-    """Of how many tools the right grip is chosen, and of how many."""
+    """Counts the tools for which the correct grip is chosen; returns that count and the number of tools."""
     right, ranking = (choices.rankings[task, kind, name] for kind, name in (("drawing", TRUE), (geometry, belief)))
     hits = sum(ranking.find_best(tool.name).grip == right.find_best(tool.name).grip for tool in choices.tools)
     return hits, len(choices.tools)
@@ -148,7 +148,7 @@ def _find_largest(values: Iterable[float]) -> float | None:
 
 
 def _drop_missing(entries: Mapping[str, Any]) -> dict[str, Any]:
-    """The entries with None for what is no number, which JSON does not know."""
+    """Replaces numbers that are not finite by None, as JSON has no such numbers."""
 
     def replace(value: Any) -> Any:
         if isinstance(value, tuple):

@@ -1,4 +1,4 @@
-"""One observer: holds the learning tools, looks at all tools, and predicts what those it never held weigh."""
+"""Simulated observer: holds the learning tools, looks at all tools, and predicts the masses of those never held."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -30,20 +30,20 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.turning_stand import get_turning_stand
 
-# How often each learning tool was held before a prediction.
+# Numbers of holds of each learning tool before a prediction.
 HOLDS = (1, 5)
 
 
 @dataclass(frozen=True)
 class ObserverConfig:
-    """What one observer does.
+    """Configuration of an observer.
 
     Attributes:
         data: Folder of the data set.
         models: Folder of our models.
-        seed: Root of everything random.
-        halves: Of which tools masses are predicted; those held are the learning half.
-        sources: Where geometry comes from.
+        seed: Root of every random draw.
+        halves: Halves of the tools whose masses are predicted; the learning half is held.
+        sources: Sources of geometry.
         settings: Settings of arm, prior and noise.
     """
 
@@ -56,13 +56,14 @@ class ObserverConfig:
 
 
 class Predictions(NamedTuple):
-    """What an observer predicts of each tool, by its name.
+    """Predictions of an observer for each tool, by its name.
 
     Attributes:
-        first_touch: By geometry, number of holds, and half.
-        floors: Of the last half, by the name of the floor.
-        at_true_densities: Logarithm of mass seen by mass true, by geometry, where only the geometry may err.
-        not_seen: Why a tool could not be made out in pictures, by its name.
+        first_touch: Predictions by geometry, number of holds, and half.
+        floors: Predictions for the last half, by the name of the floor.
+        at_true_densities: Logarithm of the ratio of predicted to true mass, by geometry, with only the geometry in
+            error.
+        not_seen: Reasons for which tools were not detected in pictures, by name of the tool.
     """
 
     first_touch: dict[tuple[Source, int, Half], dict[str, Prediction]]
@@ -127,13 +128,13 @@ def run_observer(config: ObserverConfig, observer: int) -> Predictions:
 
 
 def hold_tool(data: DataSet, name: str) -> Tool:
-    """A tool of the data set as it is held by its handle."""
+    """Returns a tool of the data set as it is held by its handle."""
     tool = data.tools[name]
     return tool.gripped_by(tool.grips[0])
 
 
 def read_truth_in_hand(data: DataSet, name: str) -> Truth:
-    """Mass and centre of mass of a tool as it is held by its handle, as the data set gives them."""
+    """Reads mass and centre of mass of a tool as it is held by its handle, as the data set gives them."""
     truth, X_FG = data.read_truth(name), data.tools[name].grips[0].X_TG
     return Truth(truth.mass, X_FG[:3, :3].T @ (truth.p_FBcm - X_FG[:3, 3]))
 
@@ -143,7 +144,7 @@ def _compare_with_truth(
     features: Mapping[Source, Mapping[str, Sequence[ComponentFeatures]]],
     settings: Settings,
 ) -> dict[Source, dict[str, float]]:
-    """What sight alone gets wrong: masses to one who knows all densities."""
+    """Computes the errors of sight alone: logarithms of predicted over true masses, with all densities known."""
     known = MaterialMemory.from_densities({each.colour: each.density for each in data.materials.values()})
     return {
         source: {

@@ -1,4 +1,4 @@
-"""Inertia from meshes beside what the program that drew the tools says."""
+"""Comparison of inertia from meshes with that from the program that drew the tools."""
 
 from typing import NamedTuple
 
@@ -11,11 +11,11 @@ from affordance.objects.tool import Tool
 
 
 class Deviation(NamedTuple):
-    """How far a tool's inertia from its mesh is off.
+    """Error of a tool's inertia from its mesh.
 
     Attributes:
-        mass: As a fraction of the true mass.
-        com: Largest coordinate of the centre of mass's error, [m].
+        mass: Error of the mass, as a fraction of the true one.
+        com: Largest error of a coordinate of the centre of mass, [m].
         inertia: Norm of the error of the rotational inertia, as a fraction of that of the true one.
     """
 
@@ -25,12 +25,12 @@ class Deviation(NamedTuple):
 
 
 def measure_parity(data: DataSet) -> dict[str, Deviation]:
-    """Compares all tools, by name."""
+    """Compares all tools with their true inertia, by name."""
     return {name: compare_inertia(tool, data.read_truth(name)) for name, tool in data.tools.items()}
 
 
 def compare_inertia(tool: Tool, truth: TrueInertia) -> Deviation:
-    """Compares a tool, as it is written in the frame of its mesh, with what it is said to weigh."""
+    """Compares a tool, as it is written in the frame of its mesh, with its true inertia."""
     I_BBcm = compute_central_inertia(tool.parameters)
     return Deviation(
         abs(tool.mass / truth.mass - 1.0),
@@ -40,7 +40,7 @@ def compare_inertia(tool: Tool, truth: TrueInertia) -> Deviation:
 
 
 def compute_central_inertia(pi: Array) -> Array:
-    """Rotational inertia about the centre of mass by ten inertial parameters, (10,); shape (3, 3), [kg m^2]."""
+    """Computes the rotational inertia about the centre of mass, (3, 3), [kg m^2], from inertial parameters, (10,)."""
     mass, com = pi[0], pi[1:4] / pi[0]
     J = np.zeros((4, 4))
     J[:3, :3], J[:3, 3], J[3, :3], J[3, 3] = np.outer(com, com) * mass, mass * com, mass * com, mass

@@ -1,4 +1,4 @@
-"""What the eye makes of real tools, as pictures: the object, its colours, its columns, and the paper's figure 1."""
+"""Pictures of what vision detects of real tools: object, colours and columns; and the paper's figure 1."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,12 +17,12 @@ from affordance.vision.pixels.seen_tool import detect_tool
 from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
 
 _MM = 1e3
-# Around an object in its picture, [pixels].
+# Margin around an object in its picture, [pixels].
 _ROOM = 25
 
 
 def save_pictures(result: ToolsResult, folder: Path) -> None:
-    """Draws all that there is to draw into a folder."""
+    """Draws all pictures of the study into a folder."""
     tools = [*result.own.tools, *result.uncommon.tools]
     stand = get_turning_stand()
     save_figure(draw_seen(tools, stand, result.config.seed), folder, "seen")
@@ -30,7 +30,7 @@ def save_pictures(result: ToolsResult, folder: Path) -> None:
 
 
 def draw_seen(tools: Sequence[Tool], stand: TurningStand, seed: int) -> Figure:
-    """Draws for each tool one of its pictures, the colours found in it, and the height of its columns."""
+    """Draws for each tool one of its pictures, the colours detected in it, and the height of its columns."""
     figure = Figure(figsize=(11.0, 1.9 * len(tools)))
     table = figure.subplots(len(tools), 3, squeeze=False, width_ratios=(1.0, 1.0, 1.25))
     for row, tool in zip(table, tools, strict=True):
@@ -67,7 +67,7 @@ def _draw_columns(axes: Axes, solids: Sequence[ColumnSolid]) -> None:
 
 
 def draw_uncommon(result: ToolsResult, stand: TurningStand) -> Figure:
-    """Draws the paper's figure 1: the two objects, their masses as seen and as felt, and the motions' work."""
+    """Draws the paper's figure 1: the two objects, their masses as seen and as held, and the work of the motions."""
     tools, motions, masses = result.uncommon
     figure = Figure(figsize=(11.0, 5.6))
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.2))

@@ -1,7 +1,7 @@
-"""Reading the force-torque records and results of the workshop tools' authors, who keep them as Python pickles.
+"""Reader of the force-torque records and results of the workshop tools' authors, which are Python pickles.
 
 A pickle may name any function to be called. Here it may name seven, none of which does anything but hold numbers;
-whatever names another is refused.
+a pickle that names another is refused.
 """
 
 import io
@@ -16,21 +16,21 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, read_bytes
 
-# What a file of theirs may have, ten times the largest recording of others; memory is taken accordingly.
+# Largest size of an authors' file, ten times that of other recordings; it bounds the memory used.
 _MOST_BYTES = 10 * RECORDING
 
 
 class Recording(NamedTuple):
-    """What a force-torque sensor S recorded while a robot moved a tool, at N times.
+    """Record of a force-torque sensor S while a robot moved a tool, at N times.
 
     Attributes:
         X_WS: Pose of the sensor, shape (N, 4, 4).
         X_WF: Pose of the tool's mesh frame, shape (N, 4, 4).
         w_WS: Angular velocity of the sensor, shape (N, 3), [rad/s].
-        a_WS: Linear acceleration of its origin, shape (N, 3), [m/s^2].
-        alpha_WS: Angular acceleration, shape (N, 3), [rad/s^2].
-        force_W: Shape (N, 3), [N].
-        torque_W: About So, shape (N, 3), [N m].
+        a_WS: Linear acceleration of the sensor's origin, shape (N, 3), [m/s^2].
+        alpha_WS: Angular acceleration of the sensor, shape (N, 3), [rad/s^2].
+        force_W: Measured force, shape (N, 3), [N].
+        torque_W: Measured torque about So, shape (N, 3), [N m].
     """
 
     X_WS: Array
@@ -43,7 +43,7 @@ class Recording(NamedTuple):
 
 
 class _Held:
-    """Stands for any of their classes: keeps what it is given, and has no methods."""
+    """Substitute for any of the authors' classes: stores its arguments, and has no methods."""
 
     def __init__(self, *arguments: object) -> None:
         self.arguments = arguments
@@ -77,24 +77,24 @@ class _Unpickler(pickle.Unpickler):
 
 
 def read_pickle(path: Path) -> Any:
-    """Reads a pickle that holds nothing but records, arrays, numbers and texts.
+    """Reads a pickle that holds only records, arrays, numbers and strings.
 
     Raises:
-        BadValueError: It cannot be read, or names anything else.
+        BadValueError: The file cannot be read, or names anything else.
     """
     try:
         return _Unpickler(io.BytesIO(read_bytes(path, _MOST_BYTES))).load()
     except BadValueError:
         raise
-    except Exception as error:  # a spoilt pickle makes the reader stumble over whatever it holds
+    except Exception as error:  # a damaged pickle can raise anything
         raise BadValueError(path, "", f"is no readable record: {error}") from error
 
 
 def read_recording(path: Path) -> Recording:
-    """Reads what was recorded with one tool.
+    """Reads the record of one tool.
 
     Raises:
-        BadValueError: It cannot be read, or is no such record.
+        BadValueError: The file cannot be read, or is not such a record.
     """
     rows = read_pickle(path)
     try:

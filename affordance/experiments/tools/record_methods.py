@@ -1,8 +1,8 @@
-"""Inertial parameters from a force-torque record: by our part densities, by least squares, and as the authors do it.
+"""Inertial parameters from a force-torque record: by part densities, by least squares, and by the authors' method.
 
-What the sensor feels is F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool
-and the force that its acceleration takes have the same sign. That is how they were simulated, and how their authors
-read them; a real sensor feels m (a - g). All is expressed in the frame S of the sensor and about its origin.
+The sensor measures F = m (a + g) in these records, with g the acceleration of gravity: the weight of the tool and
+the force that accelerates it have the same sign. The authors simulated and read them that way; a real sensor
+measures m (a - g). All quantities are expressed in the frame S of the sensor and about its origin.
 """
 
 from dataclasses import replace
@@ -18,23 +18,23 @@ from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 GRAVITY_W = np.array([0.0, 0.0, -9.81])
-# The authors take samples in which the robot moves less than this for those of a robot at rest, [m/s^2, rad/s^2].
+# Accelerations below which the authors take the robot to be at rest, [m/s^2, rad/s^2].
 _AT_REST = 1.0
-# Least standard deviations of wrenches that are believed: of what is said to have none, [N], [N m].
+# Least standard deviations of wrenches, used for records without noise, [N], [N m].
 _LEAST_FORCE_SD, _LEAST_TORQUE_SD = 1e-3, 1e-5
 _NUM_ITERATIONS = 8
-# For which density the error of acceleration is first taken into account, [kg/m^3].
+# Density with which the error of acceleration is first taken into account, [kg/m^3].
 _FIRST_DENSITY = 3000.0
 
 
 class Noise(NamedTuple):
-    """Standard deviations of what is added to a record.
+    """Standard deviations of the noise added to a record.
 
     Attributes:
-        acceleration: Linear, [m/s^2].
-        angular_acceleration: [rad/s^2].
-        force: [N].
-        torque: [N m].
+        acceleration: Standard deviation of linear acceleration, [m/s^2].
+        angular_acceleration: Standard deviation of angular acceleration, [rad/s^2].
+        force: Standard deviation of force, [N].
+        torque: Standard deviation of torque, [N m].
     """
 
     acceleration: float
@@ -43,7 +43,7 @@ class Noise(NamedTuple):
     torque: float
 
 
-# As the authors define them.
+# Noise levels as the authors define them.
 NOISES = {
     "none": Noise(0.0, 0.0, 0.0, 0.0),
     "low": Noise(0.025, 0.25, 0.05, 0.0025),
@@ -53,14 +53,14 @@ NOISES = {
 
 
 class Measured(NamedTuple):
-    """A record in the frame of its sensor, with noise, at N times.
+    """Record in the frame of its sensor, with noise, at N times.
 
     Attributes:
         g_S: Acceleration of gravity, shape (N, 3), [m/s^2].
         a_S: Linear acceleration, shape (N, 3), [m/s^2].
         alpha_S: Angular acceleration, shape (N, 3), [rad/s^2].
         w_S: Angular velocity, shape (N, 3), [rad/s].
-        wrench_S: Torque, then force, shape (N, 6), [N m, N].
+        wrench_S: Torque, followed by force, shape (N, 6), [N m, N].
     """
 
     g_S: Array
@@ -93,19 +93,19 @@ def build_regressors(measured: Measured) -> Array:
 
 
 def solve_least_squares(measured: Measured) -> Array:
-    """All ten parameters by ordinary least squares (Atkeson, An and Hollerbach 1986), shape (10,)."""
+    """Estimates all ten parameters by ordinary least squares (Atkeson, An and Hollerbach 1986), shape (10,)."""
     W = build_regressors(measured).reshape(-1, NUM_PARAMETERS)
     pi: Array = np.linalg.lstsq(W, measured.wrench_S.ravel(), rcond=None)[0]
     return pi
 
 
 class PointParts(NamedTuple):
-    """A tool as the authors describe it: points with a volume each, which belong to K parts.
+    """Tool as the authors describe it: points with a volume each, which belong to K parts.
 
     Attributes:
-        p_SQ: The points, shape (P, 3), [m].
-        volumes: Shape (P,), [m^3].
-        part: Number of each point's part, shape (P,).
+        p_SQ: Positions of the points, shape (P, 3), [m].
+        volumes: Volumes of the points, shape (P,), [m^3].
+        part: Index of each point's part, shape (P,).
     """
 
     p_SQ: Array
@@ -113,7 +113,7 @@ class PointParts(NamedTuple):
     part: Array
 
     def build_inertia_map(self) -> Array:
-        """Parameters of each part at 1 kg/m^3, as point masses, shape (10, K)."""
+        """Computes the parameters of each part at 1 kg/m^3, as point masses, shape (10, K)."""
         columns = []
         for number in np.unique(self.part):
             own = self.part == number
@@ -125,13 +125,13 @@ class PointParts(NamedTuple):
 
 
 def solve_at_rest(measured: Measured, Phi: Array) -> Array:
-    """Part masses of least squares that are not negative, from samples at rest (Nadeau, Giamou and Kelly 2023).
+    """Solves for nonnegative part masses by least squares on samples at rest (Nadeau, Giamou and Kelly 2023).
 
     Args:
-        measured: The record.
+        measured: Record in the frame of its sensor.
         Phi: Parameters of each part at 1 kg/m^3, shape (10, K).
 
-    Returns: The ten parameters, shape (10,).
+    Returns: Inertial parameters, shape (10,).
     """
     sizes = np.linalg.norm([measured.a_S, measured.alpha_S], axis=-1)  # (2, N)
     resting = (sizes < _AT_REST).all(axis=0)
@@ -144,17 +144,17 @@ def solve_at_rest(measured: Measured, Phi: Array) -> Array:
 
 
 def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) -> DensityBelief:
-    """Our belief about the densities of a tool's materials, by all samples.
+    """Infers the densities of a tool's materials from all samples.
 
-    Errors of acceleration count as errors of the wrench they would take, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T
-    with B_k the derivative of W by the k-th acceleration, evaluated at the densities believed, to a fixed point. In
-    the products of W with itself they add up to what is expected of them, and that is taken off.
+    Errors of acceleration count as errors of the corresponding wrench, R = R_w + sum_k s_k^2 (B_k pi)(B_k pi)^T with
+    B_k the derivative of W by the k-th acceleration, evaluated at the estimated densities by fixed-point iteration.
+    Their expected contribution to the products of W with itself is subtracted.
 
     Args:
-        measured: The record.
+        measured: Record in the frame of its sensor.
         Phi: Parameters of each material at 1 kg/m^3, shape (10, M).
-        noise: How large its errors are.
-        prior: What is believed of a density beforehand.
+        noise: Standard deviations of the record's errors.
+        prior: Prior of a density.
     """
     W = build_regressors(measured)
     count = len(W)
@@ -183,7 +183,7 @@ def infer_densities(measured: Measured, Phi: Array, noise: Noise, prior: Prior) 
 
 
 def _keep_positive(gram: Array) -> Array:
-    """The nearest matrix without negative eigenvalues: taking off what is expected may leave some."""
+    """Returns the nearest matrix without negative eigenvalues, which the subtraction of expectations may cause."""
     values, vectors = np.linalg.eigh(0.5 * (gram + gram.T))
     kept: Array = (vectors * np.maximum(values, 0.0)) @ vectors.T
     return kept

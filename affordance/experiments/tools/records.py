@@ -1,8 +1,8 @@
-"""The workshop tools' authors on their own ground: their simulated force-torque records, noise and measures.
+"""Comparison with the workshop tools' authors on their own simulated force-torque records, noise and measures.
 
-Errors are theirs: of the mass as a fraction of it; of the centre of mass by the lengths of the box around the tool,
-mean of three; of the rotational inertia about the sensor by that of a homogeneous box, mean of six. Their program
-rounds errors of the centre of mass down to whole per cents; here they are not rounded.
+The error measures are the authors': of the mass as a fraction of it; of the centre of mass by the lengths of the
+bounding box, mean of three; of the rotational inertia about the sensor by that of a homogeneous box, mean of six.
+Their program rounds errors of the centre of mass down to whole per cents; here they are not rounded.
 """
 
 from collections.abc import Mapping
@@ -33,17 +33,17 @@ from affordance.objects.inertia import build_inertia_map, build_transform_map, p
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS
 
-# As the authors call their noises.
+# Names of the noise levels in the authors' results.
 _STORED_NOISES = {"none": "No", "low": "Low", "moderate": "Mod", "high": "High"}
-# Poses of the tool in the sensor that differ by more are not of a tool that is held fast.
+# Largest variation of the tool's pose in the sensor frame for a tool that is rigidly held.
 _HELD = 1e-5
 _NUM_SAMPLES = 2000
-# Independent draws of the noise.
+# Seeds of independent draws of the noise.
 SEEDS = (0, 1, 2)
 
 
 class Errors(NamedTuple):
-    """Errors of one estimate, as fractions, and whether a 90 % interval of mass holds the truth (NaN without one)."""
+    """Errors of one estimate, as fractions, and 1 if the 90 % interval of mass holds the truth (NaN without one)."""
 
     mass: float
     com: float
@@ -52,14 +52,14 @@ class Errors(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """A tool with its record.
+    """Tool with its record.
 
     Attributes:
-        recording: What was recorded.
-        pi: Its true parameters about So, expressed in S, shape (10,).
-        box: Lengths of the box around it along Sx, Sy, Sz, shape (3,), [m].
-        Phi: Of its materials, by its drawing, shape (10, M).
-        parts: What its authors made of it.
+        recording: Record of the sensor.
+        pi: True parameters about So, expressed in S, shape (10,).
+        box: Lengths of the bounding box along Sx, Sy, Sz, shape (3,), [m].
+        Phi: Parameters of each material at 1 kg/m^3, from the drawing, shape (10, M).
+        parts: Parts as the authors found them.
     """
 
     recording: Recording
@@ -70,7 +70,7 @@ class Subject(NamedTuple):
 
 
 def load_subject(data: DataSet, name: str) -> Subject:
-    """Reads all that is known of a tool and its record.
+    """Loads a tool and its record.
 
     Raises:
         BadValueError: A file is wrong.
@@ -90,7 +90,7 @@ def load_subject(data: DataSet, name: str) -> Subject:
 def compare_methods(
     data: DataSet, name: str, prior: Prior = DEFAULT_SETTINGS.prior
 ) -> dict[str, dict[str, list[Errors]]]:
-    """Errors of every method at every noise, one for each draw of it, with one tool."""
+    """Computes the errors of every method at every noise level for one tool, one for each draw of the noise."""
     subject = load_subject(data, name)
     found: dict[str, dict[str, list[Errors]]] = {}
     for noise_name, noise in NOISES.items():
@@ -105,7 +105,7 @@ def compare_methods(
 
 
 def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -> Errors:
-    """The authors' errors of estimated parameters, shape (10,)."""
+    """Computes the authors' error measures of estimated parameters, shape (10,)."""
     true = subject.pi
     com = np.abs(pi[1:4] / pi[0] - true[1:4] / true[0]) / subject.box
     a, b, c = subject.box
@@ -116,10 +116,10 @@ def measure_errors(pi: Array, subject: Subject, covered: float = float("nan")) -
 
 
 def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
-    """The errors that the authors stored, by noise and method: means over the tools of the data set, as fractions.
+    """Reads the errors that the authors stored, by noise and method: means over the data set's tools, as fractions.
 
     Raises:
-        BadValueError: The file is not there, or holds something else.
+        BadValueError: The file is missing, or holds something else.
     """
     path, rows = data.stored_results, read_pickle(data.stored_results)
     names = {name.replace(" ", "_") for name in data.tools}
@@ -143,10 +143,10 @@ def read_stored(data: DataSet) -> dict[str, dict[str, dict[str, float]]]:
 
 
 def read_parts(path: Path) -> tuple[Array, Array, Array]:
-    """Reads a point cloud: points (P, 3), [m], a volume each, (P,), [m^3], and the number of its part, (P,).
+    """Reads a point cloud: points (P, 3), [m], their volumes, (P,), [m^3], and the indices of their parts, (P,).
 
     Raises:
-        BadValueError: It cannot be read, or has no such columns.
+        BadValueError: The file cannot be read, or has no such columns.
     """
     header, _, body = read_text(path, MESH).partition("end_header\n")
     names = [line.split()[-1] for line in header.splitlines() if line.startswith("property")]
@@ -179,7 +179,7 @@ def _apply_methods(
 
 
 def _map_materials(tool: Tool) -> Array:
-    """Parameters of each of a tool's materials at 1 kg/m^3, in the frame it is written in, shape (10, M)."""
+    """Computes the parameters of each material at 1 kg/m^3, in the frame of the tool's file, shape (10, M)."""
     names = list(dict.fromkeys(part.material.name for part in tool.components))
     return build_inertia_map(
         [part.shape for part in tool.components],
@@ -190,7 +190,7 @@ def _map_materials(tool: Tool) -> Array:
 
 
 def _list_parameters(truth: TrueInertia) -> Array:
-    """The ten parameters in the frame of the mesh, shape (10,)."""
+    """Computes the ten parameters in the frame of the mesh, shape (10,)."""
     J = np.zeros((4, 4))
     J[:3, :3] = 0.5 * np.trace(truth.I_BBcm_F) * np.eye(3) - truth.I_BBcm_F
     J[3, 3] = truth.mass

@@ -1,106 +1,73 @@
-"""What the study of real tools says of itself: text, claims with their bounds, and captions."""
+"""Section of the study of real tools: the numbers of its claims, and its prose."""
+
+from pathlib import Path
+from typing import Any
 
 from affordance.exceptions import name_object
 from affordance.experiments.tools.data_set import LEARNING, Half
 from affordance.experiments.tools.geometry import Source
 from affordance.experiments.tools.numbers import count_right, find_median_error_of_sight, list_metrics
+from affordance.experiments.tools.observer import HOLDS
 from affordance.experiments.tools.study import Choices, ToolsResult
 from affordance.experiments.tools.which_end import AFTER, ONE_DENSITY
-from affordance.reporting.findings import Finding, build_section
-from affordance.reporting.section import Section
+from affordance.reporting.section import Section, render_section
+
+SECTION = Path(__file__).parents[1] / "sections" / "tools.yaml"
 
 
 def describe(result: ToolsResult) -> Section:
     """Describes what was found."""
-    claims = _list_own_claims(result)
-    text = [_describe_choices(result.own, "our own three"), _describe_uncommon(result)]
-    captions = {
-        "grips": "Which end of which hammer: probability that a grip is its tool's best, by belief. A star: the "
-        "grip of least expected work, which is chosen, is the one that is best at true densities.",
-        "uncommon": "The paper's figure 1 with two objects of ours: as seen, and what was predicted and found.",
-        "holding": "The arm with each hammer in the grip that is right for driving a nail.",
-        "seen": "From pictures to solids: the object in one picture, what was made of its colours, and the columns.",
-    }
-    if result.scores:
-        claims += _list_data_claims(result)
-        text.insert(0, _describe_first_touch(result))
-        captions |= {
-            "first_touch": "Mass before first touch against the true one, with 90 % intervals, one observer.",
-            "measures": "Mean absolute error of the logarithm of mass, by geometry and number of holds.",
-            "records": "Errors on the data set's own force-torque records, by noise and method.",
-        }
-        if result.hammers is not None:
-            text.append(_describe_choices(result.hammers, "the data set's three"))
-    return build_section(
-        order=32,
-        title="Real tools",
-        summary=text[0],
-        captions={f"{name}.png": caption for name, caption in captions.items()},
-        findings=claims,
-        remarks=text[1:],
-    )
+    return render_section(SECTION, list_numbers(result), _list_facts(result))
 
 
-def _at_most(text: str, criterion: str, value: float, bound: float) -> Finding:
-    return Finding(text, f"{criterion}, at most", bound, value, value <= bound)
-
-
-def _at_least(text: str, criterion: str, value: float, bound: float) -> Finding:
-    return Finding(text, f"{criterion}, at least", bound, value, value >= bound)
-
-
-def _list_own_claims(result: ToolsResult) -> list[Finding]:
+def list_numbers(result: ToolsResult) -> dict[str, Any]:
+    """The numbers that claims are about: those of metrics.json, of blows, and of each half of the tools."""
     blows = [blow for each in (result.own, result.hammers) if each is not None for blow in each.blows]
-    misses = max(abs(blow.force / blow.force_aimed - 1.0) for blow in blows)
-    works = max(abs(blow.work / blow.work_planned - 1.0) for blow in blows)
-    return [
-        _at_most("blows with real tools drive the nail as planned", "largest error of the peak force", misses, 0.05),
-        _at_most("and at the work that was planned", "largest error of the work", works, 0.05),
-    ]
+    return {
+        **list_metrics(result),
+        "records": result.records,  # with NaN where metrics.json has nothing
+        "blow_force_error": [abs(blow.force / blow.force_aimed - 1.0) for blow in blows],
+        "blow_work_error": [abs(blow.work / blow.work_planned - 1.0) for blow in blows],
+        "of_halves": {half.value: _list_numbers_of_half(result, half) for half in result.config.halves}
+        if result.scores
+        else {},
+    }
 
 
-def _list_data_claims(result: ToolsResult) -> list[Finding]:
-    parity = list_metrics(result)["parity"]
-    claims = [
-        _at_most(f"meshes give the masses of {len(result.parity)} tools", "largest error", parity["mass"], 5e-3),
-        _at_most("and their centres of mass", "largest error in mm", parity["com_mm"], 0.3),
-        _at_most("and their rotational inertias", "largest error", parity["inertia"], 5e-3),
-    ]
-    for half in result.config.halves:
-        which = "left out of the learning half" if half is Half.LEARNING else "of the test half"
+def _list_numbers_of_half(result: ToolsResult, half: Half) -> dict[str, Any]:
+    """Scores by drawings and by two pictures, after each number of holds, of the tools of one half."""
+    drawings = [result.scores[Source.CAD, holds, half] for holds in HOLDS]
+    numbers: dict[str, Any] = {
+        "alde": [found.alde for found in drawings],
+        "coverage_mass": [found.coverage_mass for found in drawings],
+    }
+    if Source.TWO_VIEWS in result.config.sources:
         names = [name for name in result.truths if (name in LEARNING) == (half is Half.LEARNING)]
-        for holds, bound in ((1, 0.14), (5, 0.09)):
-            found = result.scores[Source.CAD, holds, half]
-            after = f"after {holds} hold{'s' if holds > 1 else ''} of each learning tool"
-            claims.append(_at_most(f"masses of tools {which} are known {after}", "ALDE, drawings", found.alde, bound))
-            text = f"and their intervals are as wide as they should be, {after}"
-            held = found.coverage_mass
-            claims.append(
-                Finding(text, "coverage of 90 % intervals of mass, within", (0.83, 0.97), held, 0.83 <= held <= 0.97)
-            )
-        if Source.TWO_VIEWS not in result.config.sources:
-            continue
-        error = find_median_error_of_sight(result, Source.TWO_VIEWS, names)
-        claims.append(
-            _at_most(f"two pictures show the volumes of tools {which}", "median error of mass", error, 0.05)
-        )
-        for holds in (1, 5):
-            seen = result.scores[Source.TWO_VIEWS, holds, half]
-            after = f"tools {which}, two views, {holds} hold{'s' if holds > 1 else ''}"
-            claims.append(_at_most(f"masses by sight: {after}", "ALDE", seen.alde, 0.18))
-            claims.append(_at_least(f"intervals of mass: {after}", "coverage", seen.coverage_mass, 0.85))
-            claims.append(_at_least(f"intervals of the centre: {after}", "coverage", seen.coverage_com, 0.85))
-    ours, peers = result.records["high"]["ours"], result.records["high"]["hps_stored"]
-    claims += [
-        _at_most("records at the highest noise: mass", "mean error", ours["mass"], 7e-3),
-        _at_most("records at the highest noise: centre of mass", "mean error", ours["com"], 1.5e-3),
-        _at_most("records at the highest noise: inertia", "mean error", ours["inertia"], 1e-2),
-        _at_most("which is less than the authors' own", "mean error of mass", ours["mass"], peers["mass"]),
-    ]
-    if Half.TEST in result.config.halves:
-        count = sum(outcome.made_out for outcome in result.made_out.values())
-        claims.append(_at_least("materials are told apart in pictures", "of 20 tools", count, 18))
-    return claims
+        seen = [result.scores[Source.TWO_VIEWS, holds, half] for holds in HOLDS]
+        numbers |= {
+            "sight_error": find_median_error_of_sight(result, Source.TWO_VIEWS, names),
+            "sight_alde": [found.alde for found in seen],
+            "sight_coverage_mass": [found.coverage_mass for found in seen],
+            "sight_coverage_com": [found.coverage_com for found in seen],
+        }
+    return numbers
+
+
+def _list_facts(result: ToolsResult) -> dict[str, Any]:
+    """Prose, and what was run, which decides what claims are made."""
+    has_data = bool(result.scores)
+    return {
+        "has_data": has_data,
+        "has_learning": Half.LEARNING in result.config.halves,
+        "has_test": Half.TEST in result.config.halves,
+        "has_two_views": Source.TWO_VIEWS in result.config.sources,
+        "first_touch": _describe_first_touch(result) if has_data else "",
+        "own_choices": _describe_choices(result.own, "our own three"),
+        "uncommon": _describe_uncommon(result),
+        "other_choices": ""
+        if result.hammers is None or not has_data
+        else _describe_choices(result.hammers, "the data set's three"),
+    }
 
 
 def _describe_first_touch(result: ToolsResult) -> str:

@@ -1,8 +1,8 @@
-"""The study of real tools: what it runs, and the numbers it finds.
+"""Study of real tools: configuration, run and results.
 
-Without the data set it asks which of our own hammers to take and where to hold it, and shows the paper's figure 1
-with two objects of ours. With it, it also compares meshes with the truth, predicts masses before first touch, reads
-the force-torque records, and ranks the data set's three hammers.
+Without the data set it ranks the grips of our own hammers, and reproduces the paper's figure 1 with two objects of
+ours. With it, it also compares meshes with the truth, predicts masses before first touch, reads the force-torque
+records, and ranks the grips of the data set's three hammers.
 """
 
 import logging
@@ -47,24 +47,24 @@ from affordance.vision.pixels.turning_stand import get_turning_stand
 
 _LOG = logging.getLogger(__name__)
 
-# Of the data set, those that can drive a nail.
+# Tools of the data set that can drive a nail.
 HAMMERS = ("Hammer", "Machinist Hammer", "Rubber Mallet")
-# How often each thing is held before hammers and kitchen tools are judged.
+# Number of holds of each object before hammers and kitchen tools are ranked.
 HOLDS_BEFORE_CHOICE = 2
 
 
 @dataclass(frozen=True)
 class ToolsConfig:
-    """What the study runs.
+    """Configuration of the study.
 
     Attributes:
-        data: A user's clone of the data set; None to do without.
-        models: The folder of our models.
-        seed: Root of everything random.
-        observers: Who hold the learning tools and predict the others, each with noise of their own.
-        jobs: Processes.
-        halves: Of which tools masses are predicted.
-        sources: Where their geometry comes from.
+        data: User's clone of the data set; None to do without.
+        models: Folder of our models.
+        seed: Root of every random draw.
+        observers: Number of observers who hold the learning tools and predict the others, with independent noise.
+        jobs: Number of processes.
+        halves: Halves of the tools whose masses are predicted.
+        sources: Sources of their geometry.
         settings: Settings of arm, prior and noise.
     """
 
@@ -79,12 +79,12 @@ class ToolsConfig:
 
 
 class Choices(NamedTuple):
-    """Which end of some tools is held.
+    """Choices of the grips of some tools.
 
     Attributes:
-        tools: The tools.
-        rankings: By task, geometry (drawing or pictures) and belief.
-        blows: Simulated blows, each tool by its best grip at true densities.
+        tools: Tools to choose from.
+        rankings: Rankings by task, geometry (drawing or pictures) and belief.
+        blows: Simulated blows, with each tool in its best grip at true densities.
     """
 
     tools: tuple[Tool, ...]
@@ -93,7 +93,7 @@ class Choices(NamedTuple):
 
 
 class Uncommon(NamedTuple):
-    """The paper's figure 1: the two objects, what was predicted of moving them, and of their masses."""
+    """Results for the paper's figure 1: two objects, and the predicted and simulated motions and masses."""
 
     tools: tuple[Tool, ...]
     motions: list[CheckedMotion]
@@ -102,21 +102,21 @@ class Uncommon(NamedTuple):
 
 @dataclass
 class ToolsResult:
-    """What the study found; what needs the data set is empty without it.
+    """Results of the study; those that need the data set are empty without it.
 
     Attributes:
-        config: What was run.
+        config: Configuration of the study.
         own: Choices about our own hammers.
-        uncommon: The paper's figure 1.
+        uncommon: Results for the paper's figure 1.
         hammers: Choices about the data set's hammers; None without it.
-        parity: By tool.
-        scores: First touch, by geometry, holds and half.
-        floors: By name, of the last half.
-        predictions: Of every observer.
-        truths: By tool.
-        made_out: By tool, drawn in the colours of its materials.
-        painted: The same, in the paint of the data set.
-        records: By noise and method.
+        parity: Errors of inertia from meshes, by tool.
+        scores: Scores of first touch, by geometry, holds and half.
+        floors: Scores of the floors on the last half, by name.
+        predictions: Predictions of every observer.
+        truths: True mass and centre of mass, by tool.
+        made_out: Results of looking at each tool, drawn in the colours of its materials.
+        painted: Results of looking at each tool, in the paint of the data set.
+        records: Errors on the force-torque records, by noise and method.
     """
 
     config: ToolsConfig
@@ -137,7 +137,7 @@ def run(config: ToolsConfig) -> ToolsResult:
     """Runs the study.
 
     Raises:
-        AffordanceError: A file is wrong, or something cannot be done; the message says which and how.
+        AffordanceError: A file is wrong, or a task cannot be done; the message gives file and reason.
     """
     folder, settings = config.models / "workshop", config.settings
     materials = load_workshop_materials(config.models)
@@ -162,7 +162,7 @@ def run(config: ToolsConfig) -> ToolsResult:
 
 
 def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
-    """Adds what needs the data set."""
+    """Adds the results that need the data set."""
     config = result.config
     _LOG.info("inertia from meshes")
     result.parity = measure_parity(data)
@@ -202,7 +202,7 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
 
 
 def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, Any], settings: Settings) -> Choices:
-    """Ranks the grips of some tools for both tasks, as they are drawn and as they are seen, and simulates blows."""
+    """Ranks the grips of some tools for both tasks, from drawings and from pictures, and simulates blows."""
     hammer = load_hammer(config.models / "nail.yaml")
     tasks: dict[str, TaskCostModel] = {
         "hammer": hammer,
@@ -228,7 +228,7 @@ def _average_records(
     found: Sequence[Mapping[str, Mapping[str, Sequence[Errors]]]],
     stored: Mapping[str, Mapping[str, Mapping[str, float]]],
 ) -> dict[str, dict[str, dict[str, float]]]:
-    """Means over tools and draws of the noise, by noise and method, with what the authors stored."""
+    """Averages errors over tools and draws of the noise, by noise and method, and adds the authors' stored errors."""
     records: dict[str, dict[str, dict[str, float]]] = {}
     for noise in found[0]:
         records[noise] = {}

@@ -1,7 +1,7 @@
-"""The paper's figure 1 in earnest: two objects nobody has seen before are seen, ranked for mashing, moved and held.
+"""The paper's figure 1 in simulation: two uncommon objects are seen, ranked for mashing, moved and held.
 
-What is predicted of each by two pictures and by what holding other things has taught is then compared with the
-simulated motion, and with what the arm feels when it holds the object.
+The prediction for each, from two pictures and experience with other objects, is then compared with the simulated
+motion, and with the torques measured when the arm holds the object.
 """
 
 from collections.abc import Mapping, Sequence
@@ -30,25 +30,25 @@ from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 
 _NUM_SAMPLES = 4000
-# Of which few are left where a hold contradicts what was seen.
+# Number of samples, of which few are left where a hold contradicts the pictures.
 _NUM_DRAWN = 200_000
 _PERCENTILES = (5.0, 50.0, 95.0)
-# How long it is held, [s].
+# Duration of the hold, [s].
 _HOLD = 3.0
 
 
 class CheckedMotion(NamedTuple):
-    """What a motion with one option was predicted to cost, and what it costs.
+    """Predicted and simulated cost of a motion with one option.
 
     Attributes:
-        object_name: The object.
-        grip: The grip.
-        p_best_before: Probability that it is the cheapest option, to one who never held anything.
-        p_best: The same to one who held things of the same materials.
-        p_feasible: Probability that it keeps the limits of torque, to the same.
-        work: Predicted work, 5th percentile, median and 95th, (3,), [J]; of those under which it is feasible, or NaN.
+        object_name: Name of the object.
+        grip: Name of the grip.
+        p_best_before: Probability that it is the cheapest option, without experience.
+        p_best: Probability that it is the cheapest option, after experience with the same materials.
+        p_feasible: Probability that it respects the torque limits, after that experience.
+        work: Predicted work, 5th percentile, median and 95th, (3,), [J], over feasible samples; NaN without any.
         simulated: Work in simulation, [J].
-        error: Largest distance of the free end from where it was to be, [m].
+        error: Largest distance of the free end from the path, [m].
     """
 
     object_name: str
@@ -62,15 +62,15 @@ class CheckedMotion(NamedTuple):
 
 
 class CheckedMass(NamedTuple):
-    """What an object was predicted to weigh, and what holding it says.
+    """Predicted mass of an object, and the result of holding it.
 
     Attributes:
-        object_name: The object.
-        mass: True, [kg].
-        seen: Predicted by pictures: 5th percentile, median and 95th, (3,), [kg].
-        held: The same after it was held, (3,), [kg].
-        rise: How far its centre went up from where the hand took it, the largest of the hold, down negative, [m].
-        p_value: Probability of feeling what is as surprising, if the prediction were right.
+        object_name: Name of the object.
+        mass: True mass, [kg].
+        seen: Mass predicted from pictures: 5th percentile, median and 95th, (3,), [kg].
+        held: Mass after the hold: 5th percentile, median and 95th, (3,), [kg].
+        rise: Displacement of the object's centre of largest magnitude during the hold, upward positive, [m].
+        p_value: P-value of the measured torques under the prediction.
     """
 
     object_name: str
@@ -91,7 +91,7 @@ def check_motions(
 ) -> list[CheckedMotion]:
     """Ranks options by ``beliefs["before"]`` and ``beliefs["after"]``, and simulates the motion with each of them.
 
-    Returns: The options in the order in which they are chosen after experience.
+    Returns: Options in the order in which they are chosen after experience.
     """
     choice = plan_choice(options, task, settings)
     before, after = (
@@ -119,16 +119,15 @@ def check_motions(
 
 
 def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> CheckedMass:
-    """Predicts what an object weighs by pictures of it, lets the arm hold it, and says what that makes of it.
+    """Predicts an object's mass from pictures, simulates a hold, and updates the prediction by the measured torques.
 
-    What is believed of densities and of errors of seeing is drawn, and weighed by how probable the torques are that
-    were felt.
+    Samples of densities and of errors of vision are weighted by the likelihood of the measured torques.
 
     Args:
-        tool: The object in one grip.
-        memory: What is believed of materials.
-        settings: Those of the arm.
-        seed: Of everything random.
+        tool: Object in one grip.
+        memory: Memory of materials.
+        settings: Settings of the arm.
+        seed: Root of every random draw.
     """
     runner = TrialRunner(replace(settings, feature_source=FeatureSource.PIXELS))
     trial_seed = (seed, *tool.name.encode())
@@ -154,10 +153,10 @@ def check_mass(tool: Tool, memory: Memory, settings: Settings, seed: int) -> Che
 
 
 def weigh(pi: Array, felt: TorqueStatistics, noise: NoiseModel) -> Array:
-    """How probable what was felt is with each of S tools of parameters pi, (S, 10), to a common factor, (S,).
+    """Computes the likelihood of the measured torques for S tools of parameters pi, (S, 10), up to a factor, (S,).
 
     Raises:
-        NotImplementedError: The noise is not that of percepts.
+        NotImplementedError: The noise is not a WeberNoise.
     """
     if not isinstance(noise, WeberNoise):
         raise NotImplementedError(f"no weights with {type(noise).__name__}")

@@ -1,8 +1,7 @@
-"""Which tool to take and which end of it to hold: before any experience, after it, and with one density for all.
+"""Ranking of tools and their ends to hold: before any experience, after it, and with one density for all.
 
-Options are ranked by what a task is believed to cost. What is believed before is that any material may weigh
-anything; after, what holding other things has taught; and one who gives everything one density knows shapes and
-nothing else.
+Options are ranked by the expected cost of a task. Before experience, any material may have any density; after it, the
+belief is that learned from holding objects; and an observer with one density for all knows only shapes.
 """
 
 from collections.abc import Mapping, Sequence
@@ -24,13 +23,13 @@ from affordance.settings import Settings
 from affordance.vision.pixels.seen_tool import observe_tool
 from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
 
-# Names of what may be believed.
+# Names of the beliefs.
 BEFORE, AFTER, ONE_DENSITY, TRUE = "before", "after", "one_density", "true"
 NUM_SAMPLES = 4000
 
 
 class RankedGrip(NamedTuple):
-    """An option under one belief.
+    """Option under one belief.
 
     Attributes:
         tool: Name of the tool.
@@ -38,8 +37,8 @@ class RankedGrip(NamedTuple):
         work: Expected work, [J].
         p_best: Probability that it is the cheapest of all options.
         p_best_of_tool: Probability that it is the cheapest grip of its tool.
-        p_feasible: Probability that it does what is asked within the limits of torque.
-        problem: Why it is not chosen whatever it costs; empty if it may be.
+        p_feasible: Probability that it completes the task within the torque limits.
+        problem: Reason for which it is never chosen; empty if it may be.
     """
 
     tool: str
@@ -52,21 +51,21 @@ class RankedGrip(NamedTuple):
 
 
 class GripRanking(NamedTuple):
-    """Options in the order in which they are chosen, and how probable it is that none can do it."""
+    """Options in the order in which they are chosen, and the probability that none is feasible."""
 
     ranked: tuple[RankedGrip, ...]
     p_none: float
 
     def find_best(self, tool: str) -> RankedGrip:
-        """The best-ranked grip of a tool."""
+        """Returns the best-ranked grip of a tool."""
         return next(each for each in self.ranked if each.tool == tool)
 
 
 def list_seen_options(tools: Sequence[Tool], stand: TurningStand, seed: int) -> list[Option]:
-    """Options as two pictures of each tool show them.
+    """Lists the options from two pictures of each tool.
 
     Raises:
-        SeeingError: The pictures do not show what is needed.
+        SeeingError: The features cannot be extracted from the pictures.
     """
     options = []
     for tool in tools:
@@ -76,23 +75,23 @@ def list_seen_options(tools: Sequence[Tool], stand: TurningStand, seed: int) -> 
 
 
 def list_drawn_options(tools: Sequence[Tool]) -> list[Option]:
-    """Options as the tools are drawn, with what a drawing is off by."""
+    """Lists the options from the tools' drawings, with the errors of a drawing."""
     return [Option(tool.name, grip.name, measure_drawing(tool), grip.X_TG) for tool in tools for grip in tool.grips]
 
 
 def list_options(tools: Sequence[Tool], *, by_sight: bool, seed: int) -> list[Option]:
-    """Options as they are seen, or drawn."""
+    """Lists the options from pictures or drawings."""
     return list_seen_options(tools, get_turning_stand(), seed) if by_sight else list_drawn_options(tools)
 
 
 def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
-    """What holding tools in the arm's home posture teaches of their materials.
+    """Simulates holds of tools in the arm's home posture, and returns the memory of their materials.
 
     Args:
-        tools: Each is held by its first grip, or as it is written if it has none.
-        settings: Those of the arm.
-        holds: How often each is held.
-        seed: Of everything random.
+        tools: Tools; each is held by its first grip, or as it is written if it has none.
+        settings: Settings of the arm.
+        holds: Number of holds of each tool.
+        seed: Root of every random draw.
     """
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
@@ -100,12 +99,12 @@ def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, se
 
 
 def build_beliefs(materials: Mapping[str, Material], experience: Memory, settings: Settings) -> dict[str, Memory]:
-    """What is believed before and after experience, with one density for all, and by one who knows.
+    """Builds the memories before and after experience, with one density for all, and with all densities known.
 
     Args:
-        materials: All that is known by sight.
-        experience: What was learned of some of them.
-        settings: Those of the prior; its mode is the one density.
+        materials: Materials that are known by sight.
+        experience: Memory of some of them.
+        settings: Settings of the prior; its mode is the one density.
     """
     colours: list[Colour] = list(dict.fromkeys(material.colour for material in materials.values()))
     return {

@@ -1,4 +1,4 @@
-"""Materials of the workshop: those that one who knows workshop tools knows by sight."""
+"""Materials of the workshop: those that an observer who knows workshop tools recognises by sight."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -7,15 +7,15 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import list_materials, load_materials
 from affordance.objects.tool import Material, Tool
 
-# Files of tools and of what is held, in the folder workshop/ of the models.
+# Files of tools and of held objects, in the folder workshop/ of the models.
 _FILES = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 
 def load_workshop_materials(models: Path = MODELS) -> dict[str, Material]:
-    """Materials that workshop tools are made of, by name, in the order of the materials file.
+    """Loads the materials that workshop tools are made of, by name, in the order of the materials file.
 
     Raises:
-        BadValueError: A file is wrong; the message says which and how.
+        BadValueError: A file is wrong; the message gives file and reason.
     """
     return select_known(load_materials(models / "materials.yaml"), (), models)
 
@@ -23,11 +23,11 @@ def load_workshop_materials(models: Path = MODELS) -> dict[str, Material]:
 def select_known(
     materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
 ) -> dict[str, Material]:
-    """Materials of workshop tools and of some tools more, by name, in their order.
+    """Selects the materials of workshop tools and of some further tools, by name, in their order.
 
     Args:
         materials: Materials to select from.
-        tools: Tools whose materials are known too, and the materials that they look like.
+        tools: Tools whose materials, and the materials that they look like, are known too.
         models: Folder of models that has the workshop.
     """
     names = {name for file in _FILES for name in list_materials(models / "workshop" / file)}

@@ -1,1 +1,1 @@
-"""How accurate features from pictures are."""
+"""Accuracy of features from pictures."""

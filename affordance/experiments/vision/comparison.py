@@ -1,4 +1,4 @@
-"""What was detected of an object beside what it is."""
+"""Errors of the features detected of an object."""
 
 import math
 from dataclasses import replace
@@ -23,10 +23,10 @@ class Comparison(NamedTuple):
 
     Attributes:
         visible_error: Relative errors of the two semi-axes across the view, (MAX_PARTS, 2).
-        depth_error: Of the one along the view, (MAX_PARTS,).
+        depth_error: Relative error of the semi-axis along the view, (MAX_PARTS,).
         colour_error: Distance of each part's colour from the true one in CIELAB, (MAX_PARTS,).
         mass_error: Relative error of the mass at the true densities.
-        mass_deviation: The same in the standard deviations that are claimed.
+        mass_deviation: Error of the mass in its predicted standard deviations.
     """
 
     visible_error: Array
@@ -52,7 +52,7 @@ def compare(tool: Tool, detection: Detection) -> Comparison:
     matched = []
     for i, j in zip(true_of, seen_of, strict=True):
         true, part = tool.components[i], features[j]
-        # Axes are paired by direction; the one along the view is the true one most along it.
+        # Axes are paired by direction; the depth axis is the true one closest to the line of sight.
         alignment = np.abs(true.X_TE[:3, :3].T @ part.X_TE[:3, :3])
         _, pairs = linear_sum_assignment(-(alignment**2))
         errors = part.shape.sizes[pairs] / true.shape.sizes - 1.0

@@ -2,8 +2,8 @@
 
 Objects of one to three touching ellipsoids are drawn, presented to the camera, and their parts detected in a noisy
 picture. Sizes are compared with the true ones, masses at the true densities, and predicted intervals of mass with the
-truth. Beside it stands the question of the paper's figure 1: which of two uncommon objects is better for mashing, and
-how should it be held?
+truth. The experiment also answers the question of the paper's figure 1: which of two uncommon objects is better for
+mashing, and how should it be held?
 """
 
 import math
@@ -45,19 +45,19 @@ from affordance.vision.pixels.failed_frames import save_frame
 from affordance.vision.pixels.rgbd import Picture
 from affordance.vision.pixels.rig import build_rig_diagram, render
 
-# Objects for the coverage of intervals, for each one of the study of accuracy: 500 beside 200.
+# Number of objects for the coverage of intervals, per object of the study of accuracy: 500 to 200.
 COVERAGE_FACTOR = 2.5
 INTERVAL = 0.9
 # Bounds of the medians of relative errors that figures show; the claims of the section file have them too.
 TARGETS = {"visible axes": 0.03, "axis along the view": 0.08, "mass at true densities": 0.06}
-# Objects and failures whose pictures are shown.
+# Number of objects and failures whose pictures are shown.
 _NUM_SHOWN, _NUM_FAILURES_SHOWN = 5, 3
-# Stand behind seed and number of the object in the seeds of what is drawn.
+# Last entry of the seeds, after seed and number of the object.
 _OBJECT, _NOISE = 0, 1
 
 
 class Rankings(NamedTuple):
-    """The uncommon objects, ranked for one who never felt their materials, and for one who knows them."""
+    """Rankings of the uncommon objects, for an observer without experience and for one who knows their materials."""
 
     novice: Ranking
     expert: Ranking
@@ -65,15 +65,15 @@ class Rankings(NamedTuple):
 
 @dataclass(frozen=True)
 class VisionExperiment:
-    """The study of features from pictures.
+    """Study of features from pictures.
 
     Attributes:
-        uncommon: The two objects of the question.
-        known: What materials weigh, for one who has learned it.
-        task: The mashing.
+        uncommon: Pair of objects to choose from.
+        known: Densities of materials, [kg/m^3], with their colours, for an observer who has learned them.
+        task: Task of mashing.
         seed: Root of every random draw.
-        settings: Those of arm, prior and controller.
-        models: The folder that objects and path are from.
+        settings: Settings of arm, prior and controller.
+        models: Folder of objects and path.
     """
 
     uncommon: tuple[Tool, ...]
@@ -95,22 +95,22 @@ class VisionExperiment:
         return replace(self, settings=settings)
 
     def split(self) -> "list[tuple[str, VisionExperiment]]":
-        """It is one."""
+        """Returns the experiment itself, under an empty prefix."""
         return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
-        """Objects of the study of accuracy, and more for the coverage of intervals."""
+        """Returns the number of objects, for the study of accuracy and for the coverage of intervals."""
         return math.ceil(COVERAGE_FACTOR * observers)
 
     def plan(self, jobs: int) -> None:
         """Plans the mashing.
 
         Raises:
-            BadValueError: It is infeasible with every object.
+            BadValueError: Mashing is infeasible with every object.
         """
         path = self.models / "paths" / "mash.yaml"
         model = ArmModel(load_arm(self.settings.arm))
-        build_chain(model.arm)  # or an arm that is not fit would be put down to the path
+        build_chain(model.arm)  # otherwise an unusable arm would be blamed on the path
         held = [tool.gripped_by(grip) for tool in self.uncommon for grip in tool.grips or (Grip("", np.eye(4)),)]
         try:
             reasons = [self.task.build_cost(model, tool.components, self.settings).infeasible_reason for tool in held]
@@ -120,16 +120,16 @@ class VisionExperiment:
             raise BadValueError(path, "points", f"cannot be followed: the {held[0].name} {reasons[0]}")
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> None:
-        """None is needed."""
+        """Does nothing, as no experience is needed."""
 
     def select_shared(self, plan: None) -> None:
-        """Nothing is shared."""
+        """Returns None, as observers share nothing."""
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
-        """Detects the parts of the object of a number in a picture.
+        """Detects the parts of the random object with the given index in a picture.
 
-        Returns: The fields of Comparison; ``failure``, the name of what went wrong, empty if nothing; ``reason``; and
-            ``seconds``, the processor time that detection took beside taking the picture.
+        Returns: The fields of Comparison; ``failure``, the name of the error, empty if there was none; ``reason``;
+            and ``seconds``, the processor time of detection, without that of taking the picture.
         """
         tool, picture = draw_numbered_object(self.seed, repeat), take_numbered_picture(self.seed, repeat)
         failure, reason, comparison = "", "", NOTHING
@@ -191,11 +191,11 @@ class VisionExperiment:
         return Rankings(novice, knowing)
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """What random objects are made of."""
+        """Returns the largest number of parts of a random object."""
         return {"max_parts": MAX_PARTS}
 
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
-        """Errors, pictures of some objects and of failures, and the Diagram of the camera."""
+        """Returns the errors, pictures of some objects and of failures, and the Diagram of the camera."""
         count = numbers["objects"]
         failed = np.flatnonzero(arrays["failure"][:count] != "")
         detected = np.flatnonzero(arrays["failure"][:count] == "")
@@ -216,12 +216,12 @@ class VisionExperiment:
         )
 
     def _save_frame(self, number: int, reason: str, folder: Path) -> None:
-        """Keeps the picture of an object that was not detected, or not correctly."""
+        """Saves the picture of an object that was not detected, or not correctly."""
         picture = take_numbered_picture(self.seed, number)
         save_frame(SeeingError(reason, *picture), folder / "frames", f"object_{number:05d}")
 
     def _draw_views(self, numbered: Sequence[tuple[int, str]]) -> Figure:
-        """Draws the very pictures of the study, by number of the object and a note each."""
+        """Draws pictures of the study, each by the index of its object and a note."""
         views = []
         for number, note in numbered:
             name, picture = draw_numbered_object(self.seed, number).name, take_numbered_picture(self.seed, number)
@@ -232,7 +232,7 @@ class VisionExperiment:
         return draw_camera_views(views)
 
     def _draw_uncommon(self) -> Figure:
-        """Draws the very pictures by which the uncommon objects are ranked."""
+        """Draws the pictures by which the uncommon objects are ranked."""
         sensor = get_camera_sensor()
         views = []
         for tool in self.uncommon:
@@ -257,24 +257,24 @@ def load(models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETT
     file = models / "paths" / "mash.yaml"
     task = Reach(load_path(file))
     check_start(file, "start", task.path.start, load_arm(settings.arm))
-    settings = replace(settings, feature_source=FeatureSource.FEATURES)  # or its numbers would be kept twice
+    settings = replace(settings, feature_source=FeatureSource.FEATURES)  # otherwise its numbers would be stored twice
     return VisionExperiment(tools, known, task, seed, settings, models)
 
 
 def draw_numbered_object(seed: int, number: int) -> Tool:
-    """Draws the object of a number."""
+    """Draws the random object with the given index."""
     return draw_object(np.random.default_rng([seed, number, _OBJECT]), f"object {number}")
 
 
 def take_numbered_picture(seed: int, number: int) -> Picture:
-    """Takes the noisy picture of the object of a number."""
+    """Takes a noisy picture of the random object with the given index."""
     sensor = get_camera_sensor()
     picture = render(draw_numbered_object(seed, number), sensor.rig)
     return sensor.noise.add_to(picture, sensor.rig.camera, np.random.default_rng([seed, number, _NOISE]))
 
 
 def list_ranking(ranking: Ranking) -> list[dict[str, Any]]:
-    """The ranking as it stands in metrics.json, best first."""
+    """Lists the ranking for metrics.json, best first."""
     return [
         {
             "option": entry.option.name,
@@ -287,7 +287,7 @@ def list_ranking(ranking: Ranking) -> list[dict[str, Any]]:
 
 
 def find_median(errors: Array) -> float | None:
-    """Median of the magnitude of those errors that there are."""
+    """Computes the median magnitude of the finite errors; None if there are none."""
     there = np.abs(errors[np.isfinite(errors)])
     return float(np.median(there)) if len(there) else None
 

@@ -7,15 +7,15 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Material, Tool
 from affordance.vision.pixels.rig import find_box
 
-# Lengths of the axes of the parts, [m], and how many parts.
+# Lengths of the axes of the parts, [m], and largest number of parts.
 _LENGTHS = (0.03, 0.30)
 MAX_PARTS = 3
-# Of the whole object: what fits the picture from every height it may reach, (length, breadth, height), [m].
+# Largest size of an object that fits the picture from every height it may reach, (length, breadth, height), [m].
 _MAX_BOX = (0.55, 0.40, 0.30)
-# A chain faces the camera: each part touches the one before in a plane this little inclined, and turned this little
-# from the last, so that no part hides another, [rad].
+# A chain faces the camera: each part touches the one before in a plane with at most this inclination, turned by at
+# most this angle from the last, so that no part hides another, [rad].
 _MAX_INCLINATION, _MAX_TURN = np.radians(20.0), np.radians(60.0)
-# From the lightest wood to lead, [kg/m^3].
+# Densities from the lightest wood to lead, [kg/m^3].
 _DENSITIES = (200.0, 11_000.0)
 
 
@@ -42,7 +42,7 @@ def _draw_chain(rng: np.random.Generator) -> list[Component]:
         X_TE = np.eye(4)
         X_TE[:3, :3] = R_TE
         if before is not None:
-            # The farthest point of the one before along a direction is this one's farthest against it: they touch
+            # The farthest point of the previous part along a direction is this part's farthest against it: they touch
             # there, in a plane across that direction, and nowhere else.
             R_TB, p_TB = before.X_TE[:3, :3], before.X_TE[:3, 3]
             X_TE[:3, 3] = p_TB + R_TB @ before.shape.find_support(R_TB.T @ along)

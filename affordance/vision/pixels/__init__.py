@@ -1,1 +1,1 @@
-"""Features from colour and depth pictures."""
+"""Visual features from colour and depth pictures."""

@@ -1,4 +1,4 @@
-"""A camera over a stand, as a source of features."""
+"""Camera over a stand, as a source of features."""
 
 import functools
 
@@ -13,10 +13,10 @@ from affordance.vision.pixels.sensor_noise import SensorNoise
 
 
 class CameraSensor:
-    """Takes pictures of objects on a stand; the noise-free picture of an appearance is rendered once."""
+    """Camera for objects on a stand; the noise-free picture of each appearance is rendered once."""
 
     def __init__(self, rig: Rig = DEFAULT_RIG, noise: SensorNoise = SensorNoise()) -> None:
-        """Takes the stand with its camera, and the noise of a picture."""
+        """Stores the stand with its camera, and the noise of a picture."""
         self.rig = rig
         self.noise = noise
         self._renderings: dict[tuple[object, ...], Picture] = {}
@@ -28,11 +28,11 @@ class CameraSensor:
         return self.noise.add_to(self._renderings[tool.appearance], self.rig.camera, rng)
 
     def detect_parts(self, picture: Picture) -> Detection:
-        """Detects the parts a picture shows; raises a SeeingError if it shows none."""
+        """Detects the parts that a picture shows; raises a SeeingError if there are none."""
         return detect_parts(picture, self.rig, self.noise)
 
     def observe(self, tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
-        """Takes a picture of an object and returns the features it shows; raises a SeeingError if it shows none."""
+        """Takes a picture of an object and returns its features; raises a SeeingError if no part is detected."""
         detection = self.detect_parts(self.take_image(tool, rng))
         return detection.compute_features(self.rig.compute_camera_pose(tool))
 

@@ -1,7 +1,7 @@
-"""A solid between what is seen of an object from above and, once it is turned over, from below.
+"""Solid between the surfaces of an object seen from above and, once it is turned over, from below.
 
-Frame P is that of the object as it is presented: Pz towards the camera in the first view. Both surfaces are looked up
-on one grid of upright columns. What a column shows above and below is of one look or of two, which then share it.
+Frame P is that of the object as it is presented: Pz towards the camera in the first view. Both surfaces are sampled
+on one grid of upright columns. A column's upper and lower end show one look, or two, which then share the column.
 """
 
 from collections.abc import Sequence
@@ -16,29 +16,29 @@ from affordance.vision.pixels.rgbd import Camera, Labels, Mask
 from affordance.vision.pixels.silhouette import spread_nearest
 from affordance.vision.pixels.surface import Surface
 
-# Distance between columns: that of the pixels of a camera of 1280 columns at 0.6 m, [m].
+# Distance between columns: the pixel size of a camera of 1280 columns at 0.6 m, [m].
 SPACING = 5e-4
-# Room around what is seen, [m].
+# Margin around the visible surface, [m].
 _ROOM = 5e-3
-# Steps of the search for the pixel that shows a place: each is nearer where the view is steeper than the surface.
+# Steps of the search for the pixel that shows a point; it converges where the view is steeper than the surface.
 _STEPS = 12
-# A pixel shows a place if it looks there as nearly, [pixels].
+# Largest distance between a point's projection and a pixel that shows the point, [pixels].
 _MAX_MISS = 1.5
-# Gaps of fewer columns than this between others are closed.
+# Gaps narrower than this number of columns are closed.
 _GAP = 5
-# An object is about as high as three quarters of what is seen of it, for some of it may stick out, [%].
+# Percentile of the surface's height that stands for the object's height, for some of the object may protrude, [%].
 _HEIGHT_PERCENTILE = 75.0
 _UNKNOWN = -1
 
 
 class View(NamedTuple):
-    """A surface with the look of each of its pixels, and the camera that saw it.
+    """Surface with the look of each pixel, and the camera that saw it.
 
     Attributes:
         surface: Depth and mask in a window of the picture.
-        labels: Number of the look of each pixel, -1 where there is none, (height, width).
-        camera: The camera.
-        X_PC: Its pose, looking along Pz or against it, shape (4, 4).
+        labels: Index of the look of each pixel, -1 for no look, (height, width).
+        camera: Camera of the view.
+        X_PC: Pose of the camera, looking along Pz or against it, shape (4, 4).
     """
 
     surface: Surface
@@ -48,7 +48,7 @@ class View(NamedTuple):
 
 
 class _Sheet(NamedTuple):
-    """A surface on the grid: where it is, how high, (rows, columns), [m], and which look."""
+    """Surface on the grid: mask, height, [m], and index of the look, (rows, columns) each."""
 
     there: Mask
     height: Array
@@ -56,10 +56,10 @@ class _Sheet(NamedTuple):
 
 
 def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
-    """Builds the solid of each look between two views from opposite sides, by the look's number; posed in P."""
+    """Builds the solid of each look between two views from opposite sides, by the look's index; posed in P."""
     x, y = _lay_grid([above, below])
     sheets = [_look_up(view, x, y) for view in (above, below)]
-    # At the outline the two may disagree: half a column then stands where only one of them is.
+    # At the outline the two views may disagree: a column that only one of them shows counts half.
     share = 0.5 * (sheets[0].there.astype(float) + sheets[1].there)
     top, bottom = (spread_nearest(sheet.height, sheet.there) for sheet in sheets)
     labels = [spread_nearest(sheet.label, sheet.there) for sheet in sheets]
@@ -69,12 +69,12 @@ def build_columns(above: View, below: View) -> dict[int, ColumnSolid]:
 def build_mirrored_columns(above: View, stand_height: float) -> dict[int, ColumnSolid]:
     """Builds the solid of each look behind one view, as if the far side were the mirror image of the near one.
 
-    It is mirrored at half of the object's height. Nothing is below the stand, and every column reaches at least half
-    of the way down to it: what is seen low lies on it, what is seen high may be held up by something else.
+    The near side is mirrored at half of the object's height. Nothing is below the stand, and every column reaches at
+    least half of the way down to it: low parts lie on the stand, high parts may be supported by others.
 
     Args:
-        above: The view.
-        stand_height: Of the stand's top along Pz, [m].
+        above: View from above.
+        stand_height: Position of the stand's top along Pz, [m].
     """
     x, y = _lay_grid([above])
     sheet = _look_up(above, x, y)
@@ -87,7 +87,7 @@ def build_mirrored_columns(above: View, stand_height: float) -> dict[int, Column
 
 
 def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
-    """Places of the columns along Px and Py, (columns,) and (rows,), [m]."""
+    """Computes the positions of the columns along Px and Py, (columns,) and (rows,), [m]."""
     points = []
     for view in views:
         rows, columns = np.nonzero(view.surface.mask)
@@ -100,9 +100,9 @@ def _lay_grid(views: Sequence[View]) -> tuple[Array, Array]:
 
 
 def _look_up(view: View, x: Array, y: Array) -> _Sheet:
-    """Finds for each column the pixel that shows its end.
+    """Finds the pixel that shows the end of each column.
 
-    A point of depth z over (x, y) is seen at pixel f (x, y) / z: depth there gives a better z, and so on.
+    A point of depth z over (x, y) is seen at pixel f (x, y) / z; the depth there gives a better z, iteratively.
     """
     X_CP = np.linalg.inv(view.X_PC)
     px, py = np.meshgrid(x, y)
@@ -124,10 +124,10 @@ def _look_up(view: View, x: Array, y: Array) -> _Sheet:
     columns = np.clip(np.rint(f * cx / z + centre[0]).astype(np.intp), 0, width - 1)
     rows = np.clip(np.rint(f * cy / z + centre[1]).astype(np.intp), 0, height - 1)
     found = surface.depth[rows, columns]
-    # Where a surface is steeper than the view there may be no such pixel, or several, and the search goes to and fro.
+    # Where a surface is steeper than the view there may be no such pixel, or several, and the search oscillates.
     missed = np.maximum(np.abs(f * cx / found + centre[0] - columns), np.abs(f * cy / found + centre[1] - rows))
     sure = surface.mask[rows, columns] & (missed <= _MAX_MISS)
-    # What lies between places that are sure is there, too.
+    # Columns between certain ones belong to the object, too.
     there = cv2.morphologyEx(sure.astype(np.uint8), cv2.MORPH_CLOSE, np.ones((_GAP, _GAP), np.uint8)).astype(bool)
     heights = spread_nearest(view.X_PC[2, 2] * found + view.X_PC[2, 3], sure)
     return _Sheet(there, heights, spread_nearest(view.labels[rows, columns], sure))
@@ -136,7 +136,7 @@ def _look_up(view: View, x: Array, y: Array) -> _Sheet:
 def _collect(
     x: Array, y: Array, *, share: Array, bottom: Array, top: Array, labels: Sequence[Labels]
 ) -> dict[int, ColumnSolid]:
-    """Columns by look; what two looks share is divided at half of its height, the upper half the first one's."""
+    """Collects columns by look; a column that two looks share is halved, the upper half going to the first one."""
     px, py = np.meshgrid(x, y)
     middle = 0.5 * (bottom + top)
     standing = (share > 0.0) & (top > bottom)

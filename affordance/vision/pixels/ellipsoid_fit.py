@@ -1,14 +1,14 @@
-"""The ellipsoid of which a camera sees the near half, with the uncertainty of what was fitted.
+"""Fit of an ellipsoid whose near half a camera sees, with its uncertainty.
 
-An ellipsoid is its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
-(p - c)^T A (p - c) = 1, A = S^-1. It is seen in two ways. Along the ray d of a pixel its depth t is the smaller root
-of
+An ellipsoid is given by its centre c and its shape matrix S = R diag(a^2) R^T, for semi-axes a: the points p with
+(p - c)^T A (p - c) = 1, A = S^-1. The picture determines it in two ways. Along the ray d of a pixel its depth t is
+the smaller root of
 
     alpha t^2 - 2 beta t + gamma = 0,    alpha = d^T A d,  beta = d^T A c,  gamma = c^T A c - 1
 
-and its outline is where the roots meet: d^T Q d = 0 with Q = A c c^T A - gamma A. What is fitted is a small affine
-deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that mean something for every
-shape, even a ball, whose axes have no direction of their own. Frame C throughout.
+and its outline is where the roots coincide: d^T Q d = 0 with Q = A c c^T A - gamma A. The fitted quantity is a small
+affine deformation of an ellipsoid, x -> x + d + E (x - c) with E symmetric: nine numbers that are meaningful for
+every shape, even a ball, whose axes have no direction of their own. Frame C throughout.
 """
 
 from typing import NamedTuple
@@ -21,40 +21,40 @@ from affordance.vision.pixels.rgbd import Camera
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 NUM_NUMBERS = 9
-# Readings where the surface is turned further away are left to the outline: noise and slope grow there, [rad].
+# Angle beyond which readings are ignored in favour of the outline: noise and slope grow there, [rad].
 _MAX_ANGLE = np.radians(65.0)
-# A reading this many standard deviations off is of something else.
+# Readings with an error of more than this number of standard deviations are rejected.
 _MAX_DEVIATION = 4.0
-# What is expected of the sizes of what hands hold before a picture is looked at: 5 cm, and twice or half as likely as
-# not; it decides only where the picture says nothing.
+# Log-normal prior of the sizes of hand-held objects: median 5 cm, within a factor of two with probability 0.68; it
+# matters only where the picture is uninformative.
 _PRIOR_SIZE, _PRIOR_LOG_SD = 0.05, 0.7
 _ROUNDS = 3
-_FIRST_SD = 2e-3  # of a reading, before the angles are known, [m]
-_LEAST_SD = 1e-5  # of a reading, even of a perfect sensor: numbers are rounded, [m]
+_FIRST_SD = 2e-3  # SD of a reading before the angles are known, [m]
+_LEAST_SD = 1e-5  # least SD of a reading, even of a perfect sensor: rounding, [m]
 _GRAZING = 0.05  # least cosine between ray and normal in derivatives
-_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # of displacements [m], strains and the outline's shift
-_NUM_PRIORS = 4  # residuals that are not of the picture: three sizes, and the outline's shift
-# The outline's shift by the sensor's noise is known but for this much: over discs of 10 to 70 pixels' radius it was
-# found to be 0.03 to 0.09 where the model says 0.07, and rods of 20 pixels across come out 0.1 too wide with that
+_SCALES = np.array([1e-2] * 3 + [0.1] * 6 + [1.0])  # scales of displacements [m], strains and the outline's shift
+_NUM_PRIORS = 4  # residuals of priors: three sizes, and the outline's shift
+# The outline's shift by the sensor's noise is known up to this: over discs of 10 to 70 pixels' radius it was
+# found to be 0.03 to 0.09 where the model predicts 0.07, and rods of 20 pixels' width come out 0.1 too wide with that
 # (docs/decisions/0015), [pixels].
 _SHIFT_SD = 0.05
 _INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
-# Least ratio of the squares of two axes of a first ellipsoid: a thousandth as thick as long.
+# Least ratio of the squared axes of a first ellipsoid: the thickness is at least a thousandth of the length.
 _LEAST_RATIO = 1e-6
 
 
 class UndeterminedError(Exception):
-    """What is seen determines no ellipsoid; whoever has the picture makes a NoFitError of it."""
+    """Error of a fit to measurements that determine no ellipsoid; callers with the picture raise a NoFitError."""
 
 
 class SeenEllipsoid(NamedTuple):
-    """An ellipsoid in the camera's frame.
+    """Ellipsoid in the camera's frame.
 
     Attributes:
-        centre: p_CEo, shape (3,), [m].
-        shape_matrix: S = R diag(a^2) R^T, shape (3, 3), [m^2].
+        centre: Centre p_CEo, shape (3,), [m].
+        shape_matrix: Shape matrix S = R diag(a^2) R^T, shape (3, 3), [m^2].
     """
 
     centre: Array
@@ -62,13 +62,14 @@ class SeenEllipsoid(NamedTuple):
 
 
 class Fit(NamedTuple):
-    """What was fitted.
+    """Fitted ellipsoid with its uncertainty.
 
     Attributes:
-        ellipsoid: The most probable one.
-        covariance: Of its small deformations: displacement d (3), then E (xx, yy, zz, xy, xz, yz), (9, 9), [m and 1].
-        misfit: Mean square of the residuals in standard deviations; about 1 if what is seen is an ellipsoid.
-        num_readings: How many depth readings were used.
+        ellipsoid: Most probable ellipsoid.
+        covariance: Covariance of small deformations: displacement d (3), then E (xx, yy, zz, xy, xz, yz), (9, 9), [m
+            and 1].
+        misfit: Mean square of the residuals in standard deviations; about 1 for an ellipsoid.
+        num_readings: Number of depth readings used.
     """
 
     ellipsoid: SeenEllipsoid
@@ -78,12 +79,12 @@ class Fit(NamedTuple):
 
 
 class View(NamedTuple):
-    """What is seen of an ellipsoid.
+    """Measurements of an ellipsoid in a picture.
 
     Attributes:
-        pixels: Of the depth readings, column and row, (N, 2).
-        depth: The readings, (N,), [m].
-        outline: Points of its outline, column and row, (K, 2).
+        pixels: Pixels of the depth readings, column and row, (N, 2).
+        depth: Depth readings, (N,), [m].
+        outline: Points of the outline, column and row, (K, 2).
     """
 
     pixels: Array
@@ -98,7 +99,7 @@ def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
 
 
 def build_strain(numbers: Array) -> Array:
-    """The symmetric E of six numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
+    """Builds the symmetric E from six numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
     E = np.zeros((3, 3))
     for (i, j), value in zip(_INDICES, numbers, strict=True):
         E[i, j] = E[j, i] = value
@@ -106,13 +107,13 @@ def build_strain(numbers: Array) -> Array:
 
 
 class Sighting(NamedTuple):
-    """Where rays meet an ellipsoid.
+    """Intersections of N rays with an ellipsoid.
 
     Attributes:
-        depth: Of the near side along each ray, (N,), [m]; beside the outline, of the point nearest to the surface.
-        points: Those points, (N, 3), [m].
-        normals: A (p - c) there, outward, not of unit length, (N, 3), [1/m].
-        outline_distance: How far inside the outline each ray is, to first order, (N,), [pixels].
+        depth: Depth of the near side along each ray, (N,), [m]; for a ray outside the outline, of its closest point.
+        points: Intersection points, (N, 3), [m].
+        normals: Outward normals A (p - c), not of unit length, (N, 3), [1/m].
+        outline_distance: Distance of each ray inside the outline, to first order, (N,), [pixels].
     """
 
     depth: Array
@@ -122,7 +123,7 @@ class Sighting(NamedTuple):
 
 
 def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Sighting:
-    """Finds where rays (N, 3) with z = 1 meet an ellipsoid."""
+    """Intersects rays (N, 3) with z = 1 with an ellipsoid."""
     A, c = np.linalg.inv(ellipsoid.shape_matrix), ellipsoid.centre
     Ac = A @ c
     Ad = rays @ A
@@ -136,7 +137,7 @@ def trace_rays(ellipsoid: SeenEllipsoid, rays: Array, focal_length: float) -> Si
 
 
 def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, numbers: Array, seen: Sighting) -> Array:
-    """Derivatives of F = (p - c)^T A (p - c) - 1 at the sighted points by the numbers of ``deform``, (N, 9).
+    """Differentiates F = (p - c)^T A (p - c) - 1 at the sighted points by the numbers of ``deform``, (N, 9).
 
     With S = (I + E) S_0 (I + E) and g = A (p - c):  dF = -2 g^T dc - g^T dS g.
     """
@@ -147,10 +148,10 @@ def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, number
 
 
 def guess(view: View, camera: Camera) -> SeenEllipsoid:
-    """A first ellipsoid, from moments of the readings, as if seen from far away.
+    """Estimates a first ellipsoid from moments of the readings, as if seen from far away.
 
-    Of a disc's points (x, y) the covariance is a quarter of the shape matrix's block; over it the near side is the
-    plane through the rim, which is linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
+    The covariance of a disc's points (x, y) is a quarter of the shape matrix's block; over the disc the near side is
+    the plane through the rim, linear in x and y, less c sqrt(1 - r^2), with mean 2 c / 3 and variance c^2 / 18.
 
     Raises:
         UndeterminedError: All readings lie on a line.
@@ -165,7 +166,7 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
         raise UndeterminedError(f"{len(xy)} readings of a part lie on a line, must cover an area")
     slope = np.linalg.lstsq(xy, z)[0]
     depth = np.sqrt(18.0 * max((z - xy @ slope).var(), 1e-8))
-    # The readings' own noise is in the variance; no thickness beyond three times the width is believed of it.
+    # The variance includes the readings' noise: the thickness is limited to three times the width.
     depth = min(depth, 3.0 * np.sqrt(most))
     S[2, :2] = S[:2, 2] = S[:2, :2] @ slope
     S[2, 2] = depth**2 + slope @ S[:2, :2] @ slope
@@ -173,17 +174,17 @@ def guess(view: View, camera: Camera) -> SeenEllipsoid:
 
 
 def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits an ellipsoid to what is seen of it.
+    """Fits an ellipsoid to its measurements in a picture.
 
-    Readings are weighted by the sensor's noise at the angle the fit itself finds, in a few rounds.
+    Readings are weighted by the sensor's noise at the surface angles of the fit itself, in a few rounds.
 
     Args:
-        view: What is seen; at least as many readings as numbers are fitted.
-        camera: The camera.
-        noise: That of its depth.
+        view: Measurements; at least as many readings as fitted numbers.
+        camera: Camera of the picture.
+        noise: Noise of the camera.
 
     Raises:
-        UndeterminedError: No ellipsoid was found.
+        UndeterminedError: The measurements determine no ellipsoid.
     """
     try:
         fit = _fit_in_rounds(view, camera, noise)
@@ -195,10 +196,10 @@ def fit_ellipsoid(view: View, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
-    """Fits as fit_ellipsoid does.
+    """Fits an ellipsoid as ``fit_ellipsoid`` does.
 
     Raises:
-        UndeterminedError: Readings lie on a line, contradict each other, or no least sum of squares was found.
+        UndeterminedError: Readings lie on a line or contradict each other, or the fit does not converge.
         LinAlgError: A matrix is singular.
     """
     rays, rim = camera.compute_rays(view.pixels), camera.compute_rays(view.outline)
@@ -211,7 +212,7 @@ def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
             problem.compute_residuals,
             np.zeros(NUM_NUMBERS + 1),
             problem.compute_jacobian,
-            method="lm",  # MINPACK's: no threads, which would cost more than they bring
+            method="lm",  # MINPACK, without threads, which would cost more time than they save
             x_scale=_SCALES,
             xtol=1e-6,
             ftol=1e-6,
@@ -237,9 +238,9 @@ def _fit_in_rounds(view: View, camera: Camera, noise: SensorNoise) -> Fit:
 
 
 def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral_sd: Array, camera: Camera) -> Array:
-    """By how much readings of a curved surface are too deep in the mean, as they are taken beside their pixels, (N,).
+    """Computes the mean excess depth of readings of a curved surface due to their lateral noise, (N,), [m].
 
-    The mean over a normal distribution of two dimensions is that over four points at sqrt(2) SD, to third order.
+    The mean over a two-dimensional normal distribution equals that over four points at sqrt(2) SD, to third order.
     """
     beside = [
         trace_rays(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
@@ -250,7 +251,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
 
 class _Problem:
-    """Residuals of a deformed ellipsoid, in standard deviations: of depth, outline and priors."""
+    """Residuals of depth, outline and priors for a deformed ellipsoid, in standard deviations."""
 
     def __init__(
         self,
@@ -262,7 +263,7 @@ class _Problem:
         noise: SensorNoise,
         focal_length: float,
     ) -> None:
-        """Takes what is not fitted: the ellipsoid, readings along rays, and rays to points of the outline."""
+        """Stores the fixed quantities: the ellipsoid, readings along rays, and rays to points of the outline."""
         self._start, self._rays, self._depth, self._sd = start, rays, depth, sd
         self._rim, self._rim_shift, self._rim_sd = rim, noise.outline_shift, noise.outline_sd
         self._focal_length = focal_length
@@ -275,7 +276,7 @@ class _Problem:
         self._prior[3, NUM_NUMBERS] = 1.0
 
     def compute_residuals(self, numbers: Array) -> Array:
-        """Residuals (N + K + 4,) at the numbers of ``deform``, and the outline's shift in its SD, (10,)."""
+        """Computes residuals (N + K + 4,) at the numbers of ``deform`` and the outline's shift in its SD, (10,)."""
         ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self._rays, self._focal_length)
         rim = trace_rays(ellipsoid, self._rim, self._focal_length)
@@ -286,11 +287,11 @@ class _Problem:
         return np.concatenate([(seen.depth - self._depth) / self._sd, in_outline, prior])
 
     def compute_jacobian(self, numbers: Array) -> Array:
-        """Their derivatives, (N + K + 4, 10); those of the outline to first order in the distance from it."""
+        """Computes the residuals' derivatives, (N + K + 4, 10), to first order in the distance from the outline."""
         ellipsoid = deform(self._start, numbers[:NUM_NUMBERS])
         seen = trace_rays(ellipsoid, self._rays, self._focal_length)
         facing = np.einsum("ni,ni->n", seen.normals, self._rays)
-        # On the outline depth has no derivative; a ray that just misses is treated as one that just grazes.
+        # On the outline depth has no derivative: a ray that just misses is treated as a grazing one.
         facing = np.minimum(facing, -_GRAZING * np.linalg.norm(seen.normals, axis=1))
         surface = differentiate_surface(ellipsoid, self._start, numbers, seen)
         J = np.zeros((len(self._rays) + len(self._rim) + _NUM_PRIORS, NUM_NUMBERS + 1))
@@ -301,7 +302,7 @@ class _Problem:
         return J
 
     def _differentiate_outline(self, ellipsoid: SeenEllipsoid, numbers: Array) -> Array:
-        """Derivatives of the distances from the outline: the least F along a ray there is -(d^T Q d) / alpha."""
+        """Differentiates the distances from the outline: the least F along a ray is -(d^T Q d) / alpha."""
         A, rays = np.linalg.inv(ellipsoid.shape_matrix), self._rim
         Ac, Ad = A @ ellipsoid.centre, rays @ A
         alpha, beta = np.einsum("ni,ni->n", Ad, rays), rays @ Ac

@@ -1,4 +1,4 @@
-"""Keeping pictures in which an object was not detected, for inspection."""
+"""Saving of pictures in which an object was not detected, for inspection."""
 
 from pathlib import Path
 
@@ -12,14 +12,14 @@ from affordance.files.atomic import write_atomic
 
 
 def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
-    """Saves the picture of an error, and returns the error with the place.
+    """Saves the picture of an error, and returns the error with the path of the file.
 
-    NAME.npz holds ``colour`` and ``depth`` as they were; NAME.png shows them side by side, near bright and far dark.
+    NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
 
     Args:
-        error: What could not be seen.
-        folder: Receives the files; made if need be.
-        name: Of the files, without suffix.
+        error: Error of the detection, with its picture.
+        folder: Folder that receives the files; created if needed.
+        name: Name of the files, without suffix.
     """
     path = folder / f"{name}.npz"
     write_atomic(path, lambda temporary: np.savez_compressed(temporary, colour=error.colour, depth=error.depth))
@@ -30,7 +30,7 @@ def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
 
 
 def _show_depth(depth: Array) -> NDArray[np.uint8]:
-    """Depth as shades of grey, (height, width, 3); black where there is none."""
+    """Returns depth as shades of grey, (height, width, 3); black where there is no reading."""
     read = np.isfinite(depth) & (depth > 0.0)
     grey = np.zeros((*depth.shape, 1), dtype=np.uint8)
     if read.any():

@@ -1,4 +1,4 @@
-"""A fitted part in another frame, with its uncertainty."""
+"""Change of frame of a fitted part, with its uncertainty."""
 
 import numpy as np
 
@@ -9,7 +9,7 @@ _STRAINS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 def express_fit(fit: Fit, X_TC: Array) -> Fit:
-    """Expresses a fit in another frame T, by the pose of its own frame C in it, (4, 4)."""
+    """Expresses a fit in another frame T, given the pose X_TC of its frame C, (4, 4)."""
     R = X_TC[:3, :3]
     turn = np.zeros((NUM_NUMBERS, NUM_NUMBERS))
     turn[:3, :3] = R
@@ -20,5 +20,5 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 
 def _list_strains(E: Array) -> list[float]:
-    """xx, yy, zz, xy, xz, yz of a symmetric matrix."""
+    """Lists the elements xx, yy, zz, xy, xz, yz of a symmetric matrix."""
     return [float(E[i, j]) for i, j in _STRAINS]

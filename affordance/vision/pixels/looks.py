@@ -1,9 +1,9 @@
-"""Which pixels of one or more views of an object show one material, as far as colours say.
+"""Segmentation of one or more views of an object into regions of one material, by colour.
 
-Tints, which shade does not change, part what they can. Within one tint lightness parts, for grey rubber, steel and
-aluminium differ in nothing else; but near edges it is shade rather than material, so a darker or lighter area counts
-only where it is several pixels wide. What is too slim or too small to be a region of its own goes to its neighbours,
-and no object is too slim to be one region at least.
+Tints, which do not change with shading, separate materials where they differ. Within one tint lightness separates,
+for grey rubber, steel and aluminium differ in nothing else; but near edges it is due to shading rather than material,
+so a darker or lighter area counts only if it is several pixels wide. Areas too slim or too small to be regions of
+their own are assigned to their neighbours, and every object has at least one region.
 """
 
 from collections.abc import Sequence
@@ -19,48 +19,46 @@ from affordance.vision.pixels.segmentation import find_mode
 from affordance.vision.pixels.silhouette import spread_nearest
 from affordance.vision.pixels.surface import Surface
 
-# Tints further apart than this are of two materials: colours ten units apart differ to any eye, [CIELAB].
+# Tints further apart than this belong to two materials: colours ten units apart differ visibly, [CIELAB].
 _TINT_RADIUS = 10.0
-# Lightness within one face of one material errs by this much at most, where it is lit well; half of what parts cast
-# iron from polished steel, or polished steel from aluminium, [CIELAB].
+# Lightness within one well lit face of one material varies by at most this; half of the difference between cast iron
+# and polished steel, or polished steel and aluminium, [CIELAB].
 _LIGHTNESS_RADIUS = 9.0
-# Bins of the histogram in which the most frequent lightness is found, [CIELAB].
+# Bin width of the histogram in which the most frequent lightness is found, [CIELAB].
 _LIGHTNESS_BIN = 2.0
-# Strips of mixed colours between two materials are narrower than the first, shaded edges than the second, [pixels].
+# Widths above those of strips of mixed colours between two materials, and of shaded edges, [pixels].
 _STRIP, _EDGE = 5, 9
-# A region has at least so many pixels before it is given its neighbours', and a tint at least this part of all.
+# Least number of pixels of a region before it grows, and least share of a tint in all pixels.
 _MIN_SEED, _MIN_SHARE = 60, 0.004
 _MIN_LIT_SEED = 100
-# Pixels this far from the outline show nothing of the stand, [pixels].
+# Distance from the outline at which pixels show nothing of the stand, [pixels].
 _CORE = 3.0
-# Standard deviations of a colour that is measured over a region, beside the spread within it, [CIELAB]: in any
-# direction, and of its lightness, which the slope of the surface decides (docs/decisions/0024-real-tools.md).
+# Standard deviations of a colour measured over a region, in addition to the spread within it, [CIELAB]: in any
+# direction, and of its lightness, which depends on the slope of the surface (docs/decisions/0024-real-tools.md).
 COLOUR_SD, LIGHTNESS_SD = 0.7, 3.0
-# Of a normal distribution: standard deviation by the distance between quartiles.
+# Standard deviation of a normal distribution per distance between its quartiles.
 _PER_QUARTILES = 1.0 / 1.349
 _UNKNOWN = -1
 
 
 class Look(NamedTuple):
-    """A colour that a part of the object has in full light.
+    """Colour of a part of the object in full light.
 
     Attributes:
         colour: Red, green and blue in [0, 1].
         lightness_sd: Standard deviation of the error of its brightness, [CIELAB].
-        num_pixels: How many pixels show it, in all views.
     """
 
     colour: Colour
     lightness_sd: float
-    num_pixels: int
 
 
 class Looks(NamedTuple):
-    """What the views show.
+    """Looks of an object and their pixels in each view.
 
     Attributes:
-        looks: The colours.
-        labels: Of each view, the number of the look that each pixel shows, -1 where it shows none, (height, width).
+        looks: Looks, that is colours in full light.
+        labels: Index of the look that each pixel shows, -1 for none, (height, width) for each view.
     """
 
     looks: tuple[Look, ...]
@@ -85,7 +83,7 @@ def find_looks(surfaces: Sequence[Surface]) -> Looks:
 
 
 def _split_by_tint(surfaces: Sequence[Surface]) -> list[Labels]:
-    """Numbers the tint of each pixel of each view, -1 where there is no object."""
+    """Labels the tint of each pixel of each view, -1 where there is no object."""
     tints = [compute_tints(surface.colour) for surface in surfaces]
     modes = _find_modes(np.concatenate([tint[_find_core(s)] for tint, s in zip(tints, surfaces, strict=True)]))
     result = []
@@ -99,7 +97,7 @@ def _split_by_tint(surfaces: Sequence[Surface]) -> list[Labels]:
 
 
 def _find_modes(tints: Array) -> list[Array]:
-    """The frequent tints, (2,) each, of pixels, (N, 2); at least one."""
+    """Finds the frequent tints, (2,) each, of pixels, (N, 2); at least one."""
     left = np.ones(len(tints), dtype=bool)
     modes: list[Array] = []
     while left.sum() >= max(_MIN_SEED, _MIN_SHARE * len(tints)) or not modes:
@@ -113,7 +111,7 @@ def _find_modes(tints: Array) -> list[Array]:
 
 
 def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> list[Labels]:
-    """Numbers the lightness of each pixel of one tint, in each view, from 0 on; only within the regions."""
+    """Labels the lightness of each pixel of one tint, in each view, from 0; valid within the regions only."""
     lightness = [convert_to_lab(surface.colour)[..., 0] for surface in surfaces]
     lit = [surface.lit & region for surface, region in zip(surfaces, regions, strict=True)]
     pool = np.concatenate([values[mask] for values, mask in zip(lightness, lit, strict=True)])
@@ -140,14 +138,14 @@ def _split_by_lightness(surfaces: Sequence[Surface], regions: Sequence[Mask]) ->
 
 
 def _find_core(surface: Surface) -> Mask:
-    """Pixels that show nothing but the object, well lit where there are enough."""
+    """Finds pixels that show nothing but the object, well lit ones if there are enough."""
     distance = cv2.distanceTransform(surface.mask.astype(np.uint8), cv2.DIST_L2, 5)
     core = surface.lit & (distance >= _CORE)
     return core if core.sum() >= _MIN_SEED else surface.mask
 
 
 def _open(mask: Mask, side: int, least: int) -> Mask:
-    """The pieces of a mask that are as wide as a disc, and have at least so many pixels."""
+    """Returns the pieces of a mask that are as wide as a disc and have at least ``least`` pixels."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
     opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc)
     count, pieces, statistics, _ = cv2.connectedComponentsWithStats(opened, connectivity=8)
@@ -157,7 +155,7 @@ def _open(mask: Mask, side: int, least: int) -> Mask:
 
 
 def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
-    """Gives every pixel of a mask its nearest seed's number; where a piece of the mask has none, its own."""
+    """Gives every pixel of a mask the label of its nearest seed; pixels of pieces without seed keep the fallback."""
     count, pieces = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     seeded = np.zeros(count, dtype=bool)
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
@@ -168,7 +166,7 @@ def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
-    """The colour of a region over all views, from its well lit inside if there is any."""
+    """Measures the colour of a region over all views, from its well lit inside if large enough."""
     inner = [
         cv2.erode(region.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool) & surface.lit
         for surface, region in zip(surfaces, regions, strict=True)
@@ -178,4 +176,4 @@ def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:
     red, green, blue = (float(value) for value in np.median(colours, axis=0))
     low, high = np.percentile(convert_to_lab(colours)[:, 0], [25.0, 75.0])
     lightness_sd = float(np.hypot(LIGHTNESS_SD, _PER_QUARTILES * (high - low)))
-    return Look((red, green, blue), lightness_sd, sum(int(region.sum()) for region in regions))
+    return Look((red, green, blue), lightness_sd)

@@ -1,4 +1,4 @@
-"""From a picture of the stand to the features of what lies on it."""
+"""Detection of an object's parts in a picture of the stand, and their features."""
 
 from typing import NamedTuple
 
@@ -27,26 +27,26 @@ from affordance.vision.pixels.segmentation import Segmentation, find_window, seg
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
 # Standard deviation of a measured colour in each direction of CIELAB. Colours of the objects of `run_experiments.py
-# vision` are 0.3 off in the median (colour_error_median), those of slender parts, whose normals are less sure, 1.2.
+# vision` have a median error of 0.3 (colour_error_median), those of slender parts, with less certain normals, 1.2.
 COLOUR_SD = 0.7
-# Residuals whose mean square is larger are not those of one ellipsoid: over thousands of readings it is 1.0 to 1.2.
+# Largest mean square of the residuals of one ellipsoid: over thousands of readings it is 1.0 to 1.2.
 MAX_MISFIT = 1.5
-# A part of which less than this fraction shows is hidden by another: less than a half leaves its far end to guess.
+# Least visible fraction of a part: with less than a half its far end would have to be guessed.
 MIN_SHOWN = 0.5
-# Of more readings than this a part's fit uses every second, or third: it would not become better by what matters, for
-# from about a thousand on the outline decides, but slower.
+# Number of readings above which a part's fit uses every second, or third: more would only make it slower, for from
+# about a thousand on the outline determines its accuracy.
 MAX_READINGS = 3000
-# How near to another part an outline may be its, and not this one's, [pixels].
+# Distance from another part within which an outline may belong to that part, [pixels].
 _BORDER = 3
 
 
 class Detection(NamedTuple):
-    """What was detected in a picture.
+    """Parts detected in a picture.
 
     Attributes:
-        segmentation: Which pixels show which part.
-        fits: The ellipsoids, in the camera's frame.
-        colours: What colour each part is.
+        segmentation: Index of the part that each pixel shows.
+        fits: Ellipsoids of the parts, in the camera's frame.
+        colours: Colours of the parts.
     """
 
     segmentation: Segmentation
@@ -54,7 +54,7 @@ class Detection(NamedTuple):
     colours: tuple[Colour, ...]
 
     def compute_features(self, X_TC: Array) -> tuple[ComponentFeatures, ...]:
-        """The features in the frame T of the object as it will be held, by the camera's pose in it, (4, 4)."""
+        """Computes the features in the frame T of the held object, from the camera's pose X_TC in it, (4, 4)."""
         return tuple(describe_part(fit, colour, X_TC) for fit, colour in zip(self.fits, self.colours, strict=True))
 
 
@@ -62,9 +62,9 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
     """Finds the parts of the object in a picture, their ellipsoids and their colours.
 
     Raises:
-        SeeingError: What cannot be detected, by its kind: see exceptions.py, and segmentation.segment.
-        HiddenPartError: One part stands before another.
-        NoFitError: What is visible of a part is no ellipsoid.
+        SeeingError: The parts cannot be detected; for its subclasses see exceptions.py and segmentation.segment.
+        HiddenPartError: One part hides another.
+        NoFitError: The visible surface of a part is not that of an ellipsoid.
     """
     segmentation = segment(picture, rig.height, noise)
     fits, colours = [], []
@@ -84,7 +84,7 @@ def detect_parts(picture: Picture, rig: Rig, noise: SensorNoise) -> Detection:
 
 
 def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> View:
-    """Collects the depth readings of a part and the points of its outline, where it borders on no other part."""
+    """Collects a part's depth readings, and the points of its outline that do not border on another part."""
     mask = segmentation.labels == number
     window = find_window(mask, room=_BORDER + 1)
     mask, labels, depth = mask[window], segmentation.labels[window], picture.depth[window]
@@ -100,9 +100,9 @@ def collect_view(picture: Picture, segmentation: Segmentation, number: int) -> V
 
 
 def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camera: Camera) -> Colour:
-    """The colour that a part has in full light: what it sends back, by what white would send back with its normals.
+    """Measures the colour of a part in full light: its radiance relative to that of white with the same normals.
 
-    Photons' noise grows with the light; for it the ratio of the sums is the best estimate.
+    Photon noise grows with the light; for it the ratio of the sums is the best estimate.
     """
     inner = cv2.erode(mask.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     inner = inner if inner.any() else mask
@@ -117,7 +117,7 @@ def measure_colour(picture: Picture, mask: Mask, ellipsoid: SeenEllipsoid, camer
 
 
 def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
-    """Features of a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
+    """Describes a fitted part in T: axes from the longest to the shortest, independent errors as deformations."""
     fit = express_fit(fit, X_TC)
     squares, axes = np.linalg.eigh(fit.ellipsoid.shape_matrix)
     X_TE = np.eye(4)
@@ -136,10 +136,10 @@ def describe_part(fit: Fit, colour: Colour, X_TC: Array) -> ComponentFeatures:
 
 
 def draw_outline(ellipsoid: SeenEllipsoid, camera: Camera, num_points: int = 90) -> Array:
-    """Points of an ellipsoid's outline in the picture, column and row, (num_points, 2).
+    """Computes points of an ellipsoid's outline in the picture, column and row, (num_points, 2).
 
-    A point p of the outline is where the ray touches: p = c + S^(1/2) w with |w| = 1 and w in a plane that the
-    camera's position m, seen from the ball that S^(1/2) makes an ellipsoid of, gives: w . m = 1.
+    At a point p of the outline the ray is tangent: p = c + S^(1/2) w with |w| = 1 and w . m = 1, where m is the
+    camera's position in the coordinates in which the ellipsoid is a unit ball.
     """
     squares, axes = np.linalg.eigh(ellipsoid.shape_matrix)
     root = (axes * np.sqrt(squares)) @ axes.T
@@ -166,7 +166,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
-    """Midpoints between neighbouring pixels inside and outside a mask, column and row, (K, 2)."""
+    """Finds midpoints between neighbouring pixels inside and outside a mask, column and row, (K, 2)."""
     beside = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
     row_beside, column_beside = np.nonzero(beside)

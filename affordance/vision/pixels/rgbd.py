@@ -1,8 +1,8 @@
-"""Pictures with depth, and the camera that takes them.
+"""Colour and depth pictures, and the camera that takes them.
 
 Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
-looks along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co; depth is the coordinate
-along Cz, [m], not the distance along the ray. Where there is no reading, depth is 0.
+is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co; depth is the
+coordinate along Cz, [m], not the distance along the ray. A missing reading is 0.
 """
 
 from dataclasses import dataclass
@@ -19,41 +19,41 @@ Labels = NDArray[np.int32]
 
 @dataclass(frozen=True)
 class Camera:
-    """A pinhole camera whose colour and depth pictures are registered: one pixel shows one point in both.
+    """Pinhole camera whose colour and depth pictures are registered: one pixel shows one point in both.
 
     Attributes:
-        width: Columns.
-        height: Rows.
-        focal_length: In pixels, the same along both axes.
+        width: Number of columns.
+        height: Number of rows.
+        focal_length: Focal length in pixels, the same along both axes.
     """
 
     width: int = 640
     height: int = 480
-    # That of the first Kinect, 57 by 43 degrees: 320 / tan(28.5 degrees).
+    # Focal length of the first Kinect (57 by 43 degrees): 320 / tan(28.5 degrees).
     focal_length: float = 589.4
 
     @property
     def centre(self) -> tuple[float, float]:
-        """The pixel, column and row, on the optical axis."""
+        """Principal point, column and row."""
         return 0.5 * (self.width - 1), 0.5 * (self.height - 1)
 
     def compute_rays(self, pixels: Array) -> Array:
-        """Rays of N pixels (column and row, fractions allowed), shape (N, 2), as directions with z = 1, (N, 3)."""
+        """Computes the rays of N pixels, column and row, (N, 2), as directions with z = 1, (N, 3)."""
         slopes = (pixels - np.array(self.centre)) / self.focal_length
         return np.column_stack([slopes, np.ones(len(pixels))])
 
     def project(self, points: Array) -> Array:
-        """Pixels of N points in C, (N, 3), as column and row, (N, 2)."""
+        """Projects N points in C, (N, 3), to pixels, column and row, (N, 2)."""
         pixels: Array = self.focal_length * points[:, :2] / points[:, 2:] + np.array(self.centre)
         return pixels
 
 
 class Picture(NamedTuple):
-    """What a camera recorded.
+    """Colour and depth picture recorded by a camera.
 
     Attributes:
         colour: Red, green and blue, shape (height, width, 3), uint8.
-        depth: Along Cz, shape (height, width), [m]; 0 where there is no reading.
+        depth: Depth along Cz, shape (height, width), [m]; 0 where there is no reading.
     """
 
     colour: NDArray[np.uint8]

@@ -1,8 +1,8 @@
-"""The place where an object is presented and looked at: a plain stand, lamps, and a camera that looks down on it.
+"""Setup in which an object is presented and observed: a plain stand, lamps, and a camera above it.
 
-Frames: W stands in the middle of the stand's top, Wz up; C the camera, high above Wo, Cx along Wx and Cy along -Wy.
-The object T lies on the stand: turned as it is given, the box around its parts in the middle of the picture, its
-lowest point on the top. The Diagram is its own: the picture is taken before the hand takes the object
+Frames: W in the middle of the stand's top, Wz up; C the camera, high above Wo, Cx along Wx and Cy along -Wy. The
+object T lies on the stand in its given orientation, its bounding box in the middle of the picture, its lowest point
+on the top. The setup has a Diagram of its own: the picture is taken before the hand takes the object
 (docs/decisions/0015-vision-from-pixels.md).
 """
 
@@ -40,19 +40,19 @@ from affordance.objects.tool import Tool
 from affordance.vision.pixels.rgbd import Camera, Labels, Picture
 
 _RENDERER = "vtk"
-# Larger than the picture, so that there is stand wherever there is no object; its thickness is not seen, [m].
+# Size of the stand, which covers more than the picture; its thickness is not visible, [m].
 _STAND_SIZE = (1.6, 1.4, 0.02)
-# Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small in the mean
-# (tests/vision/pixels/test_rig.py); so it is told one that is as much larger.
+# Drake draws an ellipsoid as a polyhedron with its corners on the surface, which is 0.13 % too small on average
+# (tests/vision/pixels/test_rig.py); ellipsoids are enlarged by this factor to compensate.
 _FACETS = 1.0013
 
 
 class Lamp(NamedTuple):
-    """A lamp so far away that its light falls the same way everywhere.
+    """Lamp at infinity, whose light is parallel.
 
     Attributes:
-        direction_C: Where its light goes, a unit vector in the camera's frame.
-        intensity: What a white surface that faces it sends back, of what saturates a pixel.
+        direction_C: Direction of the light, a unit vector in the camera's frame.
+        intensity: Radiance of a white surface facing the lamp, relative to a saturated pixel.
     """
 
     direction_C: tuple[float, float, float]
@@ -60,19 +60,19 @@ class Lamp(NamedTuple):
 
 
 def _tilt_lamp(azimuth_deg: float) -> tuple[float, float, float]:
-    """Direction of the light of a lamp half-way between the camera and the horizon."""
+    """Computes the direction of the light of a lamp half-way between the camera and the horizon."""
     azimuth = np.radians(azimuth_deg)
     x, y = np.sqrt(0.5) * np.cos(azimuth), np.sqrt(0.5) * np.sin(azimuth)
     return float(x), float(y), float(np.sqrt(0.5))
 
 
-# One beside the camera and four around, so that no side that the camera sees is dark; together they do not quite
+# One lamp at the camera and four around it, so that no side visible to the camera is dark; together they do not quite
 # saturate a white surface that faces the camera: 0.5 + 4 x 0.17 x cos(45 degrees) = 0.98.
 LAMPS = (Lamp((0.0, 0.0, 1.0), 0.5), *(Lamp(_tilt_lamp(azimuth), 0.17) for azimuth in (0.0, 90.0, 180.0, 270.0)))
 
 
 def compute_shading(normals_C: Array) -> Array:
-    """How bright a white surface looks, of what saturates a pixel, by its outward normals in C, (N, 3); (N,)."""
+    """Computes a white surface's radiance relative to saturation, (N,), for outward normals in C, (N, 3)."""
     shading = np.zeros(len(normals_C))
     for lamp in LAMPS:
         shading += lamp.intensity * np.maximum(0.0, -normals_C @ np.array(lamp.direction_C))
@@ -81,13 +81,14 @@ def compute_shading(normals_C: Array) -> Array:
 
 @dataclass(frozen=True)
 class Rig:
-    """The stand and its camera.
+    """Stand with its camera.
 
     Attributes:
-        camera: The camera.
-        height: Of the camera above the stand's top, [m]. At 0.9 m the picture shows 0.98 by 0.73 m, and everything
-            that is less than 0.4 m high is further than the 0.5 m from which the first Kinect reads depth.
-        colour: Of the stand: a dark grey, so that it is no bright thing's colour.
+        camera: Camera above the stand.
+        height: Height of the camera above the stand's top, [m]. At 0.9 m the picture shows 0.98 by 0.73 m, and
+            objects less than 0.4 m high are further than 0.5 m, the least distance at which the first Kinect reads
+            depth.
+        colour: Colour of the stand: a dark grey, unlike that of any bright object.
     """
 
     camera: Camera = Camera()
@@ -102,7 +103,7 @@ class Rig:
         return X_WC
 
     def place(self, tool: Tool) -> Array:
-        """Pose X_WT of an object as it is presented, shape (4, 4): what the arm knows of where its hand will be."""
+        """Computes the pose X_WT of an object as it is presented, shape (4, 4), which the arm knows."""
         low, high = find_box(tool)
         X_WT = np.eye(4)
         X_WT[:2, 3] = -0.5 * (low + high)[:2]
@@ -110,7 +111,7 @@ class Rig:
         return X_WT
 
     def compute_camera_pose(self, tool: Tool) -> Array:
-        """Pose X_TC of the camera in an object as it is presented, shape (4, 4)."""
+        """Computes the pose X_TC of the camera relative to an object as it is presented, shape (4, 4)."""
         X_TC: Array = np.linalg.inv(self.place(tool)) @ self.X_WC
         return X_TC
 
@@ -119,7 +120,7 @@ DEFAULT_RIG = Rig()
 
 
 def find_box(tool: Tool) -> tuple[Array, Array]:
-    """Least and largest coordinates of an object along Tx, Ty and Tz, (3,) each, [m]."""
+    """Finds the least and largest coordinates of an object along Tx, Ty and Tz, (3,) each, [m]."""
     points = []
     for part in tool.components:
         R_TE, p_TE = part.X_TE[:3, :3], part.X_TE[:3, 3]
@@ -132,8 +133,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
     """Builds the Diagram of an object on the stand: ``scene_graph`` and ``camera``, whose pictures are its outputs.
 
     Args:
-        tool: The object; of each part, shape, pose and the colour it shows.
-        rig: The stand.
+        tool: Object, of which shapes, poses and shown colours of the parts are used.
+        rig: Stand with its camera.
     """
     builder = DiagramBuilder()
     scene_graph = SceneGraph()
@@ -162,8 +163,8 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
         show(make_drawn_shape(shape), X_WT @ part.X_TE, f"part_{i}", part.looks_like.colour, RenderLabel(i))
 
     camera = rig.camera
-    # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), we from its
-    # centre.
+    # Drake's renderer counts from a pixel's corner (found with a symmetric object, see its tests), this module from
+    # its centre.
     centre_x, centre_y = (coordinate + 0.5 for coordinate in camera.centre)
     intrinsics = CameraInfo(camera.width, camera.height, camera.focal_length, camera.focal_length, centre_x, centre_y)
     core = RenderCameraCore(_RENDERER, intrinsics, ClippingRange(0.05, 5.0), RigidTransform())
@@ -184,7 +185,7 @@ def build_rig_diagram(tool: Tool, rig: Rig = DEFAULT_RIG) -> Diagram:
 
 
 def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
-    """Takes a perfect picture of an object on the stand; arguments and errors are those of build_rig_diagram."""
+    """Renders a noise-free picture of an object on the stand; arguments as for ``build_rig_diagram``."""
     depth, colour = _render(tool, rig, ("depth", "colour"))
     depth = depth[:, :, 0].astype(float)
     depth[~np.isfinite(depth)] = 0.0
@@ -192,9 +193,9 @@ def render(tool: Tool, rig: Rig = DEFAULT_RIG) -> Picture:
 
 
 def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> Labels:
-    """Number of the object's part that each pixel shows, -1 where it shows none, (height, width).
+    """Renders the index of the part that each pixel shows, -1 for none, (height, width).
 
-    For tests and statistics: nothing that infers may use it.
+    For tests and statistics only: inference must not use it.
     """
     (labels,) = _render(tool, rig, ("labels",))
     labels = labels[:, :, 0].astype(np.int32)
@@ -203,7 +204,7 @@ def render_labels(tool: Tool, rig: Rig = DEFAULT_RIG) -> Labels:
 
 
 def _render(tool: Tool, rig: Rig, names: Sequence[str]) -> list[NDArray[Any]]:
-    """Images of some outputs of the camera."""
+    """Renders the images of the given outputs of the camera."""
     diagram = build_rig_diagram(tool, rig)
     context = diagram.CreateDefaultContext()
     images: list[Any] = [diagram.GetOutputPort(name).Eval(context) for name in names]

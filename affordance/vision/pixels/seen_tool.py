@@ -1,8 +1,8 @@
-"""What pictures say of an object of any form: looks, and of each look a solid with the error of having seen it.
+"""Features of an object of any form from pictures: looks, and for each look a solid with its error.
 
-Three ways to a solid: columns between two sides; columns behind one side; and for comparison an ellipsoid a look, as
-the eye fits it to objects that are made of such. What a camera cannot see, a hollow or a core of another material,
-is part of the stated error, whose size is that found on ten tools (docs/decisions/0024-real-tools.md).
+There are three ways to a solid: columns between two sides; columns behind one side; and, for comparison, one
+ellipsoid per look, as fitted to objects made of ellipsoids. What a camera cannot see, a cavity or a core of another
+material, is part of the stated error, whose size was determined on ten tools (docs/decisions/0024-real-tools.md).
 """
 
 import enum
@@ -27,20 +27,21 @@ from affordance.vision.pixels.turning_stand import Photograph, TurningStand, fin
 
 
 class Method(enum.Enum):
-    """How a solid is made of what is seen."""
+    """Method of building a solid from views."""
 
     TWO_VIEWS = "two_views"  # columns between both sides
     ONE_VIEW = "one_view"  # columns behind one side
-    ELLIPSOIDS = "ellipsoid"  # an ellipsoid a look, from one side
+    ELLIPSOIDS = "ellipsoid"  # one ellipsoid per look, from one side
 
 
 class SolidError(NamedTuple):
-    """How far off the solids of a method are.
+    """Errors of the solids of a method.
 
     Attributes:
-        bias: Mean of the logarithm of volume seen by volume true.
-        log_volume_sd: Standard deviation of that logarithm about its mean.
-        place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of its length along it.
+        bias: Mean of the logarithm of estimated over true volume.
+        log_volume_sd: Standard deviation of this logarithm about its mean.
+        place_sd: Standard deviation of each coordinate of a part's centroid, as a fraction of its length along that
+            axis.
     """
 
     bias: float
@@ -48,9 +49,9 @@ class SolidError(NamedTuple):
     place_sd: float
 
 
-# Over the ten learning tools at their true densities. Standard deviations are such that a normal distribution's 90 %
-# interval ends where the 90th percentile of the errors' sizes is: most of the error of two views comes from one tool
-# that is hollow, so that the root of their mean square would be too small for 90 % and too large for the rest.
+# Errors over the ten learning tools at their true densities. Standard deviations are such that a normal
+# distribution's 90 % interval ends at the 90th percentile of the absolute errors: most of the error of two views
+# comes from one hollow tool, so that the root mean square would be too small for 90 % and too large for the rest.
 ERRORS: Mapping[Method, SolidError] = {
     Method.TWO_VIEWS: SolidError(bias=0.0, log_volume_sd=0.15, place_sd=0.011),
     Method.ONE_VIEW: SolidError(bias=0.36, log_volume_sd=0.36, place_sd=0.056),
@@ -59,12 +60,12 @@ ERRORS: Mapping[Method, SolidError] = {
 
 
 class SeenTool(NamedTuple):
-    """What was made of the pictures.
+    """Views of an object with its looks.
 
     Attributes:
-        looks: The colours of its parts.
+        looks: Colours of the parts.
         views: Surface and looks of each picture.
-        stand_height: Of the stand's top along Pz in the first view, [m].
+        stand_height: Position of the stand's top along Pz in the first view, [m].
     """
 
     looks: tuple[Look, ...]
@@ -72,7 +73,7 @@ class SeenTool(NamedTuple):
     stand_height: float
 
     def compute_features(self, method: Method, X_TP: Array) -> tuple[ComponentFeatures, ...]:
-        """Features of the parts in T, by the pose in which the object was presented, shape (4, 4)."""
+        """Computes the features of the parts in T, from the pose X_TP in which the object was presented, (4, 4)."""
         error = ERRORS[method]
         if method is Method.TWO_VIEWS:
             solids = build_columns(*self.views)
@@ -89,10 +90,10 @@ class SeenTool(NamedTuple):
 
 
 def detect_tool(photographs: Sequence[Photograph], rig: Rig, noise: SensorNoise) -> SeenTool:
-    """Finds the object and its looks in pictures from one side or two.
+    """Detects the object and its looks in pictures from one side or two.
 
     Raises:
-        SeeingError: What cannot be seen, by its kind; see find_silhouette.
+        SeeingError: The object cannot be detected; for its subclasses see ``find_silhouette``.
     """
     surfaces = [
         measure_surface(picture, find_silhouette(picture, rig.height, noise), rig.camera)
@@ -109,10 +110,10 @@ def detect_tool(photographs: Sequence[Photograph], rig: Rig, noise: SensorNoise)
 def observe_tool(
     tool: Tool, stand: TurningStand, rng: np.random.Generator, method: Method = Method.TWO_VIEWS
 ) -> tuple[ComponentFeatures, ...]:
-    """Looks at an object on the stand and returns the features of its parts.
+    """Observes an object on the stand and returns the features of its parts.
 
     Raises:
-        SeeingError: What cannot be seen, by its kind.
+        SeeingError: The object cannot be detected.
     """
     photographs = stand.take_pictures(tool, rng)
     used = photographs if method is Method.TWO_VIEWS else photographs[:1]
@@ -121,14 +122,14 @@ def observe_tool(
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:
-    """Features of a part in T, its errors as deformations: of its thickness along Pz, and of its place along P.
+    """Describes a part in T with its errors as deformations: of its thickness along Pz, and of its position in P.
 
     Args:
-        look: Its colour.
-        shape: Its solid, with Eo in its centroid.
-        X_PE: Its pose in the presented object, shape (4, 4).
-        X_TP: Pose in which that is presented, shape (4, 4).
-        error: How far off the solid may be.
+        look: Colour of the part.
+        shape: Solid of the part, with Eo in its centroid.
+        X_PE: Pose of the solid in the presented object, shape (4, 4).
+        X_TP: Pose in which the object is presented, shape (4, 4).
+        error: Error of the solid.
     """
     deformations = np.zeros((4, 4, 4))
     deformations[0, 2, 2] = error.log_volume_sd
@@ -149,14 +150,14 @@ def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: So
 
 
 def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, Array]:
-    """The ellipsoid with the second moments of a solid about its centroid, and its pose X_PE, shape (4, 4).
+    """Finds the ellipsoid with the second moments of a solid about its centroid, and its pose X_PE, shape (4, 4).
 
-    A solid ellipsoid's second moments are m a^2 / 5. Its volume is not that of the solid: whoever believes in
-    ellipsoids sees nothing else.
+    The second moments of a solid ellipsoid are m a^2 / 5. Its volume is not that of the solid: this is the error of
+    an observer who assumes ellipsoids.
 
     Args:
-        solid: The solid, with Eo in its centroid and axes along those of P.
-        p_PEo: Its centroid, shape (3,), [m].
+        solid: Solid with Eo in its centroid and axes along those of P.
+        p_PEo: Centroid of the solid, shape (3,), [m].
     """
     J = solid.unit_pseudo_inertia()
     squares, axes = np.linalg.eigh(J[:3, :3] / J[3, 3])
@@ -168,20 +169,20 @@ def find_equal_ellipsoid(solid: ColumnSolid, p_PEo: Array) -> tuple[Ellipsoid, A
 
 
 def place_at(p_PEo: Array) -> Array:
-    """The pose of a frame at a point with the axes of P, shape (4, 4)."""
+    """Returns the pose of a frame at a point with the axes of P, shape (4, 4)."""
     X_PE = np.eye(4)
     X_PE[:3, 3] = p_PEo
     return X_PE
 
 
 def _stretch(solid: ColumnSolid, factor: float) -> ColumnSolid:
-    """The solid with columns longer by a factor, about their middles."""
+    """Returns the solid with columns stretched by a factor about their middles."""
     middle = solid.ends.mean(axis=1, keepdims=True)
     return ColumnSolid(solid.places, solid.areas, middle + factor * (solid.ends - middle))
 
 
 def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[ComponentFeatures, ...]:
-    """Gives the faces that are made to strike, which the eye is told, to the parts whose surfaces are nearest."""
+    """Assigns the tool's striking faces, known without measurement, to the parts with the nearest surfaces."""
     seen = list(features)
     for part in tool.components:
         for face in part.strikes:
@@ -194,6 +195,6 @@ def give_strikes(features: Sequence[ComponentFeatures], tool: Tool) -> tuple[Com
 
 
 def _measure_gap(shape: Shape, X_TE: Array, p_TQ: Array) -> float:
-    """How far a point lies beyond a part as seen from its centroid, negative within, [m]."""
+    """Computes the distance of a point beyond a part's surface as seen from its centroid, negative inside, [m]."""
     p_EQ = X_TE[:3, :3].T @ (p_TQ - X_TE[:3, 3])
     return float(np.linalg.norm(p_EQ) - p_EQ @ shape.find_support(p_EQ) / np.linalg.norm(p_EQ))

@@ -1,8 +1,7 @@
-"""Which pixels show the object, and which of its parts.
+"""Segmentation of a picture into the object and its parts.
 
-What stands out from the stand is the object: its depth is less. Within it, regions of one tint are parts, whatever
-their shade; a region of one tint that has a waist is several parts of one colour. Labels as a renderer knows them are
-not used.
+The object is what is nearer to the camera than the stand. Within it, regions of one tint are parts, whatever their
+shading; a region of one tint with a waist is several parts of one colour. Labels known to the renderer are not used.
 """
 
 from typing import Any, NamedTuple
@@ -24,40 +23,41 @@ from affordance.objects.colour import compute_tints
 from affordance.vision.pixels.rgbd import Labels, Mask, Picture
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
-# A fit of nine numbers wants several times as many readings inside the rim, whose band is three pixels wide: a disc
-# of twelve pixels across.
+# Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, whose
+# band is three pixels wide, as in a disc of twelve pixels' diameter.
 MIN_PIXELS = 110
-# Depth that is this many standard deviations nearer than the stand is not the stand's: one pixel in 30,000 errs, and
-# such specks are removed.
+# Depth nearer than the stand by this number of standard deviations is not the stand's: the error probability is one
+# pixel in 30,000, and such specks are removed.
 _NUM_SDS = 4.0
-# What the stand's own depth is off by at most, beside its noise: rounding of a renderer or a calibration, [m].
+# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
 _STAND_ERROR = 1e-3
-# Fewer readings than this part of the picture are none.
+# Least fraction of the picture with depth readings.
 _MIN_READABLE = 0.5
-# Sides of the median and the mean filter that take the noise off colours, and how far from a pixel both reach: the
-# rest of the stand's colour is that far inside the object, [pixels].
+# Sides of the median and mean filters that denoise colours, and the reach of both from a pixel: the stand's colour
+# spreads that far into the object, [pixels].
 _MEDIAN_SIDE, _MEAN_SIDE, _SMOOTHING = 5, 3, 3
-# Tints further apart than this are of two materials: colours ten units apart differ to any eye. Bins of the
-# histogram in which the most frequent tints are found.
+# Tints further apart than this belong to two materials: colours ten units apart differ visibly. Bin width of the
+# histogram in which the most frequent tints are found, [CIELAB].
 _TINT_RADIUS, _TINT_BIN = 10.0, 2.0
-# In less light than this, of what saturates a channel, that radius is less than four standard deviations of what
-# noise does to the tint of a smoothed grey (0.7 over the root of the light), and grows with it.
+# Brightness relative to saturation below which that radius is less than four standard deviations of the tint noise of
+# a smoothed grey (0.7 over the root of the light), and therefore grows with it.
 _LIT = 0.08
-# Strips of mixed colours between two parts are narrower than this, and are no part, [pixels].
+# Width above that of strips of mixed colours between two parts, which are not parts, [pixels].
 _STRIP = 5
-# A region has a waist if it falls apart where its distance from the rim is more than this part of each piece's own.
+# A region has a waist if it separates at a distance from the rim above this fraction of each piece's largest
+# distance.
 _WAIST = 0.7
-# Distances from the rim at which waists are sought: from this many pixels on, so many of them.
+# Least distance from the rim at which waists are sought, [pixels], and number of distances.
 _LEAST_WAIST, _NUM_LEVELS = 1.5, 24
 _UNKNOWN = -1
 
 
 class Segmentation(NamedTuple):
-    """What the picture shows.
+    """Parts of the object in a picture.
 
     Attributes:
-        labels: Number of the part each pixel shows, -1 where it shows none, (height, width).
-        num_parts: How many parts there are.
+        labels: Index of the part that each pixel shows, -1 for none, (height, width).
+        num_parts: Number of parts.
     """
 
     labels: Labels
@@ -65,11 +65,11 @@ class Segmentation(NamedTuple):
 
 
 def check_picture(picture: Picture) -> None:
-    """Rejects what is no picture.
+    """Rejects an unusable picture.
 
     Raises:
-        UnusablePictureError: Colour and depth do not fit together, or are too small.
-        NoDepthError: Depth is no number, or there is too little of it.
+        UnusablePictureError: Colour and depth do not match, or are too small.
+        NoDepthError: Depth readings are not finite, or too few.
         OneColourError: All pixels have the same colour.
     """
     colour, depth = picture
@@ -91,20 +91,20 @@ def check_picture(picture: Picture) -> None:
 
 
 def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segmentation:
-    """Finds the parts of the object.
+    """Segments the object into its parts.
 
     Args:
-        picture: What the camera recorded.
+        picture: Picture of the object on the stand.
         stand_depth: Depth of the stand's top, [m].
-        noise: That of the sensor.
+        noise: Noise of the sensor.
 
     Raises:
-        UnusablePictureError: Colour and depth do not fit together, or are too small.
-        NoDepthError: Depth is no number, or there is too little of it.
+        UnusablePictureError: Colour and depth do not match, or are too small.
+        NoDepthError: Depth readings are not finite, or too few.
         OneColourError: All pixels have the same colour.
-        NothingSeenError: Nothing stands out from the stand.
-        OutOfViewError: What does reaches the picture's edge.
-        TooSmallError: It, or one of its parts, covers too few pixels.
+        NothingSeenError: Nothing is nearer than the stand.
+        OutOfViewError: The object reaches the picture's edge.
+        TooSmallError: The object, or one of its parts, covers too few pixels.
     """
     check_picture(picture)
     object_mask = find_object(picture, stand_depth, noise)
@@ -130,11 +130,12 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 
 
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
-    """Finds what stands out from the stand, (height, width); arguments and errors are those of segment."""
+    """Finds the pixels that are nearer than the stand, (height, width); arguments and errors as for ``segment``."""
     threshold = (
         stand_depth - _STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
     )
-    # Where there is no reading the surface is turned far away, as an object's is near its outline, the stand's never.
+    # Readings are missing where a surface is strongly inclined, as an object's is near its outline, the stand's
+    # never.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
     num_regions, regions, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
@@ -155,7 +156,7 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
-    """Rows and columns around a mask that is not empty, with room on all sides as far as there is any, [pixels]."""
+    """Finds rows and columns around a mask that is not empty, with a margin within the picture, [pixels]."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     return (
         slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
@@ -164,9 +165,9 @@ def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
 
 
 def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
-    """Regions of one tint each: tints are found one after the other, the most frequent first, in good light first.
+    """Splits a mask into regions of one tint: the most frequent tint first, and well lit pixels first.
 
-    There is none if what is seen is so small or slim that the stand's colour is mixed into all of it.
+    Returns no regions if the object is so small or slim that the stand's colour is mixed into all of it.
     """
     side = 2 * _SMOOTHING + 1
     core = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
@@ -191,7 +192,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
     seeds[core] = nearest + 1
     regions = []
     for number in range(1, len(modes) + 1):
-        # Between two parts colours mix; such a strip is no part.
+        # Strips between two parts, where colours mix, are removed.
         one = cv2.morphologyEx(
             (seeds == number).astype(np.uint8), cv2.MORPH_OPEN, np.ones((_STRIP, _STRIP), np.uint8)
         )
@@ -201,7 +202,7 @@ def _split_by_tint(mask: Mask, colour: NDArray[Any]) -> list[Mask]:
 
 
 def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
-    """The most frequent of points in a plane, such as tints, (N, 2); by a histogram of some bin width. Shape (2,)."""
+    """Finds the mode of points in a plane, such as tints, (N, 2), by a histogram; shape (2,)."""
     low, high = points.min(axis=0), points.max(axis=0)
     shape = np.maximum(1, np.ceil((high - low) / bin_width)).astype(int) + 1
     index = ((points - low) / bin_width).astype(int)
@@ -213,7 +214,7 @@ def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
 
 
 def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
-    """Gives every pixel of a mask to the nearest of the regions inside it."""
+    """Assigns every pixel of a mask to the nearest of the regions inside it."""
     seeds = np.zeros(mask.shape, dtype=np.int32)
     for number, region in enumerate(regions):
         seeds[region & mask] = number + 1
@@ -226,7 +227,7 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
 
 
 def _split_at_waists(region: Mask) -> list[Mask]:
-    """The convex pieces that a region is made of; itself if it has no waist."""
+    """Splits a region into convex pieces; returns the region itself if it has no waist."""
     window = find_window(region, room=2)
     small = region[window].astype(np.uint8)
     distance = cv2.distanceTransform(small, cv2.DIST_L2, 5)
@@ -236,7 +237,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
     markers = np.zeros(small.shape, dtype=np.int32)
     for number, core in enumerate(cores):
         markers[core] = number + 1
-    # The nearest core, counted in its own radii: two touching ellipsoids of unequal thickness part at their waist.
+    # The nearest core, relative to its radius: two touching ellipsoids of unequal thickness are split at their waist.
     ways = [
         cv2.distanceTransform((markers != number + 1).astype(np.uint8), cv2.DIST_L2, 5) / distance[core].max()
         for number, core in enumerate(cores)
@@ -251,7 +252,7 @@ def _split_at_waists(region: Mask) -> list[Mask]:
 
 
 def _find_cores(distance: NDArray[Any]) -> list[Mask]:
-    """Cores of the pieces of a region, by the distance of its pixels from its rim."""
+    """Finds the cores of a region's pieces, from the distances of its pixels from the rim."""
     best: list[Mask] = []
     for level in np.geomspace(_LEAST_WAIST, 0.9 * max(float(distance.max()), 2.0 * _LEAST_WAIST), _NUM_LEVELS):
         count, labels = cv2.connectedComponents((distance > level).astype(np.uint8), connectivity=8)

@@ -1,12 +1,12 @@
-"""What a common RGB-D camera adds to a perfect picture.
+"""Noise of a common RGB-D camera.
 
-Depth as measured of the first Kinect by Nguyen, Izadi and Lovell (2012, Modeling Kinect sensor noise for improved 3D
-reconstruction and tracking, 3DIMPVT), at depth z [m] of a surface turned from the camera by an angle theta [rad]:
+Depth noise as measured for the first Kinect by Nguyen, Izadi and Lovell (2012, Modeling Kinect sensor noise for
+improved 3D reconstruction and tracking, 3DIMPVT), at depth z [m] and angle theta [rad] between surface and picture:
 
     axial SD   = 0.0012 + 0.0019 (z - 0.4)^2 + 0.0001 / sqrt(z) (theta / (pi/2 - theta))^2      [m]
     lateral SD = 0.8 + 0.035 theta / (pi/2 - theta)                                             [pixels]
 
-Colour has the noise of counted photons, whose variance grows with the signal.
+Colour has photon noise, whose variance grows with the signal.
 """
 
 from dataclasses import dataclass
@@ -17,54 +17,54 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.vision.pixels.rgbd import Camera, Picture
 
-# How far a surface is turned where the noise carries readings over its outline: one pixel, its lateral SD, inside the
-# outline of a disc of 30 pixels' radius, [rad].
+# Angle of a surface where noise carries readings over its outline: one pixel, its lateral SD, inside the outline of a
+# disc of 30 pixels' radius, [rad].
 _RIM_ANGLE = float(np.radians(75.0))
 
 
 @dataclass(frozen=True)
 class SensorNoise:
-    """The noise of one look; docs/decisions/0015-vision-from-pixels.md.
+    """Noise of one picture; docs/decisions/0015-vision-from-pixels.md.
 
     Attributes:
-        depth_scale: Factor of the depth's standard deviations, axial and lateral; 0 for a perfect sensor.
-        signal_to_noise: Of a saturated colour pixel; infinite for a perfect sensor.
-        max_angle: Surfaces turned further away give no depth, [rad].
+        depth_scale: Factor on the standard deviations of depth, axial and lateral; 0 for a perfect sensor.
+        signal_to_noise: Signal-to-noise ratio of a saturated colour pixel; infinite for a perfect sensor.
+        max_angle: Angle beyond which surfaces give no depth, [rad].
     """
 
     depth_scale: float = 1.0
-    # ISO 12232: at 40 a picture is called excellent.
+    # ISO 12232: a ratio of 40 counts as excellent.
     signal_to_noise: float = 40.0
-    # Nguyen et al. could measure nothing beyond.
+    # Largest angle at which Nguyen et al. could measure.
     max_angle: float = float(np.radians(80.0))
 
     def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
-        """Standard deviation of a reading along the view, [m], at depths [m] and angles of the surface [rad]."""
+        """Computes the axial standard deviation of a reading, [m], at depths [m] and surface angles [rad]."""
         tilt = angle / (0.5 * np.pi - angle)
         sd: Array = self.depth_scale * (0.0012 + 0.0019 * (depth - 0.4) ** 2 + 0.0001 / np.sqrt(depth) * tilt**2)
         return sd
 
     def compute_lateral_sd(self, angle: Array) -> Array:
-        """Standard deviation of where in the picture a reading is taken, [pixels], at angles [rad]."""
+        """Computes the lateral standard deviation of a reading's position, [pixels], at surface angles [rad]."""
         sd: Array = self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
         return sd
 
     @property
     def outline_shift(self) -> float:
-        """How far an outline drawn by depth lies inside the true one, [pixels].
+        """Distance of an outline found by depth inside the true one, [pixels].
 
-        Readings beside their pixels carry the surface outwards by SD / sqrt(2 pi), and what is behind it inwards by
-        that of its own SD; near its outline the surface is turned far away, what is behind it not.
+        Lateral noise carries the surface outwards by SD / sqrt(2 pi), and the background inwards by its own SD /
+        sqrt(2 pi); near its outline the surface is strongly inclined, the background is not.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float((surface - behind) / np.sqrt(2.0 * np.pi))
 
     @property
     def outline_sd(self) -> float:
-        """Standard deviation of where an edge between two neighbouring pixels is found, [pixels].
+        """Standard deviation of the position of an edge between two neighbouring pixels, [pixels].
 
-        A row of pixels across the outline counts SD / sqrt(pi) too many or too few in the mean square, and 1/12 by
-        rounding; where an outline of one pixel's length is crossed, it is by 4 / pi edges, so that each weighs less.
+        The length of a row of pixels across the outline has a mean square error of SD / sqrt(pi), plus 1/12 by
+        rounding; an outline has 4 / pi edges per pixel of its length, so that each weighs less.
         """
         surface, behind = self.compute_lateral_sd(np.array([_RIM_ANGLE, 0.0]))
         return float(np.sqrt((0.5 * (surface + behind) / np.sqrt(np.pi) + 1.0 / 12.0) * 4.0 / np.pi))
@@ -72,8 +72,7 @@ class SensorNoise:
     def add_to(self, picture: Picture, camera: Camera, rng: np.random.Generator) -> Picture:
         """Returns the picture as the sensor would record it.
 
-        A reading is that of a place beside the pixel, as far off as the lateral noise says, with the axial noise of
-        that place.
+        A reading is taken at a point displaced by the lateral noise, with the axial noise at that point.
         """
         return Picture(self._disturb_colour(picture.colour, rng), self._disturb_depth(picture.depth, camera, rng))
 
@@ -100,9 +99,9 @@ class SensorNoise:
 
 
 def measure_angles(depth: Array, camera: Camera) -> Array:
-    """Angle between each pixel's surface and the picture's plane, from noise-free depth, (height, width), [rad].
+    """Measures the angle between each pixel's surface and the picture, from noise-free depth, (height, width), [rad].
 
-    Of the slopes to the two neighbours along an axis the smaller one counts, so that a silhouette turns neither the
+    The smaller of the slopes to the two neighbours along an axis counts, so that a silhouette inclines neither the
     surface in front of it nor the one behind.
     """
     slopes = []

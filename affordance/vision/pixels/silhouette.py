@@ -1,7 +1,7 @@
-"""Which pixels show an object of any form, however slim: what differs from the stand in colour or in depth.
+"""Segmentation of an object of any form, however slim, from the stand by colour or depth.
 
-Depth alone misses what is flatter than its noise, colour alone what has the colour of the stand. The outline is drawn
-by colour where it can be, as colours are sharp and depth is not: halfway between the stand's and the object's own.
+Depth alone misses objects flatter than its noise, colour alone those with the stand's colour. Where possible the
+outline is drawn by colour, which is sharper than depth: halfway between the stand's colour and the object's.
 """
 
 import cv2
@@ -14,18 +14,19 @@ from affordance.vision.pixels.rgbd import Mask, Picture
 from affordance.vision.pixels.segmentation import check_picture
 from affordance.vision.pixels.sensor_noise import SensorNoise
 
-# Of the blur that takes noise off colours before they are compared with the stand's, [pixels].
+# Standard deviation of the blur that denoises colours before they are compared with the stand's, [pixels].
 _BLUR = 0.7
-# Colours this many standard deviations of the blurred stand's own away from it are not the stand's: with fewer,
+# Number of standard deviations of the blurred stand's colour beyond which a colour is not the stand's: with fewer,
 # specks of noise would remain in a picture of a million pixels.
 _COLOUR_SDS = 6.0
-# Readings averaged over so many pixels a side, and how many standard deviations nearer than the stand is nearer.
+# Side of the window over which readings are averaged, [pixels], and number of standard deviations that count as
+# nearer.
 _DEPTH_SIDE, _DEPTH_SDS = 5, 4.0
-# What the stand's own depth is off by at most, beside its noise: rounding of a renderer or a calibration, [m].
+# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
 _STAND_ERROR = 1e-3
-# Smaller specks are noise, [pixels].
+# Least size of a region that is not noise, [pixels].
 _MIN_PIXELS = 60
-# Of a normal distribution: its standard deviation by the median of absolute deviations.
+# Standard deviation of a normal distribution per median absolute deviation.
 _PER_MEDIAN = 1.4826
 
 
@@ -33,16 +34,16 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
     """Finds the pixels that show the object, (height, width).
 
     Args:
-        picture: What the camera recorded.
+        picture: Picture of the object on the stand.
         stand_depth: Depth of the stand's top, [m].
-        noise: That of the sensor.
+        noise: Noise of the sensor.
 
     Raises:
-        UnusablePictureError: Colour and depth do not fit together, or are too small.
-        NoDepthError: Depth is no number, or there is too little of it.
+        UnusablePictureError: Colour and depth do not match, or are too small.
+        NoDepthError: Depth readings are not finite, or too few.
         OneColourError: All pixels have the same colour.
-        NothingSeenError: Nothing stands out from the stand.
-        OutOfViewError: What does reaches the picture's edge.
+        NothingSeenError: Nothing differs from the stand.
+        OutOfViewError: The object reaches the picture's edge.
     """
     check_picture(picture)
     colour = picture.colour.astype(np.float32)
@@ -54,7 +55,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
     found = cv2.morphologyEx(found.astype(np.uint8), cv2.MORPH_OPEN, np.ones((2, 2), np.uint8)).astype(bool)
     core = cv2.erode(found.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     if core.any():
-        # Blur and mixed pixels reach beyond the outline, to where half of the object's own difference is left.
+        # Blur and mixed pixels extend the mask to less than half of the object's own difference.
         outside = (difference < 0.5 * spread_nearest(difference, core)) & ~core & ~near
         found &= ~outside
     count, regions, statistics, _ = cv2.connectedComponentsWithStats(found.astype(np.uint8), connectivity=8)
@@ -70,7 +71,7 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
 
 
 def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Gives every pixel the value of the nearest one that is known, (height, width); at least one must be."""
+    """Gives every pixel the value of the nearest known one, (height, width); at least one must be known."""
     _, nearest = cv2.distanceTransformWithLabels(
         (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
@@ -81,7 +82,7 @@ def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]
 
 
 def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
-    """What is nearer than the stand, without a rim as wide as half of the window it is averaged over."""
+    """Finds pixels nearer than the stand, without a rim of half the width of the averaging window."""
     filled = np.where(depth > 0.0, depth, stand_depth)
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
     near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - _STAND_ERROR - _DEPTH_SDS * sd

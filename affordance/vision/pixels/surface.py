@@ -1,7 +1,7 @@
-"""What a picture says of the surface of an object of any form: its depth without noise, and its colour in full light.
+"""Surface of an object of any form in a picture: its smoothed depth, and its colour in full light.
 
-A surface that is turned away from the lamps looks darker. Its slope is taken from depth averaged over a few
-millimetres, which is right within a face and wrong where two meet; there a colour cannot be told.
+A surface inclined away from the lamps looks darker. Its slope is computed from depth averaged over a few millimetres,
+which is correct within a face and wrong at edges; there the colour is undetermined.
 """
 
 from typing import NamedTuple
@@ -14,24 +14,24 @@ from affordance.vision.pixels.rgbd import Camera, Mask, Picture
 from affordance.vision.pixels.rig import compute_shading
 from affordance.vision.pixels.silhouette import spread_nearest
 
-# Sides of the windows over which depth is averaged for itself and for its slope, [pixels]: over 81 readings the slope
-# of one face is known to 0.1.
+# Sides of the windows over which depth is averaged, for itself and for its slope, [pixels]: over 81 readings the
+# slope of one face is known to 0.1.
 _DEPTH_SIDE, _SLOPE_SIDE = 5, 9
-# Least light that a colour is divided by, of what saturates a pixel.
+# Least light by which a colour is divided, relative to saturation.
 _MIN_LIGHT = 0.2
-# In a darker light than this a surface is steep, or what is seen is the edge between two faces.
+# Light relative to saturation below which a surface is steep, or an edge between two faces.
 _GOOD_LIGHT = 0.6
 
 
 class Surface(NamedTuple):
-    """What one view shows of the object, in a window of its picture.
+    """Surface of the object in one view, in a window of the picture.
 
     Attributes:
-        mask: Which pixels show it, (height, width).
+        mask: True where a pixel shows the object, (height, width).
         corner: Column and row of the window's first pixel in the picture, (2,).
-        depth: Averaged, (height, width), [m]; where the mask is false, that of the nearest pixel that shows it.
+        depth: Averaged depth, (height, width), [m]; outside the mask that of the nearest pixel with readings.
         colour: Red, green and blue in full light, in [0, 1], (height, width, 3).
-        lit: Where the slope is known well enough for that, (height, width).
+        lit: True where the slope is known well enough to determine the colour, (height, width).
     """
 
     mask: Mask
@@ -42,7 +42,7 @@ class Surface(NamedTuple):
 
 
 def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
-    """Measures depth and colour of what a mask shows; the mask must show something."""
+    """Measures depth and colour within a mask, which must not be empty."""
     rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
     room = 2 * _SLOPE_SIDE
     window = (
@@ -51,7 +51,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
     )
     mask, depth = mask[window], picture.depth[window]
     corner = np.array([window[1].start, window[0].start], dtype=float)
-    # Readings beside the outline are taken from behind it one time in four.
+    # One in four readings next to the outline is of the background.
     inner = cv2.erode(mask.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool) & (depth > 0.0)
     inner = inner if inner.any() else mask & (depth > 0.0)
     fine, coarse = (_average(depth, inner, side) for side in (_DEPTH_SIDE, _SLOPE_SIDE))
@@ -62,7 +62,7 @@ def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
 
 
 def _average(depth: Array, known: Mask, side: int) -> Array:
-    """Mean of the readings in a window around each pixel; that of the nearest window with any where there is none."""
+    """Averages the readings in a window around each pixel; without readings the nearest window with some counts."""
     weight = cv2.blur(known.astype(float), (side, side))
     total = cv2.blur(np.where(known, depth, 0.0), (side, side))
     there = weight > 0.5 / side**2
@@ -70,7 +70,7 @@ def _average(depth: Array, known: Mask, side: int) -> Array:
 
 
 def _measure_light(depth: Array, corner: Array, camera: Camera) -> Array:
-    """Light that falls on the surface, of what saturates a pixel, by the slope of its depth, (height, width).
+    """Computes the light on the surface relative to saturation, from the slope of its depth, (height, width).
 
     A point is p = z (x / f, y / f, 1) with x, y from the principal point, so that dp/du x dp/dv is proportional to
     (-f dz/du, -f dz/dv, z + x dz/du + y dz/dv), away from the camera.

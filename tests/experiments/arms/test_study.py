@@ -56,13 +56,14 @@ def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
     one["metrics"]["experiments"] = {**one["metrics"]["experiments"], "hammer": "too weak"}
     worse = describe_study({"a": invent(), "b": one}, ours)
     assert [claim.met for claim in worse.claims] == [False, False, False]
-    assert [claim.criteria[0].value for claim in worse.claims] == ["1", "1.0 × 10^-8", "4.9"]
+    assert [claim.criteria[0].value for claim in worse.claims] == ["50 %", "1.0 × 10^-8", "4.9"]
 
 
 def test_a_robot_that_is_not_required_may_lack_an_experiment() -> None:
     other = invent(required=False)
     other["metrics"] = {**other["metrics"], "experiments": dict.fromkeys(NAMES, "too weak")}
     assert describe_study({"a": invent(), "b": other}, invent()).claims[0].met
+    assert not describe_study({"b": other}, invent()).claims[0].met  # none that must have them was studied
 
 
 def test_a_joint_beyond_its_rate_is_named() -> None:

@@ -84,6 +84,10 @@ def test_a_bent_novel_tool_is_the_crooked_stick():
         np.testing.assert_allclose(novel.list_gripped()[grip].parameters, held.parameters, rtol=1e-3, atol=1e-6)
 
 
+def densities(tools):
+    return [pytest.approx(part.material.density) for tool in tools for part in tool.components]
+
+
 def get_samples(world):
     return world.settings.noise.independent_samples, world.num_samples
 
@@ -99,6 +103,12 @@ def get_samples(world):
         ({"cost_measure": "effort"}, lambda world: world.settings.cost_measure, CostMeasure.EFFORT),
         ({"acceleration_sd": 0.05}, lambda world: world.settings.acceleration_sd, 0.05),
         ({"nail_force": 200.0}, lambda world: world.hammer.nail.force_demanded, pytest.approx(200.0)),
+        ({"rod_density": 2700.0}, lambda world: densities(world.rods[:4]), [2700.0] * 4),
+        ({"rod_density": 4250.0}, lambda world: densities(world.rods[4:]), [360.0]),
+        ({"decoy_share": 0.1}, lambda world: densities(world.rods), [8500.0] * 4 + [850.0]),
+        ({"dense_density": 2700.0}, lambda world: densities(world.learning[:1]), [720.0, 720.0, 2700.0]),
+        ({"dense_density": 2700.0}, lambda world: densities([world.novel]), [720.0, 2700.0]),
+        ({"wood_density": 450.0}, lambda world: densities([world.novel]), [450.0, 7850.0]),
         ({"nail_height": -0.3}, lambda world: world.hammer.offset[2], -0.3),
         ({"path_rise": 0.1}, lambda world: world.reach.path.points[-1][2], pytest.approx(0.0, abs=1e-12)),
         ({"path_duration": 3.0}, lambda world: world.reach.duration, 3.0),

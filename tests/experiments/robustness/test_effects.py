@@ -31,6 +31,20 @@ def test_index_is_what_the_assumption_alone_explains():
     assert compute_indices(mixed[None], LEVELS)[0, 6] == pytest.approx(0.0225 / 0.1875, abs=0.02)
 
 
+def test_what_levels_explain_by_chance_is_taken_off(rng):
+    """By hand of four settings; and of outcomes that nothing moves more than half of the indices are zero."""
+    levels = np.array([[0], [0], [1], [1]])
+    # Of the sum of squares 3/4 the two groups explain 1/4, a third: as one of three degrees of freedom does.
+    assert compute_indices(np.array([[1.0, 1.0, 1.0, 0.0]]), levels)[0, 0] == pytest.approx(0.0, abs=1e-12)
+    np.testing.assert_allclose(compute_indices(np.array([[1.0, 1.0, 0.0, 0.0]]), levels), 1.0)
+    # Of six outcomes that are 1 in three and in one of three, a half is explained, and a fifth of it expected.
+    outcomes, levels = np.array([[1.0, 1.0, 1.0, 1.0, 0.0, 0.0]]), np.repeat([[0], [1]], 3, axis=0)
+    assert compute_indices(outcomes, levels)[0, 0] == pytest.approx((0.5 - 0.2) / (1.0 - 0.2), abs=1e-12)
+    chance = compute_indices((rng.random((200, 512)) < 0.4).astype(float), LEVELS)
+    assert chance.mean() < 0.003  # uncorrected: 4 / 511 = 0.008 of five levels
+    assert (chance == 0.0).mean() > 0.5
+
+
 def test_strongest_assumption_is_found_and_noise_is_not(rng):
     outcomes = np.where(rng.random(512) < np.where(PLACES[:, 2] > 0.6, 0.8, 0.3), 1.0, 0.0)
     effects = measure_effects(outcomes, LEVELS, 0)

@@ -4,13 +4,13 @@ import pickle
 
 import numpy as np
 import pytest
+from helpers.generated_records import record_tool
 from helpers.workshop import HAMMERS
-from scipy.spatial.transform import Rotation
 
 from affordance.exceptions import BadValueError
 from affordance.experiments.tools.data_set import TrueInertia
 from affordance.experiments.tools.parity import compare_inertia, compute_central_inertia
-from affordance.experiments.tools.record_file import Recording, read_pickle, read_recording
+from affordance.experiments.tools.record_file import read_pickle, read_recording
 from affordance.experiments.tools.record_methods import (
     NOISES,
     PointParts,
@@ -31,21 +31,7 @@ RHO = np.array([part.material.density for part in TOOL.components])
 
 @pytest.fixture
 def recording(rng):
-    """What a sensor feels: F = m (a_com + g), and its torque, by Newton and Euler rather than by a regressor."""
-    count = 200
-    R = Rotation.random(count, random_state=1).as_matrix()
-    w, alpha, a = (scale * rng.standard_normal((count, 3)) for scale in (0.3, 0.5, 0.5))
-    mass, p_S = PI[0], PI[1:4] / PI[0]
-    I_S = compute_central_inertia(PI)
-    r = np.einsum("nij,j->ni", R, p_S)
-    a_com = a + np.cross(alpha, r) + np.cross(w, np.cross(w, r))
-    force = mass * (a_com + np.array([0, 0, -9.81]))
-    I_W = R @ I_S @ R.transpose(0, 2, 1)
-    spin = np.einsum("nij,nj->ni", I_W, w)
-    torque = np.einsum("nij,nj->ni", I_W, alpha) + np.cross(w, spin) + np.cross(r, force)
-    X = np.tile(np.eye(4), (count, 1, 1))
-    X[:, :3, :3] = R
-    return Recording(X, X, w, a, alpha, force, torque)
+    return record_tool(PI, rng)
 
 
 def test_exact_record_gives_exact_parameters(recording, rng):

@@ -1,0 +1,32 @@
+"""The commit of the program that runs."""
+
+import functools
+import shutil
+import subprocess
+from pathlib import Path
+
+_TIMEOUT = 10.0  # of a call of git, [s]
+
+
+@functools.cache
+def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
+    """Finds the git commit of a folder of sources.
+
+    Returns: Its 40 digits, followed by ``-dirty`` if files were changed since; None if the folder is none that a
+        repository keeps, as where the program was installed, or if git is missing.
+    """
+    git = shutil.which("git")
+    if git is None or _ask(git, folder, "ls-files", "--error-unmatch", ".") is None:
+        return None
+    return _ask(git, folder, "describe", "--always", "--dirty", "--abbrev=40", "--exclude=*")
+
+
+def _ask(git: str, folder: Path, *arguments: str) -> str | None:
+    """What git says of a folder; None if it fails."""
+    try:
+        done = subprocess.run(
+            [git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=True
+        )
+    except (OSError, subprocess.SubprocessError):
+        return None
+    return done.stdout.strip()

@@ -1,0 +1,114 @@
+"""Numbers of the pages, from results: ``make numbers``.
+
+A number in a page stands between two comments, which a reader of the rendered page does not see:
+
+    <!--=reach: p_correct[1] | .2f-->0.64<!--/-->
+
+They name a folder of results, an expression over its ``metrics.json``, and a format of Python. Values are kept in
+``docs/numbers.json`` with the run that they are from, so that a test can compare the pages with them without results.
+"""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from affordance.files.atomic import write_json, write_text
+from affordance.reporting.expressions import evaluate
+
+ROOT = Path(__file__).parents[1]
+KEPT = ROOT / "docs" / "numbers.json"
+_MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<expression>[^|]+?) \| (?P<format>[^|>]+?)-->(?P<text>.*?)<!--/-->")
+# What of a run is kept with its values.
+_RUN = ("repeats", "seed", "commit", "finished")
+
+
+class Mark(NamedTuple):
+    """A number in a page.
+
+    Attributes:
+        page: Page, relative to the repository.
+        folder: Folder of results.
+        expression: Expression over the folder's metrics.
+        format: Format of Python, with a percent sign for a hundredfold value without its sign.
+        text: Text of the page.
+    """
+
+    page: str
+    folder: str
+    expression: str
+    format: str
+    text: str
+
+    def show(self, value: Any) -> str:
+        """Formats a value."""
+        return f"{100.0 * value:{self.format[:-1]}}" if self.format.endswith("%") else f"{value:{self.format}}"
+
+
+def list_pages() -> list[Path]:
+    """Pages that may hold numbers."""
+    return [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def list_marks() -> Iterator[Mark]:
+    """Numbers of all pages."""
+    for page in list_pages():
+        for found in _MARK.finditer(page.read_text(encoding="utf-8")):
+            yield Mark(str(page.relative_to(ROOT)), **found.groupdict())
+
+
+def read_kept() -> dict[str, Any]:
+    """Values by folder and expression, with the runs that they are from."""
+    kept: dict[str, Any] = json.loads(KEPT.read_text(encoding="utf-8"))
+    return kept
+
+
+def collect(results: Path, kept: Mapping[str, Any]) -> dict[str, Any]:
+    """Computes the values of all numbers; those of a folder without results stay as they were kept."""
+    found: dict[str, Any] = {}
+    for mark in list_marks():
+        entry = found.setdefault(mark.folder, {"run": {}, "values": {}})
+        path = results / mark.folder / "metrics.json"
+        if path.is_file():
+            metrics = json.loads(path.read_text(encoding="utf-8"))
+            run = {name: metrics[name] for name in _RUN if name in metrics}
+            entry["run"] = run | {"affordance": metrics.get("versions", {}).get("affordance")}
+            entry["values"][mark.expression] = evaluate(mark.expression, metrics)
+        else:
+            entry["run"] = kept[mark.folder]["run"]
+            entry["values"][mark.expression] = kept[mark.folder]["values"][mark.expression]
+    return found
+
+
+def fill(kept: Mapping[str, Any]) -> list[str]:
+    """Writes the kept values into the pages.
+
+    Returns: Numbers that changed, one line each.
+    """
+    changed = []
+    for page in list_pages():
+        name, text = str(page.relative_to(ROOT)), page.read_text(encoding="utf-8")
+
+        def put(match: re.Match[str], name: str = name) -> str:
+            mark = Mark(name, **match.groupdict())
+            shown = mark.show(kept[mark.folder]["values"][mark.expression])
+            if shown != mark.text:
+                changed.append(f"{mark.page}: {mark.folder}: {mark.expression}: {mark.text} -> {shown}")
+            return match[0][: match.start("text") - match.start()] + shown + "<!--/-->"
+
+        filled = _MARK.sub(put, text)
+        if filled != text:
+            write_text(page, filled)
+    return changed
+
+
+def main() -> None:
+    """Reads results/, keeps the values and fills the pages."""
+    kept = collect(ROOT / "results", read_kept() if KEPT.is_file() else {})
+    write_json(KEPT, kept)
+    print("\n".join(fill(kept)) or "The pages are as the results are.")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,93 @@
+"""Motions interpolated over what is believed: as accurate as is said, and simulated where that cannot be."""
+
+import numpy as np
+import pytest
+
+from affordance.experiments.robustness.interpolation import TOLERANCE, interpolate_motions
+
+TIMES = np.linspace(0.0, 3.0, 31)
+TRUE = np.array([700.0, 8000.0])
+
+
+class Simulator:
+    """Heights that depend on two densities, and how many were asked for."""
+
+    def __init__(self, move):
+        self.move = move
+        self.asked = []
+
+    def __call__(self, believed):
+        self.asked.append(tuple(believed))
+        return 0.1 * self.move(believed) * (1.0 - np.exp(-TIMES))
+
+    def list_all(self, believed):
+        return np.array([Simulator(self.move)(each) for each in believed])
+
+
+def smooth(believed):
+    return np.tanh((believed[0] / TRUE[0] - 1.0) + 2.0 * (believed[-1] / TRUE[-1] - 1.0))
+
+
+def limited(believed):
+    return min(smooth(believed), 0.031)
+
+
+@pytest.fixture
+def believed(rng):
+    wood = rng.normal(700.0, 250.0, 200)
+    return np.column_stack([wood, 8000.0 - 2.0 * (wood - 700.0) + rng.normal(0.0, 150.0, 200)])
+
+
+def test_motions_of_many_follow_from_those_of_a_few(believed):
+    simulate = Simulator(smooth)
+    motions = interpolate_motions(simulate, believed, TRUE)
+    everyone = simulate.list_all(believed)
+    assert np.abs(motions.heights - everyone).max() < TOLERANCE
+    assert len(simulate.asked) == motions.num_simulated + 1 < 40  # and the one who believes the truth
+    assert (motions.num_distinct, len(motions.heights)) == (200, 200)
+
+
+def test_error_is_that_of_motions_not_simulated_yet(believed):
+    """Measured, and not too small: the degree that stops the search has found it in motions new to it."""
+    motions = interpolate_motions(Simulator(smooth), believed, TRUE)
+    error = np.abs(motions.heights - Simulator(smooth).list_all(believed)).max()
+    assert 0.0 < motions.error <= TOLERANCE
+    assert error < 2.0 * motions.error
+    rough = interpolate_motions(Simulator(smooth), believed, TRUE, tolerance=1e-3)
+    assert rough.num_simulated < motions.num_simulated
+    assert TOLERANCE < np.abs(rough.heights - Simulator(smooth).list_all(believed)).max() < 1e-3
+
+
+def test_true_densities_are_a_node_and_drops_have_their_kink_there():
+    rods = np.random.default_rng(1).uniform(5000.0, 12000.0, (200, 1))
+    simulate = Simulator(lambda rho: np.log(rho[0] / 8500.0))
+    motions = interpolate_motions(simulate, rods, np.array([8500.0]))
+    assert simulate.asked[0] == (8500.0,)
+    drop = np.maximum(0.0, -motions.heights.min(axis=1))
+    np.testing.assert_allclose(drop, np.maximum(0.0, -simulate.list_all(rods).min(axis=1)), atol=TOLERANCE)
+    assert (drop == 0.0)[rods[:, 0] > 8510.0].all()
+    assert (drop > 0.0)[rods[:, 0] < 8490.0].all()
+
+
+def test_all_are_simulated_where_motions_are_not_smooth(believed):
+    simulate = Simulator(limited)
+    motions = interpolate_motions(simulate, believed, TRUE)
+    assert motions.num_simulated == motions.num_distinct == 200
+    assert motions.error == 0.0
+    np.testing.assert_array_equal(motions.heights, simulate.list_all(believed))
+    assert len(set(simulate.asked)) == len(simulate.asked)
+
+
+def test_those_who_believe_the_same_are_simulated_once():
+    simulate = Simulator(smooth)
+    motions = interpolate_motions(simulate, np.tile([[500.0, 7000.0]], (200, 1)), TRUE)
+    assert (motions.num_simulated, motions.num_distinct, len(simulate.asked)) == (1, 1, 1)
+    np.testing.assert_array_equal(motions.heights, np.tile(simulate([500.0, 7000.0]), (200, 1)))
+
+
+def test_beliefs_along_a_line_take_nodes_along_it():
+    wood = np.linspace(200.0, 1200.0, 50)
+    believed = np.column_stack([wood, 8000.0 - 2.0 * (wood - 700.0)])
+    motions = interpolate_motions(Simulator(smooth), believed, TRUE)
+    assert motions.num_simulated < 12
+    assert np.abs(motions.heights - Simulator(smooth).list_all(believed)).max() < TOLERANCE

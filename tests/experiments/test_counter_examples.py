@@ -1,0 +1,321 @@
+"""Every claim can fail: something that the program simulates, changed in one thing, does not meet it.
+
+What is changed are settings by name, objects, a wider or narrower category of kinds, a blow that is planned wrongly,
+a detector that is slow or out of scale: no number is made up. Each claim is judged as shipped too, by few observers.
+"""
+
+import functools
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from helpers import counter_runs as runs
+from helpers import counter_runs_of_studies as studies
+from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
+
+import affordance
+from affordance.experiments.robustness.claims import EXPERIMENTS, TASKS, list_claims
+from affordance.files.model_folder import MODELS
+from affordance.protocols.protocol import load_protocol
+from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.section import load_claims
+
+SECTIONS = {path.stem: path for path in Path(affordance.__file__).parent.rglob("sections/*.yaml")}
+
+
+class CounterExamples(NamedTuple):
+    """What contradicts the claims of a section.
+
+    Attributes:
+        runs: Numbers of a small run, by what is changed in it; nothing is in "as shipped".
+        by: What is changed where a claim is not met, by the claim's key.
+        not_met: Claims that even the program as shipped does not meet, with so few observers or at all.
+    """
+
+    runs: Mapping[str, Callable[[], Numbers]]
+    by: Mapping[str, str]
+    not_met: frozenset[str] = frozenset()
+
+
+def choose_of(task: str, **changes: object) -> Callable[[], Numbers]:
+    return lambda: _choose(**changes)[task]
+
+
+@functools.cache
+def _choose(**changes: object) -> Mapping[str, Numbers]:
+    arguments = {name: dict(value) if isinstance(value, tuple) else value for name, value in changes.items()}
+    return runs.choose(**arguments)
+
+
+NOT_FELT = tuple(NUMB.items())
+CHOICES = {
+    task: {
+        "as shipped": choose_of(task),
+        "nothing is felt": choose_of(task, changes=NOT_FELT),
+        "another tool, path and nail": choose_of(task, is_other=True),
+    }
+    for task in ("reach", "hammer", "tasks")
+}
+LIFTED = {"nothing is felt": {"is_numb": True}, "one kind": {"kappa": ONE_KIND}, "own kinds": {"kappa": OWN_KINDS}}
+
+
+def lifts_of(group: int) -> dict[str, Callable[[], Numbers]]:
+    changed = {name: functools.partial(runs.lift, group, **change) for name, change in LIFTED.items()}
+    return {"as shipped": functools.partial(runs.lift, group, repeats=2), **changed}
+
+
+ALL = {
+    "weight": CounterExamples(
+        {
+            "as shipped": functools.partial(runs.hold, "weight"),
+            "no samples": functools.partial(runs.hold, "weight", NO_SAMPLES),
+            "denser prior": runs.believe_denser,
+        },
+        {
+            "density_estimate": "denser prior",
+            "percentiles": "no samples",
+            "drop_reduced": "denser prior",
+            "first_object": "denser prior",
+            "flatter": "no samples",
+            "decoy_lifted": "no samples",
+        },
+    ),
+    "com": CounterExamples(
+        {
+            "as shipped": functools.partial(runs.hold, "com"),
+            "no samples": functools.partial(runs.hold, "com", NO_SAMPLES),
+        },
+        dict.fromkeys(("mass_and_com", "inertia", "accurate_stay", "decoy_lifted"), "no samples"),
+        frozenset({"mass_and_com"}),  # of two observers the error of the centre of mass is 10.2 mm
+    ),
+    "reach": CounterExamples(
+        CHOICES["reach"],
+        {
+            "correct_grip": "another tool, path and nail",
+            "chance": "another tool, path and nail",
+            "increases": "nothing is felt",
+            "learned": "nothing is felt",
+            "after_one": "nothing is felt",
+            "after_two": "nothing is felt",
+        },
+        frozenset({"after_two"}),  # of 160 choices 158 are right
+    ),
+    "hammer": CounterExamples(
+        {
+            **CHOICES["hammer"],
+            "as shipped": lambda: {**choose_of("hammer")(), **runs.strike()},
+            "aimed 5 % too low": lambda: runs.strike(aim=0.95),
+            "torque squared is saved": lambda: runs.save_torque()["hammer"],
+        },
+        {
+            "correct_grip": "another tool, path and nail",
+            "sufficient_force": "aimed 5 % too low",
+            "chance": "another tool, path and nail",
+            "after_one": "nothing is felt",
+            "after_two": "nothing is felt",
+            "learned": "nothing is felt",
+            "light_taps": "torque squared is saved",
+        },
+        frozenset({"after_two"}),  # of 160 choices 159 are right
+    ),
+    "tasks": CounterExamples(
+        {**CHOICES["tasks"], "torque squared is saved": lambda: runs.save_torque()["tasks"]},
+        {
+            "opposite_grips": "torque squared is saved",
+            "work_measures_agree": "another tool, path and nail",
+            "effort_differs": "another tool, path and nail",
+        },
+    ),
+    "linear_plus": CounterExamples(lifts_of(0), {"first_lift": "nothing is felt", "fraction": "own kinds"}),
+    "linear_plus_plus": CounterExamples(
+        lifts_of(1), {"first_lift": "nothing is felt", "fraction": "nothing is felt"}
+    ),
+    "two_families": CounterExamples(
+        {
+            "as shipped": functools.partial(runs.lift_family, "two_families"),
+            "one kind": functools.partial(runs.lift_family, "two_families", kappa=ONE_KIND),
+        },
+        {"apart": "one kind"},
+    ),
+    "spoilt_family": CounterExamples(
+        {
+            "as shipped": functools.partial(runs.lift_family, "spoilt_family"),
+            "one kind": functools.partial(runs.lift_family, "spoilt_family", kappa=ONE_KIND),
+        },
+        {"apart": "one kind"},
+        frozenset({"apart"}),  # of one observer
+    ),
+    "people": CounterExamples(
+        lifts_of(1),
+        {
+            **dict.fromkeys(
+                [f"{learner}_{key}" for learner in ("kinds_map", "kinds_drawn") for key in ("end", "fraction")],
+                "nothing is felt",
+            ),
+            **{f"{learner}_first": "nothing is felt" for learner in ("density", "kinds_map", "kinds_drawn")},
+            # One density goes by the family for ever, as people do not.
+            "density_end": "as shipped",
+            "density_fraction": "as shipped",
+        },
+        frozenset({"density_end", "density_fraction"}),
+    ),
+    "learners": CounterExamples(
+        {"as shipped": runs.lift_decoy_again, "one kind": functools.partial(runs.lift_decoy_again, kappa=ONE_KIND)},
+        {
+            **{
+                f"{learner}_{key}": "one kind"
+                for learner in ("kinds_map", "kinds_drawn")
+                for key in ("brass_stays", "second_lift")
+            },
+            # What kinds are for.
+            "density_brass_stays": "as shipped",
+            "density_second_lift": "as shipped",
+        },
+        # The first seconds of a hold say too little of the second lift.
+        frozenset({"density_brass_stays", "density_second_lift", "kinds_map_second_lift", "kinds_drawn_second_lift"}),
+    ),
+    "vision": CounterExamples(
+        {
+            "as shipped": runs.see,
+            "slow detector of objects a quarter larger than seen": functools.partial(runs.see, scale=1.25, delay=0.2),
+        },
+        dict.fromkeys(
+            ("visible_axes", "depth_axis", "mass", "coverage", "time"),
+            "slow detector of objects a quarter larger than seen",
+        ),
+        frozenset({"coverage", "time"}),  # of three objects, on any machine
+    ),
+    "vision_comparison": CounterExamples(
+        {
+            "as shipped": functools.partial(runs.compare_pictures, runs.DEFAULT_SETTINGS),
+            "pictures teach nothing": functools.partial(runs.compare_pictures, NO_SAMPLES),
+        },
+        {"close": "pictures teach nothing"},
+    ),
+    "robustness": CounterExamples(
+        {
+            "as shipped": functools.partial(studies.evaluate_settings, 300),
+            "twelve settings": functools.partial(studies.evaluate_settings, 12),
+        },
+        {"enough_settings": "twelve settings"},
+    ),
+    "arms": CounterExamples(
+        {
+            "as shipped": studies.import_arms,
+            "weak arm, another mass, many ticks": functools.partial(
+                studies.import_arms, is_weak=True, heavier=1.01, changes={"control_period": 0.001}
+            ),
+        },
+        dict.fromkeys(("complete", "parity", "real_time"), "weak arm, another mass, many ticks"),
+        frozenset({"real_time"}),  # on any machine
+    ),
+    "recorded": CounterExamples(
+        {
+            "as shipped": lambda: {
+                **studies.identify_current(),
+                **studies.inject(),
+                **studies.weigh(),
+                **studies.cover(),
+                **studies.time_identification(),
+            },
+            "gains that change, no friction, a load in the empty hand": functools.partial(
+                studies.identify_current, is_wrong=True
+            ),
+            "errors are taken for independent": functools.partial(studies.inject, believes_white=True),
+            "errors are large and independent": functools.partial(studies.inject, is_white=True),
+            "a scale that errs": functools.partial(studies.weigh, scale=0.8),
+            "errors are taken for half as large": functools.partial(studies.cover, overconfident=2.0),
+            "many samples": functools.partial(studies.time_identification, num_samples=20_000),
+        },
+        {
+            **dict.fromkeys(
+                ("ur10e_halves", "ur10e_load_friction", "ur10e_empty"),
+                "gains that change, no friction, a load in the empty hand",
+            ),
+            "panda_coverage": "errors are taken for independent",
+            "panda_error": "errors are large and independent",
+            "panda_control": "errors are large and independent",
+            "lbipe": "a scale that errs",
+            "own_prior": "errors are taken for half as large",
+            "hidden_part": "errors are taken for half as large",
+            "speed": "many samples",
+        },
+        frozenset({"own_prior", "speed"}),  # of six draws, on any machine
+    ),
+    "tools": CounterExamples(
+        {
+            "as shipped": lambda: {
+                **studies.use_tools(),
+                **{name: studies.strike_with_tools()[name] for name in ("blow_force_error", "blow_work_error")},
+                "parity": studies.compare_meshes()["parity"],
+                **studies.read_records(),
+                "segmented": studies.look()["segmented"],
+            },
+            "an arm heavier than planned, aimed too low": functools.partial(
+                studies.strike_with_tools, aim=0.9, arm_mass_factor=1.3
+            ),
+            "other tools than their meshes": functools.partial(studies.compare_meshes, denser=1.01, longer=0.001),
+            "nothing is felt, pictures out of scale": functools.partial(
+                studies.use_tools, is_numb=True, seen_scale=2.5
+            ),
+            "ten times the noise": functools.partial(studies.read_records, noise=10.0),
+            "a robot at rest": functools.partial(studies.read_records, is_still=True),
+            "one paint": functools.partial(studies.look, is_of_one_colour=True),
+        },
+        {
+            **dict.fromkeys(("blows_force", "blows_work"), "an arm heavier than planned, aimed too low"),
+            "meshes": "other tools than their meshes",
+            **{
+                f"{half}_{key}": "nothing is felt, pictures out of scale"
+                for half in ("learning", "test")
+                for key in ("masses", "intervals", "volumes", "sight", "sight_intervals")
+            },
+            "records": "ten times the noise",
+            "records_peers": "a robot at rest",
+            "told_apart": "one paint",
+        },
+        frozenset({"learning_intervals", "test_intervals"}),  # of six tools and one
+    ),
+}
+
+
+def list_claims_of(name: str) -> dict[str, Claim]:
+    """The claims of a section, of the protocol that names it, and headlines about its numbers."""
+    path = MODELS / "protocols" / f"{name}.yaml"
+    claims = {claim.key: claim for claim in load_claims(SECTIONS[name])} if name in SECTIONS else {}
+    if path.exists():
+        claims |= {claim.key: claim for claim in load_protocol(path).report.list_claims()}
+    if name in (*EXPERIMENTS, TASKS):
+        claims |= {key.split(".")[1]: claim for key, claim in list_claims().items() if key.startswith(f"{name}.")}
+    return claims
+
+
+# Sections that share runs, which a process keeps.
+TOGETHER = [("reach", "hammer", "tasks"), ("weight", "vision_comparison"), ("linear_plus_plus", "people")]
+APART = [(name,) for name in ALL if not any(name in names for names in TOGETHER)]
+
+
+@pytest.mark.parametrize("names", [*TOGETHER, *APART], ids=", ".join)
+def test_every_claim_is_contradicted_by_a_simulation_and_judged_as_shipped(names):
+    for name in names:
+        contradict(ALL[name], list_claims_of(name))
+
+
+def contradict(section, claims):
+    assert section.by.keys() == claims.keys()
+    used = {*section.by.values(), "as shipped"}
+    numbers = {change: run() for change, run in section.runs.items() if change in used}
+    for key, claim in claims.items():
+        (found,) = judge_claims([claim], numbers[section.by[key]])
+        assert not found.met, (key, found)
+        (shipped,) = judge_claims([claim], numbers["as shipped"])
+        assert all(criterion.value not in ("none", "nan") for criterion in shipped.criteria), shipped
+        assert shipped.met or key in section.not_met, shipped
+
+
+def test_every_section_and_protocol_with_claims_is_here():
+    protocols = {path.stem for path in (MODELS / "protocols").glob("*.yaml")}
+    assert {name for name in SECTIONS.keys() | protocols | {TASKS} if list_claims_of(name)} == ALL.keys()
+    assert np.all([section.by for section in ALL.values()])

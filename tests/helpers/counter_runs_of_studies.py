@@ -1,0 +1,370 @@
+"""Small runs of the studies, as shipped and with one thing changed, whose numbers claims are judged by.
+
+Robots, recordings and tools that others published are not in the repository; in their place stand generated ones.
+"""
+
+import dataclasses
+import functools
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from affordance.choice import blow_cost
+from affordance.choice.hammer import load_hammer
+from affordance.experiments.arms import measure, parity, programs, section
+from affordance.experiments.recorded import simulated_truths, timing
+from affordance.experiments.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
+from affordance.experiments.recorded.panda import study_panda
+from affordance.experiments.recorded.simulated_truths import measure_coverage
+from affordance.experiments.recorded.study import flatten
+from affordance.experiments.recorded.ur10e import study_ur10e
+from affordance.experiments.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
+from affordance.experiments.robustness import experiment as robustness
+from affordance.experiments.tools import holds as tool_holds
+from affordance.experiments.tools import observer, records, study
+from affordance.experiments.tools import section as tools_section
+from affordance.experiments.tools.blows import check_blows
+from affordance.experiments.tools.data_set import Half, TrueInertia
+from affordance.experiments.tools.geometry import Source, measure_drawing
+from affordance.experiments.tools.made_out import examine, paint
+from affordance.experiments.tools.observer import ObserverConfig, run_observer
+from affordance.experiments.tools.parity import compare_inertia, compute_central_inertia
+from affordance.experiments.tools.record_methods import NOISES, PointParts
+from affordance.experiments.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
+from affordance.files.atomic import write_json
+from affordance.files.model_folder import MODELS
+from affordance.identification.calibration import calibrate_gains
+from affordance.identification.paired_runs import pair_runs
+from affordance.identification.preparation import prepare
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.named_settings import NO_CHANGES, Changes, change_settings
+from affordance.objects.tool import Grip, Tool
+from affordance.proprioception.faults import Faults
+from affordance.robots.importer import ImportOptions
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.pixels.turning_stand import get_turning_stand
+from helpers.counter_runs import Numbers
+from helpers.generated_records import record_tool
+from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+from helpers.robot_files import write_urdf
+from helpers.workshop import BLANKS, HAMMERS, MATERIALS
+
+_DATA = Path(__file__).parents[1] / "data"
+_IDENTIFICATION = IdentificationSettings(num_samples=300)
+# Force of a tap that moves the nail by some millimetres, [N].
+_TAP = 200.0
+
+
+def evaluate_settings(count: int) -> Numbers:
+    """The study of robustness over so many settings, in none of which an experiment can be run."""
+    study_of_few = robustness.load()
+    with pytest.MonkeyPatch.context() as patch:
+        nothing = robustness.Outcome(
+            {},
+            dict.fromkeys(robustness.list_claims(), float("nan")),
+            dict.fromkeys((*robustness.EXPERIMENTS, robustness.TASKS), "no plan"),
+            dict.fromkeys(robustness.PARTS, 0.0),
+        )
+        patch.setattr(robustness, "evaluate_setting", lambda setting, **more: nothing)
+        one = study_of_few.run_observer(None, None, 0)
+    arrays = {name: np.stack([value] * count) for name, value in one.items()}
+    return study_of_few.compute_metrics(None, None, arrays)
+
+
+def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes = NO_CHANGES) -> Numbers:
+    """An arm with the four simulations, which are loaded and not run.
+
+    Args:
+        is_weak: Whether its joints bear a hundredth of what they do.
+        heavier: Mass of a link, over the one in the file that Pinocchio reads.
+        changes: Settings of the hold whose speed is measured.
+    """
+    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
+        patch.setattr(programs, "run_suite", _load_suite)
+        patch.setattr(measure, "_TIMES", 2)
+        patch.setattr(measure, "_HOLD", 0.3)
+        models = _weaken(Path(folder)) if is_weak else MODELS
+        ran = {
+            name: programs.run_program(name, models, Path(folder) / "results", seed=0, repeats=2, jobs=1)
+            for name in programs.NAMES
+        }
+        metrics = {
+            "loads": True,
+            "experiments": {name: programs.OK if isinstance(found, dict) else found for name, found in ran.items()},
+            "parity_error": _compare_with_pinocchio(Path(folder), patch, heavier),
+            "real_time_factor": measure.measure_sag(MODELS, changes=changes).real_time_factor,
+        }
+    return section.list_numbers({"ours": {"required": True, "metrics": metrics}})
+
+
+def _load_suite(names: list[str], out: Path, *, models: Path, **more: Any) -> None:
+    from affordance.experiments.protocol_runs import load_protocol_experiment
+
+    for name in names:
+        load_protocol_experiment(
+            name, models, settings=dataclasses.replace(DEFAULT_SETTINGS, arm=models / "arm.dmd.yaml")
+        )
+        write_json(out / name / "metrics.json", {})
+        write_json(out / name / "section.json", {"claims": []})
+
+
+def _weaken(folder: Path) -> Path:
+    import re
+    import shutil
+
+    models = folder / "weak"
+    shutil.copytree(MODELS, models)
+    text = (models / "arm.sdf").read_text(encoding="utf-8")
+    weak = re.sub(r"<effort>([\d.]+)<", lambda found: f"<effort>{0.01 * float(found[1]):g}<", text)
+    assert weak != text
+    (models / "arm.sdf").write_text(weak, encoding="utf-8")
+    return models
+
+
+def _compare_with_pinocchio(folder: Path, patch: pytest.MonkeyPatch, heavier: float) -> float:
+    """Largest difference between an arm and Pinocchio's, whose file may have a heavier link."""
+    pytest.importorskip("pinocchio")
+    grey = '<material name="grey"><color rgba="0.5 0.5 0.5 1"/></material>'  # Pinocchio bears it only once
+    path = write_urdf(folder, changes={grey: ""})
+    other = path.with_name("other.urdf")
+    text = path.read_text(encoding="utf-8")
+    mass = text.split('<mass value="')[1].split('"')[0]
+    other.write_text(
+        text.replace(f'<mass value="{mass}"', f'<mass value="{heavier * float(mass)}"'), encoding="utf-8"
+    )
+    build = parity._build_reduced
+    patch.setattr(parity, "_build_reduced", lambda path, imported: build(other, imported))
+    return parity.compute_parity(path, ImportOptions("right_tool"), 0).largest
+
+
+@functools.cache
+def _build_robot() -> Any:
+    return build_robot(Path(tempfile.mkdtemp()))
+
+
+def identify_current(*, is_wrong: bool = False) -> Numbers:
+    """The study of the UR10e on generated currents.
+
+    Args:
+        is_wrong: Whether joints lose nothing to friction, gains rise by a tenth half-way, and something is left in
+            the hand that is said to be empty.
+    """
+    robot, rng = _build_robot(), np.random.default_rng(4)
+    truth = Truth(
+        gain=0.1, load_friction=0.0 if is_wrong else 0.1, friction=(2.0, 1.0, 0.5), noise_sd=0.05, agreement=0.3
+    )
+    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
+    left = 0.1 * pi if is_wrong else None
+    empty, loaded = (
+        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=24.0, rate=40.0)
+        for load in (left, pi if left is None else pi + left)
+    )
+    if is_wrong:
+        factor = np.where(np.arange(len(loaded.times)) < len(loaded.times) // 2, 1.0, 1.1)[:, None]
+        empty, loaded = (dataclasses.replace(run, signal=factor * run.signal) for run in (empty, loaded))
+    return flatten({"ur10e": study_ur10e(Ur10eData(robot, empty, loaded), _IDENTIFICATION).numbers})
+
+
+def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
+    """The study of payloads put into generated torques.
+
+    Args:
+        is_white: Whether errors are independent, and large.
+        believes_white: Whether they are taken for independent throughout.
+    """
+    robot, rng = _build_robot(), np.random.default_rng(5)
+    truth = Truth(
+        friction=(0.2, 0.1, 0.1),
+        noise_sd=5.0 if is_white else 0.2,
+        agreement=0.0 if is_white else 0.5,
+        file_error=0.0 if is_white else 0.05,
+    )
+    empty = generate_run(robot, None, truth=truth, rng=rng, duration=20.0, rate=40.0)
+    settings = (
+        dataclasses.replace(_IDENTIFICATION, correlated_noise=False, floor=False)
+        if believes_white
+        else _IDENTIFICATION
+    )
+    return flatten(
+        {"panda": study_panda(PandaData(robot, empty), settings, num_injections=2 if is_white else 1, seed=0).numbers}
+    )
+
+
+def weigh(*, scale: float = 1.0) -> Numbers:
+    """The study of weighed objects on a servo arm, whose recordings are here, by a scale with an error."""
+    settings = dataclasses.replace(_IDENTIFICATION, signal_prior=SERVO_PRIOR)
+    objects = {name: each._replace(mass=scale * each.mass) for name, each in load_weighed_objects(_DATA).items()}
+    return flatten({"lbipe": study_weighed_objects(objects, settings).numbers})
+
+
+def cover(*, overconfident: float = 1.0) -> Numbers:
+    """Coverage of drawn truths by those who take errors for so many times smaller than they are."""
+    robot = _build_robot()
+    run = generate_run(robot, None, truth=Truth(), rng=np.random.default_rng(6))
+    likelihood = simulated_truths.PayloadLikelihood
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            simulated_truths,
+            "PayloadLikelihood",
+            lambda statistics, known, variance: likelihood(statistics, known, variance / overconfident**2),
+        )
+        return flatten(
+            measure_coverage(
+                robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION, num_draws=6, seed=0
+            )
+        )
+
+
+def time_identification(*, num_samples: int = 300) -> Numbers:
+    """How long a sample, a belief of so many samples and a run take."""
+    robot, rng = _build_robot(), np.random.default_rng(7)
+    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
+    empty, loaded = (
+        generate_run(robot, load, truth=Truth(gain=0.1), rng=rng, kind=SignalKind.CURRENT, duration=12.0, rate=40.0)
+        for load in (None, pi)
+    )
+    settings = dataclasses.replace(_IDENTIFICATION, num_samples=num_samples)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(timing, "load_ur10e", lambda data: Ur10eData(robot, empty, loaded))
+        patch.setattr(timing, "compare_peers", lambda *arguments: {})
+        patch.setattr(timing, "_REPEATS", 1)
+        patch.setattr(timing, "_NUM_STEPS", 300)
+        evidence = pair_runs(robot, empty, loaded, settings)
+        gains = calibrate_gains(evidence, UR10E_LOAD, settings)
+        return flatten(timing.measure_times(Path(), evidence, gains, settings))
+
+
+class _Workshop:
+    """Our own tools in the place of the data set: blanks and two hammers to learn from, one to predict."""
+
+    def __init__(self, *arguments: Any) -> None:
+        held = (Grip("whole", np.eye(4)),)
+        blanks = {name: dataclasses.replace(tool, grips=held) for name, tool in BLANKS.items()}
+        self.tools: dict[str, Tool] = {**blanks, **HAMMERS}
+        self.materials = MATERIALS
+        learning, tested = (*list(blanks)[:4], "mallet", "claw hammer"), ("machinist hammer",)
+        self._names = {Half.LEARNING: learning, Half.TEST: tested}
+
+    def list_names(self, half: Half) -> tuple[str, ...]:
+        """Names of the tools of a half."""
+        return self._names[half]
+
+    def read_truth(self, name: str) -> TrueInertia:
+        """What a tool weighs."""
+        tool = self.tools[name]
+        return TrueInertia(tool.mass, tool.p_TTcm, compute_central_inertia(tool.parameters))
+
+
+@functools.cache
+def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
+    """First touch of the workshop's tools, by drawings and by what stands for pictures of them.
+
+    Args:
+        is_numb: Whether nothing is felt.
+        seen_scale: Sizes seen over true ones.
+    """
+    workshop = _Workshop()
+
+    def measure_all(tool: Tool, stand: Any, rng: Any, sources: Any) -> dict[Source, Any]:
+        drawn = measure_drawing(tool)
+        seen = tuple(
+            dataclasses.replace(part, shape=part.shape.with_sizes(seen_scale * part.shape.sizes)) for part in drawn
+        )
+        return {source: drawn if source is Source.CAD else seen for source in sources}
+
+    settings = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0} if is_numb else {})
+    config = ToolsConfig(Path(), sources=(Source.CAD, Source.TWO_VIEWS), settings=settings)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(observer, "DataSet", _Workshop)
+        patch.setattr(observer, "get_turning_stand", lambda: None)
+        patch.setattr(observer, "measure_all", measure_all)
+        patch.setattr(tool_holds, "DURATION", 0.3)
+        patch.setattr(tools_section, "LEARNING", workshop.list_names(Half.LEARNING))
+        names = workshop.tools
+        truths = {name: observer.read_truth_in_hand(workshop, name) for name in names}  # type: ignore[arg-type]
+        found = run_observer(ObserverConfig(Path(), MODELS, 0, config.halves, config.sources, settings), 0)
+        scores = {key: study._score([each], truths) for key, each in found.first_touch.items()}
+        result = ToolsResult(
+            config,
+            Choices((), {}, []),
+            Uncommon((), [], []),
+            scores=scores,
+            predictions=[found],
+            truths=truths,
+        )
+        return tools_section.list_numbers(result)
+
+
+def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
+    """A tool beside one that is so many times as dense, and longer by so many metres."""
+    workshop = _Workshop()
+    truths = {name: workshop.read_truth(name) for name in HAMMERS}
+    found = {
+        name: compare_inertia(
+            HAMMERS[name],
+            TrueInertia(denser * truth.mass, truth.p_FBcm + longer, denser * truth.I_BBcm_F),
+        )
+        for name, truth in truths.items()
+    }
+    result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), parity=found)
+    return tools_section.list_numbers(result)
+
+
+def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
+    """Estimates by a generated force-torque record.
+
+    Args:
+        noise: Noise over the highest.
+        is_still: Whether the robot stops at each posture, which is what the authors' method takes it to do.
+    """
+    tool = HAMMERS["claw hammer"]
+    recording = record_tool(tool.parameters, np.random.default_rng(0))
+    if is_still:
+        nothing = np.zeros_like(recording.a_WS)
+        recording = recording._replace(a_WS=nothing, alpha_WS=nothing, w_WS=nothing)
+    centres = np.array([part.X_TE[:3, 3] for part in tool.components])
+    parts = PointParts(centres, np.array([part.shape.volume for part in tool.components]), np.arange(len(centres)))
+    subject = records.Subject(recording, tool.parameters, np.full(3, 0.2), records._map_materials(tool), parts)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(records, "load_subject", lambda data, name: subject)
+        high = type(NOISES["high"])(*(noise * np.array(NOISES["high"])))
+        patch.setattr(records, "NOISES", {"high": high})
+        found = records.compare_methods(None, "claw hammer")  # type: ignore[arg-type]
+    methods = {
+        name: dict(zip(("mass", "com", "inertia"), np.mean(errors, axis=0)[:3], strict=True))
+        for name, errors in found["high"].items()
+    }
+    # The authors' method stands for what they stored.
+    return {"records": {"high": {"ours": methods["ours"], "hps_stored": methods["hps"]}}}
+
+
+@functools.cache
+def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.0) -> Numbers:
+    """A tap on the nail with a hammer of the workshop.
+
+    Args:
+        aim: Force that it is planned for, over the demanded one.
+        arm_mass_factor: Mass of the arm, over the one it is planned with.
+    """
+    settings = dataclasses.replace(DEFAULT_SETTINGS, faults=Faults(arm_mass_factor=arm_mass_factor))
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(blow_cost, "AIM", aim)
+        hammer = load_hammer(MODELS / "nail.yaml")
+        nail = dataclasses.replace(hammer.nail, depth_demanded=_TAP / hammer.nail.stiffness)
+        task = dataclasses.replace(hammer, nail=nail, force=_TAP)
+        blows = check_blows([HAMMERS["mallet"]], ["handle"], task, settings)
+    return tools_section.list_numbers(ToolsResult(ToolsConfig(), Choices((), {}, blows), Uncommon((), [], [])))
+
+
+def look(*, is_of_one_colour: bool = False) -> Numbers:
+    """A hammer of the workshop in pictures, twenty times over; as it is, or in one paint."""
+    tool = HAMMERS["mallet"]
+    if is_of_one_colour:
+        tool = paint(tool, [(0.5, 0.5, 0.5)] * len(tool.components))
+    outcome = examine(tool, get_turning_stand(), MATERIALS, np.random.default_rng(0))
+    made_out = {str(number): outcome for number in range(20)}
+    result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), made_out=made_out)
+    return tools_section.list_numbers(result)

@@ -1,0 +1,33 @@
+"""Numbers of the pages are those of the results that are kept with them."""
+
+import importlib.util
+
+import pytest
+
+from affordance.files.model_folder import MODELS
+
+_SPEC = importlib.util.spec_from_file_location("fill_numbers", MODELS.parent / "docs" / "fill_numbers.py")
+fill_numbers = importlib.util.module_from_spec(_SPEC)
+_SPEC.loader.exec_module(fill_numbers)
+
+
+def test_numbers_of_the_pages_are_those_of_the_results():
+    kept, marks = fill_numbers.read_kept(), list(fill_numbers.list_marks())
+    assert marks
+    for mark in marks:
+        assert mark.text == mark.show(kept[mark.folder]["values"][mark.expression]), mark
+    named = {(mark.folder, mark.expression) for mark in marks}
+    assert named == {(folder, expression) for folder in kept for expression in kept[folder]["values"]}
+
+
+def test_results_are_of_one_program():
+    """Every folder of results that a page shows was run at a seed and by a version that are kept."""
+    for folder, entry in fill_numbers.read_kept().items():
+        assert entry["run"].get("affordance"), folder
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "shown"), [(".2f", 0.643, "0.64"), (".0f%", 0.643, "64"), ("", "steel", "steel")]
+)
+def test_values_are_shown_in_the_format_of_the_page(text, value, shown):
+    assert fill_numbers.Mark("page", "folder", "x", text, "").show(value) == shown
