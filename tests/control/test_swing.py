@@ -112,6 +112,9 @@ def test_no_nearby_swing_has_less_acceleration(model, target):
     least = cost(best)
     rng = np.random.default_rng(0)
     free = np.linalg.svd(slopes(best))[2][8:]
+    # No limit is met, so that along what is free the cost has no slope.
+    gradient = np.array([(cost(best + h) - cost(best - h)) / 2e-4 for h in 1e-4 * np.eye(2 * n)])
+    assert np.linalg.norm(free @ gradient) < 1e-5 * np.linalg.norm(gradient)
     lower, upper = model.arm.limits.q_lower + np.radians(1.0), model.arm.limits.q_upper - np.radians(1.0)
     tried = 0
     for _ in range(40):

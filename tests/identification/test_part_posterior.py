@@ -120,7 +120,7 @@ def test_densities_agree_with_a_dense_linear_solution(rng):
 def test_a_decoy_is_noticed(rng):
     seen = _see(MaterialMemory.from_densities({m.colour: m.density for m in _MATERIALS.values()}))
     placed = seen.place(np.eye(4))
-    share = 0.5
+    share = {"deviation_sd": 100.0, "unseen_share": 0.05, "rng": rng, "num_samples": 200}
     assert infer_parts(_hold(_HAMMER.parameters, rng), placed, **share).p_value > 0.01
     with pytest.raises(NotTheSeenObjectError, match="is not the object that was seen") as caught:
         infer_parts(_hold(0.1 * _HAMMER.parameters - 0.05, rng), placed, **share)
