@@ -58,7 +58,7 @@ numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py
 
 mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
-	$(PYTHON) -m benchmarks.mutants
+	$(PYTHON) -m studies.mutants.run
 
 robustness-proof: $(VENV)/run.stamp ## compare interpolated holds with simulated ones of all observers, in five settings drawn at random
 	$(PYTHON) -m affordance robustness --prove 5

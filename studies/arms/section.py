@@ -9,7 +9,7 @@ from scipy.stats import spearmanr
 from affordance.reporting.section import Section, Table, render_section
 from studies.arms.programs import NAMES, OK
 
-SECTION = Path(__file__).parents[1] / "sections" / "arms.yaml"
+SECTION = Path(__file__).with_name("section.yaml")
 _Found = Mapping[str, Mapping[str, Any]]
 
 

@@ -24,7 +24,7 @@ LABELS = {
     Learner.KINDS_MAP: "kinds, most probable",
     Learner.KINDS_DRAWN: "kinds, drawn",
 }
-SECTION = Path(__file__).parents[1] / "sections" / "learners.yaml"
+SECTION = Path(__file__).with_name("section.yaml")
 
 
 def run(

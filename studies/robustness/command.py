@@ -18,20 +18,18 @@ from affordance.commands.options import (
     refuse_changes,
 )
 from affordance.exceptions import BadValueError
-from affordance.experiments.robustness.evaluate import Outcome
-from affordance.experiments.robustness.experiment import (
-    DEFAULT_NUM_SETTINGS,
-    INTERPOLATION_BOUND,
-    Robustness,
-    load,
-)
 from affordance.experiments.suite import run_suite
 from affordance.files.data_model import Whole
 from affordance.plant.arm import ARM
 from affordance.random_streams import Stream
 from affordance.settings import Settings
 from studies.robustness.evaluate import Outcome
-from studies.robustness.experiment import DEFAULT_NUM_SETTINGS, load
+from studies.robustness.experiment import (
+    DEFAULT_NUM_SETTINGS,
+    INTERPOLATION_BOUND,
+    Robustness,
+    load,
+)
 
 HELP = "judge every claim over a sample of all that the paper does not give"
 # Bounds of number and index of settings, from the size of the sample.
@@ -82,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
         check_whole("--prove", arguments.prove, _REPEATS)
         return _prove(_load(arguments), arguments.prove)
     report, _ = run_suite(
-        [load(arguments.models, arguments.seed, settings)],
+        [_load(arguments)],
         arguments.out,
         models=arguments.models,
         seed=arguments.seed,

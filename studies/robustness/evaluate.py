@@ -15,22 +15,6 @@ from affordance.choice.least_work import plan_least_work
 from affordance.choice.observed_options import list_options
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.plan import list_blow_costs
-from affordance.experiments.robustness.assumptions import Setting
-from affordance.experiments.robustness.build import HOLD_DURATION, World, build_world
-from affordance.experiments.robustness.choosing import (
-    compare_measures,
-    find_travel_of_other_grip,
-    measure_choices,
-    measure_tasks,
-)
-from affordance.experiments.robustness.claims import EXPERIMENTS, TASKS, judge
-from affordance.experiments.robustness.holding import (
-    Held,
-    compare_with_simulated,
-    measure_centre_of_mass,
-    measure_rods,
-)
-from affordance.experiments.robustness.learning import collect_experience_at_rest, learn_at_rest
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
@@ -48,8 +32,13 @@ from studies.robustness.choosing import (
     measure_tasks,
 )
 from studies.robustness.claims import EXPERIMENTS, TASKS, judge
-from studies.robustness.holding import measure_centre_of_mass, measure_rods
-from studies.robustness.learning import collect_experience_at_rest, learn_in_turn
+from studies.robustness.holding import (
+    Held,
+    compare_with_simulated,
+    measure_centre_of_mass,
+    measure_rods,
+)
+from studies.robustness.learning import collect_experience_at_rest, learn_at_rest
 
 
 class Outcome(NamedTuple):

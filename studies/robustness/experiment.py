@@ -14,24 +14,6 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.experiments.definition import Arrays, Outputs
-from affordance.experiments.robustness.assumptions import (
-    Assumption,
-    list_defaults,
-    load_assumptions,
-    sample_places,
-    sample_settings,
-)
-from affordance.experiments.robustness.choosing import MOMENTS
-from affordance.experiments.robustness.claims import EXPERIMENTS, TASKS, list_claims
-from affordance.experiments.robustness.effects import (
-    Effects,
-    find_levels,
-    measure_effects,
-    name_levels,
-    share_by_level,
-)
-from affordance.experiments.robustness.evaluate import PARTS, Outcome, evaluate_setting
-from affordance.experiments.robustness.interpolation import TOLERANCE
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
@@ -43,6 +25,7 @@ from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.robustness.assumptions import (
     Assumption,
+    list_defaults,
     load_assumptions,
     sample_places,
     sample_settings,
@@ -56,7 +39,8 @@ from studies.robustness.effects import (
     name_levels,
     share_by_level,
 )
-from studies.robustness.evaluate import CONTACT_EVERY, PARTS, Effort, Outcome, evaluate_setting
+from studies.robustness.evaluate import PARTS, Outcome, evaluate_setting
+from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"
 _CHOOSING = ("reach", "hammer")

@@ -16,8 +16,6 @@ from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Arrays
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.experiments.robustness.build import HOLD_DURATION, World
-from affordance.experiments.robustness.interpolation import Motions, interpolate_motions
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presented import QUARTILES
 from affordance.objects.colour import Colour
@@ -28,6 +26,7 @@ from affordance.simulation.trial import get_runner
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 from studies.robustness.build import HOLD_DURATION, World
+from studies.robustness.interpolation import Motions, interpolate_motions
 
 # Holds are not stiff: by the explicit scheme they take half as long and go the same way to 0.4 um.
 _HOLD_SCHEME = "runge_kutta3"

@@ -9,7 +9,6 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory, ObjectBelief
-from affordance.experiments.robustness.build import World
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import condition_on_torques

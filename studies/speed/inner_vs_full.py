@@ -213,6 +213,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    from benchmarks import inner_vs_full  # processes find pickled functions by the module's name
+    from studies.speed import inner_vs_full  # processes find pickled functions by the module's name
 
     inner_vs_full.main()

@@ -3,7 +3,7 @@
 By default a plan in which no limit is active is one linear solve, and the MathematicalProgram is called only where
 that plan violates a limit. Here whole trials of all four simulations are run both ways: the largest difference of
 joint angles, the number of periods with an active limit, and the processor time are compared.
-``python -m benchmarks.program_every_tick`` runs every trial at full length.
+``python -m studies.speed.program_every_tick`` runs every trial at full length.
 """
 
 import dataclasses

@@ -5,15 +5,14 @@ from typing import Any
 
 from affordance.choice.which_end import AFTER, ONE_DENSITY
 from affordance.exceptions import name_object
-from affordance.experiments.tools.data_set import LEARNING, Half
-from affordance.experiments.tools.geometry import Source
-from affordance.experiments.tools.numbers import count_right, find_median_error_of_sight, list_metrics
-from affordance.experiments.tools.observer import HOLDS
-from affordance.experiments.tools.study import Choices, ToolsResult
-from affordance.experiments.tools.which_end import AFTER, ONE_DENSITY
 from affordance.reporting.section import Section, render_section
+from studies.tools.data_set import LEARNING, Half
+from studies.tools.geometry import Source
+from studies.tools.numbers import count_right, find_median_error_of_sight, list_metrics
+from studies.tools.observer import HOLDS
+from studies.tools.study import Choices, ToolsResult
 
-SECTION = Path(__file__).parents[1] / "sections" / "tools.yaml"
+SECTION = Path(__file__).with_name("section.yaml")
 
 
 def describe(result: ToolsResult) -> Section:

@@ -1,6 +1,6 @@
 """Runs the studies of trust and scale and writes results/trust/ and its section of the report: ``make trust``.
 
-python -m benchmarks.trust.run [STUDY ...] runs some of them; results of the others are kept.
+python -m studies.trust.run [STUDY ...] runs some of them; results of the others are kept.
 """
 
 import argparse

@@ -17,11 +17,11 @@ from helpers import counter_runs_of_studies as studies
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
 
 import affordance
-from affordance.experiments.robustness.claims import EXPERIMENTS, TASKS, list_claims
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.section import load_claims
+from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
 
 SECTIONS = {path.stem: path for path in Path(affordance.__file__).parent.rglob("sections/*.yaml")}
 

@@ -10,6 +10,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from studies.people.lift_experiment import simulate_observers
+from studies.people.linear_plus import GROUPS
 
 from affordance.belief import learners
 from affordance.belief.learner import Learner, Pick
@@ -19,23 +21,8 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
 from affordance.experiments.hammer.plan import list_blow_costs
-from affordance.experiments.learners import decoy_again, results
-from affordance.experiments.people import linear_plus
-from affordance.experiments.people import results as people_results
-from affordance.experiments.people.lift_experiment import simulate_observers
-from affordance.experiments.people.linear_plus import GROUPS
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
-from affordance.experiments.robustness.assumptions import list_defaults, load_assumptions
-from affordance.experiments.robustness.build import HOLD_DURATION, World, build_world
-from affordance.experiments.robustness.choosing import (
-    compare_measures,
-    find_travel_of_other_grip,
-    measure_choices,
-    measure_tasks,
-)
-from affordance.experiments.robustness.learning import collect_experience_at_rest
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
-from affordance.experiments.vision import experiment as vision
 from affordance.experiments.vision_comparison import NAME, compare_feature_sources, save_vision_metrics
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import Changes, change_settings
@@ -48,6 +35,19 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
+from studies.learners import decoy_again, results
+from studies.people import linear_plus
+from studies.people import results as people_results
+from studies.robustness.assumptions import list_defaults, load_assumptions
+from studies.robustness.build import HOLD_DURATION, World, build_world
+from studies.robustness.choosing import (
+    compare_measures,
+    find_travel_of_other_grip,
+    measure_choices,
+    measure_tasks,
+)
+from studies.robustness.learning import collect_experience_at_rest
+from studies.seeing import experiment as vision
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]

@@ -14,26 +14,6 @@ import pytest
 
 from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
-from affordance.experiments.arms import measure, parity, programs, section
-from affordance.experiments.recorded import simulated_truths, timing
-from affordance.experiments.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
-from affordance.experiments.recorded.panda import study_panda
-from affordance.experiments.recorded.simulated_truths import measure_coverage
-from affordance.experiments.recorded.study import flatten
-from affordance.experiments.recorded.ur10e import study_ur10e
-from affordance.experiments.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
-from affordance.experiments.robustness import experiment as robustness
-from affordance.experiments.tools import holds as tool_holds
-from affordance.experiments.tools import observer, records, study
-from affordance.experiments.tools import section as tools_section
-from affordance.experiments.tools.blows import check_blows
-from affordance.experiments.tools.data_set import Half, TrueInertia
-from affordance.experiments.tools.geometry import Source, measure_drawing
-from affordance.experiments.tools.made_out import examine, paint
-from affordance.experiments.tools.observer import ObserverConfig, run_observer
-from affordance.experiments.tools.parity import compare_inertia, compute_central_inertia
-from affordance.experiments.tools.record_methods import NOISES, PointParts
-from affordance.experiments.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
 from affordance.identification.calibration import calibrate_gains
@@ -51,6 +31,26 @@ from helpers.generated_records import record_tool
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from helpers.robot_files import write_urdf
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
+from studies.arms import measure, parity, programs, section
+from studies.recorded import simulated_truths, timing
+from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
+from studies.recorded.panda import study_panda
+from studies.recorded.simulated_truths import measure_coverage
+from studies.recorded.study import flatten
+from studies.recorded.ur10e import study_ur10e
+from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
+from studies.robustness import experiment as robustness
+from studies.tools import holds as tool_holds
+from studies.tools import observer, records, study
+from studies.tools import section as tools_section
+from studies.tools.blows import check_blows
+from studies.tools.data_set import Half, TrueInertia
+from studies.tools.geometry import Source, measure_drawing
+from studies.tools.made_out import examine, paint
+from studies.tools.observer import ObserverConfig, run_observer
+from studies.tools.parity import compare_inertia, compute_central_inertia
+from studies.tools.record_methods import NOISES, PointParts
+from studies.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
 
 _DATA = Path(__file__).parents[1] / "data"
 _IDENTIFICATION = IdentificationSettings(num_samples=300)

@@ -4,8 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.experiments.tools.parity import compute_central_inertia
-from affordance.experiments.tools.record_file import Recording
+from studies.tools.parity import compute_central_inertia
+from studies.tools.record_file import Recording
 
 
 def record_tool(pi: Array, rng: np.random.Generator) -> Recording:

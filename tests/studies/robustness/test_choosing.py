@@ -10,13 +10,6 @@ from helpers.two_tools import REACH, STEEL, STICK, WOOD
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.observed_options import list_options
-from affordance.experiments.robustness import choosing
-from affordance.experiments.robustness.choosing import (
-    MOMENTS,
-    decide_before_experience,
-    find_travel_of_other_grip,
-    measure_choices,
-)
 from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
@@ -25,6 +18,13 @@ from affordance.experiments.shared.decisions import (
 )
 from affordance.experiments.shared.experience import Experience
 from affordance.reporting.statistics import estimate_proportion
+from studies.robustness import choosing
+from studies.robustness.choosing import (
+    MOMENTS,
+    decide_before_experience,
+    find_travel_of_other_grip,
+    measure_choices,
+)
 
 UNSURE, SURE = 1e-7 * np.eye(2), np.eye(2)
 CORRECT = 1

@@ -9,19 +9,19 @@ from helpers.results_files import check_keys
 from helpers.shared import compute_once
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.commands.robustness import describe_outcome
 from affordance.experiments import runner
-from affordance.experiments.robustness import experiment as study
-from affordance.experiments.robustness.assumptions import list_defaults, sample_settings
-from affordance.experiments.robustness.build import build_world
-from affordance.experiments.robustness.claims import EXPERIMENTS
-from affordance.experiments.robustness.holding import Held, compare_with_simulated
 from affordance.experiments.suite import DEFAULT_REPEATS, run_suite
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.statistics import estimate_proportion
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
+from studies.robustness import experiment as study
+from studies.robustness.assumptions import list_defaults, sample_settings
+from studies.robustness.build import build_world
+from studies.robustness.claims import EXPERIMENTS
+from studies.robustness.command import describe_outcome
+from studies.robustness.holding import Held, compare_with_simulated
 
 LOADED = study.load()
 # Those that `affordance run all` judges: claims of the protocols, which are not headlines.

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from affordance.experiments.robustness.interpolation import TOLERANCE, interpolate_motions
+from studies.robustness.interpolation import TOLERANCE, interpolate_motions
 
 TIMES = np.linspace(0.0, 3.0, 31)
 TRUE = np.array([700.0, 8000.0])

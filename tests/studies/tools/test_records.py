@@ -8,10 +8,12 @@ from helpers.generated_records import record_tool
 from helpers.workshop import HAMMERS
 
 from affordance.exceptions import BadValueError
-from affordance.experiments.tools.data_set import TrueInertia
-from affordance.experiments.tools.parity import compare_inertia, compute_central_inertia
-from affordance.experiments.tools.record_file import read_pickle, read_recording
-from affordance.experiments.tools.record_methods import (
+from affordance.objects.inertia import build_inertia_map
+from affordance.settings import Settings
+from studies.tools.data_set import TrueInertia
+from studies.tools.parity import compare_inertia, compute_central_inertia
+from studies.tools.record_file import read_pickle, read_recording
+from studies.tools.record_methods import (
     NOISES,
     PointParts,
     add_noise,

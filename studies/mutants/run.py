@@ -1,6 +1,6 @@
 """Breaks the program in randomly drawn places and sees whether the tests notice: ``make mutants``.
 
-The sample lies in mutants.json; draw_mutants.py draws another. Each mutant is tried in a copy of the tree, against
+The sample lies in sample.json; draw.py draws another. Each mutant is tried in a copy of the tree, against
 those test files of its folder that execute its line, that of its module first. Every run is a fork of this process,
 which has the libraries loaded. Outcomes, and the page docs/mutants.md, are written folder by folder.
 """
@@ -24,10 +24,10 @@ from typing import Any, NamedTuple
 import pytest
 
 import affordance.experiments.suite  # noqa: F401  loads the libraries
-from benchmarks.tables import format_table
+from studies.speed.tables import format_table
 
-SAMPLE, PAGE = Path("benchmarks/mutants.json"), Path("docs/mutants.md")
-FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "experiments/robustness")
+SAMPLE, PAGE = Path("studies/mutants/sample.json"), Path("docs/mutants.md")
+FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "studies/robustness")
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
 # Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
@@ -45,7 +45,7 @@ class SuiteFile(NamedTuple):
 
 def get_folder(mutant: Mutant) -> str:
     """Names the folder of a mutant's module, and of its tests."""
-    return Path(mutant["module"]).parent.relative_to("affordance").as_posix()
+    return str(Path(mutant["module"]).parent.as_posix()).removeprefix("affordance/")
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -90,7 +90,7 @@ def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | Non
     with log.open("w", encoding="utf-8") as written:
         os.dup2(written.fileno(), 1)
         os.dup2(written.fileno(), 2)
-    for name in [name for name in sys.modules if name.split(".")[0] in ("affordance", "benchmarks")]:
+    for name in [name for name in sys.modules if name.split(".")[0] in ("affordance", "studies")]:
         del sys.modules[name]
     executed: dict[str, list[int]] = {}
     if lines is not None:
@@ -107,7 +107,7 @@ def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
     start = f"{tree}/"
 
     def note(code: Any, line: int) -> Any:
-        if code.co_filename.startswith(start + "affordance/"):
+        if code.co_filename.startswith((start + "affordance/", start + "studies/")):
             executed.setdefault(code.co_filename.removeprefix(start), []).append(line)
         return sys.monitoring.DISABLE
 

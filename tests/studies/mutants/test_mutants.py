@@ -3,10 +3,10 @@
 import json
 from pathlib import Path
 
-from benchmarks.mutants import FOLDERS, describe, get_folder, mutate
+from studies.mutants.run import FOLDERS, describe, get_folder, mutate
 
 ROOT = Path(__file__).parents[2]
-SAMPLE = json.loads((ROOT / "benchmarks" / "mutants.json").read_text(encoding="utf-8"))["mutants"]
+SAMPLE = json.loads((ROOT / "studies" / "mutants" / "sample.json").read_text(encoding="utf-8"))["mutants"]
 
 
 def test_lines_are_replaced_where_they_stand_nearest_to_where_they_stood():

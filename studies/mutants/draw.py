@@ -1,6 +1,6 @@
-"""Draws a random sample of mutants with cosmic-ray's operators, for benchmarks/mutants.json (extra ``mutation``).
+"""Draws a random sample of mutants with cosmic-ray's operators, for studies/mutants/sample.json (extra ``mutation``).
 
-    pip install '.[mutation]'; python -m benchmarks.draw_mutants NUMBER SEED
+    pip install '.[mutation]'; python -m studies.mutants.draw NUMBER SEED
 
 First a place is drawn, each as probable, then one of the replacements there.
 """
@@ -17,7 +17,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.operators.provider import OperatorProvider
 
-from benchmarks.mutants import FOLDERS, Mutant, write_sample
+from studies.mutants.run import FOLDERS, Mutant, write_sample
 
 # Replacements by these raise TypeError with any float, or are the same as others: cheap mutants, which say nothing.
 SILLY = frozenset({"RShift", "LShift", "Mod", "FloorDiv", "Is", "IsNot", "Invert", "UAdd", "USub_Not"})
@@ -61,7 +61,7 @@ def draw(number: int, seed: int) -> list[Mutant]:
     texts = {
         path.as_posix(): path.read_text(encoding="utf-8")
         for folder in FOLDERS
-        for path in Path("affordance", folder).glob("*.py")
+        for path in Path("" if folder.startswith("studies/") else "affordance", folder).glob("*.py")
     }
     for module, text in sorted(texts.items()):
         for place, name, occurrence in _find_replacements(text):
