@@ -7,7 +7,6 @@ Claims of `make trust` are about the program itself, and are not here.
 
 import functools
 from collections.abc import Callable, Mapping
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -15,15 +14,15 @@ import pytest
 from helpers import counter_runs as runs
 from helpers import counter_runs_of_studies as studies
 from helpers.counter_runs import NO_SAMPLES, NUMB, ONE_KIND, OWN_KINDS, Numbers
+from helpers.section_files import find_sections
 
-import affordance
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.section import load_claims
 from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
 
-SECTIONS = {path.stem: path for path in Path(affordance.__file__).parent.rglob("sections/*.yaml")}
+SECTIONS = find_sections()
 
 
 class CounterExamples(NamedTuple):
@@ -147,20 +146,6 @@ ALL = {
         },
         {"apart": "one kind"},
         frozenset({"apart"}),  # of one observer
-    ),
-    "people": CounterExamples(
-        lifts_of(1),
-        {
-            **dict.fromkeys(
-                [f"{learner}_{key}" for learner in ("kinds_map", "kinds_drawn") for key in ("end", "fraction")],
-                "nothing is felt",
-            ),
-            **{f"{learner}_first": "nothing is felt" for learner in ("density", "kinds_map", "kinds_drawn")},
-            # One density goes by the family for ever, as people do not.
-            "density_end": "as shipped",
-            "density_fraction": "as shipped",
-        },
-        frozenset({"density_end", "density_fraction"}),
     ),
     "learners": CounterExamples(
         {"as shipped": runs.lift_decoy_again, "one kind": functools.partial(runs.lift_decoy_again, kappa=ONE_KIND)},
@@ -295,7 +280,7 @@ def list_claims_of(name: str) -> dict[str, Claim]:
 
 
 # Sections that share runs, which a process keeps.
-TOGETHER = [("reach", "hammer", "tasks"), ("weight", "vision_comparison"), ("linear_plus_plus", "people")]
+TOGETHER = [("reach", "hammer", "tasks"), ("weight", "vision_comparison")]
 APART = [(name,) for name in ALL if not any(name in names for names in TOGETHER)]
 
 

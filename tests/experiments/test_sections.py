@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+from helpers.section_files import find_sections
 
-import affordance
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import judge_claims
@@ -18,10 +18,10 @@ from affordance.reporting.section import load_claims
 from studies.trust.section import SECTION as TRUST
 
 PROTOCOLS = ("weight", "com", "reach", "hammer")
-SECTIONS = {path.stem: path for path in (*Path(affordance.__file__).parent.rglob("sections/*.yaml"), TRUST)}
+SECTIONS = {**find_sections(), TRUST.stem: TRUST}
 # Protocols of people, and studies: test_counter_examples.py simulates what contradicts their claims.
 OF_PEOPLE = {"linear_plus", "linear_plus_plus", "two_families", "spoilt_family"}
-OF_STUDIES = {"arms", "learners", "people", "tools"}
+OF_STUDIES = {"arms", "learners", "tools"}
 FOLDER = Path(__file__).parent / "counterexamples"
 EXAMPLES = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in FOLDER.glob("*.yaml")}
 CLAIMS = {

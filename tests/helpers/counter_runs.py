@@ -10,8 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from studies.people.lift_experiment import simulate_observers
-from studies.people.linear_plus import GROUPS
 
 from affordance.belief import learners
 from affordance.belief.learner import Learner, Pick
@@ -30,14 +28,12 @@ from affordance.objects.tool import list_densities
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.static_hold import StaticHold
-from affordance.protocols.protocol import load_protocol
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
 from studies.learners import decoy_again, results
-from studies.people import linear_plus
-from studies.people import results as people_results
+from studies.people.fit import load_groups
 from studies.robustness.assumptions import list_defaults, load_assumptions
 from studies.robustness.build import HOLD_DURATION, World, build_world
 from studies.robustness.choosing import (
@@ -193,23 +189,14 @@ def strike(*, aim: float = blow_cost.AIM) -> Numbers:
 @functools.cache
 def lift(group: int, *, is_numb: bool = False, kappa: float | None = None, repeats: int = 1) -> Numbers:
     """A group of people's protocol, a third of its lifts, by few observers of each learner."""
-
-    def load(path: Path) -> Any:
-        protocol = load_protocol(path)
-        counts = zip(protocol.blocks, (5, 16), strict=True)
-        return protocol.model_copy(
-            update={"blocks": [block.model_copy(update={"repetitions": count}) for block, count in counts]}
-        )
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(linear_plus, "load_protocol", load)
-        experiment = linear_plus.build_experiment(GROUPS[group])
     settings = change_settings(DEFAULT_SETTINGS, NUMB if is_numb else {})
-    observers = {
-        learner: simulate_observers(experiment, learner, settings, repeats=repeats, seed=0, jobs=1, kappa=kappa)
-        for learner in Learner
-    }
-    return people_results.compute_metrics(experiment, observers, GROUPS[group].load_people())
+    experiment = load_groups(MODELS, 0, settings)[group]
+    counts = zip(experiment.blocks, (5, 16), strict=True)
+    blocks = tuple(block.model_copy(update={"repetitions": count}) for block, count in counts)
+    experiment = dataclasses.replace(experiment, blocks=blocks, kappa=kappa)
+    return experiment.compute_metrics(
+        None, None, _stack([experiment.run_observer(None, None, repeat) for repeat in range(repeats)])
+    )
 
 
 def lift_family(name: str, *, kappa: float | None = None) -> Numbers:

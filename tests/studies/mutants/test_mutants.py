@@ -5,7 +5,7 @@ from pathlib import Path
 
 from studies.mutants.run import FOLDERS, describe, get_folder, mutate
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).parents[3]
 SAMPLE = json.loads((ROOT / "studies" / "mutants" / "sample.json").read_text(encoding="utf-8"))["mutants"]
 
 

@@ -132,7 +132,7 @@ def test_random_payloads_are_possible_and_weigh_what_was_drawn():
 
 
 def test_the_panda_of_the_study_has_seven_joints_and_weighs_what_it_should():
-    panda = load_robot(SECTION.parents[1] / "recorded" / "panda.urdf", "panda_link8")
+    panda = load_robot(SECTION.with_name("panda.urdf"), "panda_link8")
     assert panda.joint_names == tuple(f"panda_joint{k}" for k in range(1, 8))
     assert panda.link_parameters[:, 0].sum() == pytest.approx(16.06, abs=0.01)
 

@@ -10,7 +10,7 @@ from affordance.reporting.claims import judge_claims
 from studies.robustness.claims import EXPERIMENTS, judge, list_claims
 
 EXAMPLES = yaml.safe_load((Path(__file__).parent / "counterexamples.yaml").read_text(encoding="utf-8"))
-SECTIONS = Path(__file__).parents[1] / "counterexamples"
+SECTIONS = Path(__file__).parents[2] / "experiments" / "counterexamples"
 HEADLINES = EXAMPLES["counterexamples"]
 
 

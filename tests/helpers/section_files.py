@@ -1,0 +1,17 @@
+"""Section files of the program and of the studies, by name."""
+
+from pathlib import Path
+
+from affordance.files.model_folder import MODELS
+
+ROOT = MODELS.parent
+
+
+def find_sections() -> dict[str, Path]:
+    """Finds the section files; that of the study of seeing is of the experiment ``vision``."""
+    shipped = (ROOT / "affordance" / "experiments" / "sections").glob("*.yaml")
+    studies = (ROOT / "studies").glob("*/section.yaml")
+    names = {"seeing": "vision"}
+    return {path.stem: path for path in shipped} | {
+        names.get(path.parent.name, path.parent.name): path for path in studies
+    }
