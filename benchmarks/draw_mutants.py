@@ -59,7 +59,9 @@ def draw(number: int, seed: int) -> list[Mutant]:
     """Draws places without replacement, each as probable, and a replacement for each."""
     places = defaultdict(list)
     texts = {
-        path.as_posix(): path.read_text() for folder in FOLDERS for path in Path("affordance", folder).glob("*.py")
+        path.as_posix(): path.read_text(encoding="utf-8")
+        for folder in FOLDERS
+        for path in Path("affordance", folder).glob("*.py")
     }
     for module, text in sorted(texts.items()):
         for place, name, occurrence in _find_replacements(text):

@@ -74,7 +74,11 @@ def _run(tree: Path, tests: Sequence[str], limit: float, lines: Path | None = No
         time.sleep(0.02)
     if done[1] == 0:
         return None
-    said = [line.split(" - ")[0] for line in log.read_text().splitlines() if line.startswith(("FAILED", "ERROR"))]
+    said = [
+        line.split(" - ")[0]
+        for line in log.read_text(encoding="utf-8").splitlines()
+        if line.startswith(("FAILED", "ERROR"))
+    ]
     return said[0].split(" ", 1)[1].strip() if said else "no test could be run"
 
 
@@ -83,7 +87,7 @@ def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | Non
     os.setsid()
     os.chdir(tree)
     os.environ["PYTHONPATH"] = sys.path[0] = str(tree)
-    with log.open("w") as written:
+    with log.open("w", encoding="utf-8") as written:
         os.dup2(written.fileno(), 1)
         os.dup2(written.fileno(), 2)
     for name in [name for name in sys.modules if name.split(".")[0] in ("affordance", "benchmarks")]:
@@ -93,7 +97,7 @@ def _become_tests(tree: Path, tests: Sequence[str], log: Path, lines: Path | Non
         _note_lines(tree, executed)
     status = pytest.main([*tests, "-x", "-q", "-n", "0", "-p", "no:cacheprovider"])
     if lines is not None:
-        lines.write_text(json.dumps(executed))
+        lines.write_text(json.dumps(executed), encoding="utf-8")
     sys.stdout.flush()
     os._exit(int(status))
 
@@ -121,7 +125,7 @@ def measure_tests(tree: Path, folder: str) -> list[SuiteFile]:
         failed = _run(tree, [name], 3600.0, lines)
         if failed:
             raise SystemExit(f"mutants: {failed} fails as it is")
-        found.append(SuiteFile(name, json.loads(lines.read_text()), time.monotonic() - started))
+        found.append(SuiteFile(name, json.loads(lines.read_text(encoding="utf-8")), time.monotonic() - started))
     return sorted(found, key=lambda file: file.duration)
 
 
@@ -138,15 +142,15 @@ def choose_tests(files: Collection[SuiteFile], mutant: Mutant, text: str) -> lis
 def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
     """Tries one mutant, writes its outcome into it, and says which test noticed."""
     path = tree / mutant["module"]
-    text, times = path.read_text(), path.stat()
+    text, times = path.read_text(encoding="utf-8"), path.stat()
     mutated = mutate(text, mutant)
     if mutated is None:
         mutant["now"] = "gone"
         return ""
     chosen = choose_tests(files, mutant, text)
-    path.write_text(mutated)
+    path.write_text(mutated, encoding="utf-8")
     noticed = _run(tree, [file.path for file in chosen], LIMIT + LIMIT_FACTOR * sum(file.duration for file in chosen))
-    path.write_text(text)
+    path.write_text(text, encoding="utf-8")
     os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # as before, so that Python finds what it compiled
     mutant["now"] = "killed" if noticed else "survived"
     return noticed or ""
@@ -155,14 +159,18 @@ def attempt(mutant: Mutant, tree: Path, files: Collection[SuiteFile]) -> str:
 def write_sample(seed: int, mutants: Sequence[Mutant]) -> None:
     """Writes a sample and its outcomes, a mutant a line."""
     lines = ",\n".join(json.dumps(mutant) for mutant in mutants)
-    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n')
+    SAMPLE.write_text(f'{{"seed": {seed}, "mutants": [\n{lines}\n]}}\n', encoding="utf-8")
 
 
 def describe(mutants: Sequence[Mutant]) -> str:
     """Lays out the score by folder, and the survivors with the reason why."""
     rows = []
     for folder in (*FOLDERS, "all"):
-        here = [mutant for mutant in mutants if folder in ("all", get_folder(mutant)) and mutant.get("now") != "gone"]
+        here = [
+            mutant
+            for mutant in mutants
+            if folder in ("all", get_folder(mutant)) and mutant.get("now") in ("killed", "survived")
+        ]
         counts = [sum(mutant.get(when) == "killed" for mutant in here) for when in ("first", "now")]
         rows.append([folder, str(len(here)), *(f"{count} ({count / max(len(here), 1):.0%})" for count in counts)])
     survivors = [mutant for mutant in mutants if mutant.get("now") == "survived"]
@@ -190,7 +198,7 @@ def main() -> None:
     parser.add_argument("--survivors", action="store_true", help="only mutants that survived when last tried")
     arguments = parser.parse_args()
     os.nice(5)
-    sample = json.loads(SAMPLE.read_text())
+    sample = json.loads(SAMPLE.read_text(encoding="utf-8"))
     with tempfile.TemporaryDirectory() as scratch:
         tree = Path(shutil.copytree(".", Path(scratch, "tree"), ignore=NOT_COPIED)).resolve()
         for folder in arguments.folders:
@@ -202,8 +210,10 @@ def main() -> None:
                     where = f"{mutant['module']}:{mutant['line']}"
                     print(f"{mutant['now']:8} {where} {mutant['operator']} {noticed}", flush=True)
             write_sample(sample["seed"], sample["mutants"])
-            head, rest = PAGE.read_text().split(START)
-            PAGE.write_text(f"{head}{START}\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}")
+            head, rest = PAGE.read_text(encoding="utf-8").split(START)
+            PAGE.write_text(
+                f"{head}{START}\n\n{describe(sample['mutants'])}\n\n{END}{rest.split(END)[1]}", encoding="utf-8"
+            )
 
 
 if __name__ == "__main__":

@@ -199,8 +199,9 @@ ALL = {
         {
             "as shipped": functools.partial(studies.evaluate_settings, 300),
             "twelve settings": functools.partial(studies.evaluate_settings, 12),
+            "wrong motions": functools.partial(studies.evaluate_settings, 300, error=1e-4),
         },
-        {"enough_settings": "twelve settings"},
+        {"enough_settings": "twelve settings", "interpolation": "wrong motions"},
     ),
     "arms": CounterExamples(
         {

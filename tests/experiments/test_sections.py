@@ -24,7 +24,12 @@ OF_PEOPLE = {"linear_plus", "linear_plus_plus", "two_families", "spoilt_family"}
 OF_STUDIES = {"arms", "learners", "people", "tools"}
 FOLDER = Path(__file__).parent / "counterexamples"
 EXAMPLES = {path.stem: yaml.safe_load(path.read_text(encoding="utf-8")) for path in FOLDER.glob("*.yaml")}
-CLAIMS = {(name, claim.key): claim for name, path in SECTIONS.items() for claim in load_claims(path)} | {
+CLAIMS = {
+    (name, claim.key): claim
+    for name, path in SECTIONS.items()
+    if name not in OF_STUDIES
+    for claim in load_claims(path)
+} | {
     (name, claim.key): claim
     for name in PROTOCOLS
     for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.list_claims()

@@ -58,8 +58,14 @@ _IDENTIFICATION = IdentificationSettings(num_samples=300)
 _TAP = 200.0
 
 
-def evaluate_settings(count: int) -> Numbers:
-    """The study of robustness over so many settings, in none of which an experiment can be run."""
+def evaluate_settings(count: int, error: float = 0.0) -> Numbers:
+    """The study of robustness over so many settings, in none of which an experiment can be run.
+
+    Args:
+        count: Number of settings.
+        error: Largest error of interpolated motions, [m]; motions that are off by it are simulated in
+            ``robustness/test_experiment.py::test_motions_that_are_wrong_are_found``.
+    """
     study_of_few = robustness.load()
     with pytest.MonkeyPatch.context() as patch:
         nothing = robustness.Outcome(
@@ -67,10 +73,12 @@ def evaluate_settings(count: int) -> Numbers:
             dict.fromkeys(robustness.list_claims(), float("nan")),
             dict.fromkeys((*robustness.EXPERIMENTS, robustness.TASKS), "no plan"),
             dict.fromkeys(robustness.PARTS, 0.0),
+            {},
+            error,
         )
         patch.setattr(robustness, "evaluate_setting", lambda setting, **more: nothing)
         one = study_of_few.run_observer(None, None, 0)
-    arrays = {name: np.stack([value] * count) for name, value in one.items()}
+    arrays = {name: np.stack([value] * (1 + count)) for name, value in one.items()}  # that of the simulations too
     return study_of_few.compute_metrics(None, None, arrays)
 
 

@@ -17,7 +17,7 @@ def build_belief(bodies, weights, **known):
     return PayloadBelief(
         source="run.csv",
         analysis="made up",
-        bodies=WeightedBodies(bodies, weights, np.arange(len(bodies))),
+        bodies=WeightedBodies(bodies, weights, np.arange(len(weights))),
         prior_bodies=SolidPrior.for_hand().draw_parameters(np.random.default_rng(1), 500),
         channel_names=("a", "b"),
         unit="N m",
