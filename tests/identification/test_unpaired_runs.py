@@ -38,6 +38,8 @@ def test_an_error_is_not_fitted_within_half_a_second_of_it(empty, fit):
         np.testing.assert_allclose(change[rows], 5.0)
         for near in (slice(max(0, rows.start - length), rows.start), slice(rows.stop, rows.stop + length)):
             assert not change[near].any()
+        if cell == 0:  # the rest of its stretch, up to the middle
+            assert not change[rows.stop : num_cells // 2 * length].any()
         if cell == num_cells // 2 - 2:  # far from the other stretch, which it is fitted for
             assert change[rows.stop + 3 * length :].any()
             assert not change[: rows.start].any()
