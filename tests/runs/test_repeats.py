@@ -154,7 +154,7 @@ def test_key_stays_where_only_what_reports_changes(program):
     """A caption must not throw away the repeats of a night."""
     assert len(ONLY_REPORT) > 10
     key = compute_key("", MODELS)
-    for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/vision.yaml"):
+    for name in (*ONLY_REPORT, "reporting/templates/report.html.j2", "experiments/sections/weight.yaml"):
         path = program / name
         path.write_text(f"{path.read_text(encoding='utf-8')}# another caption")
     (program / "reporting" / "more.py").write_text("MORE = True", encoding="utf-8")

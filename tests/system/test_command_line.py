@@ -49,7 +49,7 @@ def check_refusal(run):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, vision, robustness, all"),
+        (["wieght"], "experiment: is 'wieght', must be one of weight, com, reach, hammer, vision, all"),
         (["--repeats", "0"], "--repeats: is 0, must be from 1 to 1000000"),
         (["--repeats", "-5"], "--repeats: is -5, must be from 1 to 1000000"),
         (["--seed", "-1"], "--seed: is -1, must be from 0 to"),

@@ -124,7 +124,7 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
     monkeypatch.setattr(study, "evaluate_setting", evaluate)
     monkeypatch.setattr(runner, "find_commit", lambda: "0123abc")
     for count in (5, 12):
-        run_suite(["robustness"], tmp_path, models=MODELS, seed=0, repeats=count, jobs=1)
+        run_suite([study.load()], tmp_path, models=MODELS, seed=0, repeats=count, jobs=1)
     sample = sample_settings(LOADED.assumptions, 12, 0)
     assert evaluated == [list_defaults(LOADED.assumptions), *sample]
     assert proven == [True, True, *[False] * 11]
