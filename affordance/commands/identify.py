@@ -55,7 +55,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--base", help="link in which gravity is given (default: the run's description, or as far as joints go)")
     add("--loaded", type=Path, required=True, metavar="RUN", help="recording with the load")
     add("--empty", type=Path, nargs="+", default=[], metavar="RUN", help="recordings with an empty hand")
-    add("--description", type=Path, help="YAML file that describes all runs (default: the one beside each)")
+    add(
+        "--description",
+        type=Path,
+        help="YAML file that describes all runs (default: the file of the same name in the folder of each run)",
+    )
     add("--unpaired", action="store_true", help="the loaded run repeats none of the empty ones")
     add(
         "--object", type=Path, help="tools file with what a camera saw of the object, its first tool or --object-name"

@@ -23,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
         BadValueError: The name is unsuitable, or such a file already exists.
     """
     path, schema = write_protocol(arguments.name, arguments.folder)
-    print(f"{path}: a protocol that runs as it is; {schema.name} beside it tells editors what may stand where")
+    print(f"{path}: protocol that runs as it is; {schema.name} in the same folder describes its keys to editors")
     print(f"affordance predict {path}")
     print(f"affordance run {path} --repeats 20")
     return 0

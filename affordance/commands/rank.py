@@ -47,7 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
     parser.add_argument(
-        "--meshes", type=Path, metavar="DIR", help="where paths of mesh files begin (default: beside the tools file)"
+        "--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)"
     )
     parser.add_argument(
         "--materials",

@@ -110,7 +110,7 @@ def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
         value = getattr(arguments, option)
         if value is not None:
             if name in changes:
-                raise BadValueError("--set", name, f"stands beside --{option}, one of them must be given")
+                raise BadValueError("--set", name, f"is given with --{option}, only one of them must be")
             changes[name] = value
     return changes
 

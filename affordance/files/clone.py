@@ -1,4 +1,4 @@
-"""Studies, which lie beside the package in a clone of the repository and not in a wheel."""
+"""Studies, which lie next to the package in a clone of the repository and not in a wheel."""
 
 import importlib
 import sys

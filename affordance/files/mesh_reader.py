@@ -99,7 +99,7 @@ def load_scene(path: Path, **options: Any) -> Any:
     import trimesh  # imported here: it takes most of a second, and few runs need it
     from trimesh.resolvers import FilePathResolver
 
-    class Beside(FilePathResolver):
+    class SameFolder(FilePathResolver):
         """Resolver of files that a mesh names, restricted to its folder and below, and to a bounded size."""
 
         def get(self, name: str) -> Any:
@@ -109,7 +109,7 @@ def load_scene(path: Path, **options: Any) -> Any:
                 raise FileNotFoundError(name) from error
             return super().get(name)
 
-    return trimesh.load_scene(BytesIO(content), file_type=suffix[1:], resolver=Beside(str(path)), **options)
+    return trimesh.load_scene(BytesIO(content), file_type=suffix[1:], resolver=SameFolder(str(path)), **options)
 
 
 def _check_promises(path: Path, content: bytes, suffix: str) -> None:

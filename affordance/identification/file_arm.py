@@ -98,7 +98,7 @@ def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings:
         covariance=gains.covariance + own,
         common_sd=settings.gain_common_sd,
         least_variance=np.zeros(robot.num_joints),
-        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} % besides; a weighed load makes that 2 %",
+        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
     )
 
 

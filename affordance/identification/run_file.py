@@ -70,13 +70,13 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         BadValueError: A file or one of its values is wrong; the message says which and how.
     """
     path = check_path("path", path)
-    beside = path.with_suffix(".yaml") if description is None else check_path("description", description)
+    description_file = path.with_suffix(".yaml") if description is None else check_path("description", description)
     if not path.exists():
         raise BadValueError(path, "", "does not exist")
-    if not beside.exists():
-        problem = f"has no description: {beside.name} beside it must name at least its joints"
+    if not description_file.exists():
+        problem = f"has no description: {description_file.name} in the same folder must name at least its joints"
         raise BadValueError(path, "", problem)
-    record = read_record(beside)
+    record = read_record(description_file)
     layout = _read_layout(record)
     if path.is_dir() or path.suffix in _BAGS:
         bag = read_bag(path, layout.topic, layout.wrench_topic)
@@ -84,7 +84,9 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
         layout = layout._replace(joints=layout.joints or bag.joint_names, columns="standard")
         if layout.kind is None:
             raise BadValueError(
-                beside, "signal", "is missing: efforts of a bag may be joint_torque, motor_torque or current"
+                description_file,
+                "signal",
+                "is missing: efforts of a bag may be joint_torque, motor_torque or current",
             )
         # The description determines the meaning of a bag's effort.
         if layout.kind is SignalKind.CURRENT:
@@ -94,8 +96,10 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     else:
         table = read_text(path, layout.max_torn)
     if not layout.joints:
-        raise BadValueError(beside, "joints", "is missing: must list the joints in the order of the columns")
-    columns = _find_columns(path, beside, table, layout)
+        raise BadValueError(
+            description_file, "joints", "is missing: must list the joints in the order of the columns"
+        )
+    columns = _find_columns(path, description_file, table, layout)
     kind = layout.kind or _guess_kind(path, columns)
     run = _build_run(path, table, columns, _read_description(record, layout.joints, kind), layout)
     record.finish()
@@ -187,14 +191,14 @@ def _read_payload(record: Record) -> Array:
     return payload
 
 
-def _find_columns(path: Path, beside: Path, table: Table, layout: _Layout) -> dict[str, int]:
+def _find_columns(path: Path, description_file: Path, table: Table, layout: _Layout) -> dict[str, int]:
     """Finds the places of our columns in the table."""
     names = table.names
     if not isinstance(layout.columns, str):
         names = layout.columns
         if len(names) != table.values.shape[1]:
             problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
-            raise BadValueError(beside, "columns", problem)
+            raise BadValueError(description_file, "columns", problem)
     elif not names:
         problem = "names no columns in its first row; the description must list them under columns"
         raise BadValueError(path, "row 1", problem)
@@ -210,7 +214,7 @@ def _find_columns(path: Path, beside: Path, table: Table, layout: _Layout) -> di
             raise BadValueError(path, f"column {name}", problem)
     extra = f"q_{len(layout.joints) + 1}"
     if extra in columns:
-        problem = f"has {extra}, must have as many joints as the {len(layout.joints)} of {beside.name}"
+        problem = f"has {extra}, must have as many joints as the {len(layout.joints)} of {description_file.name}"
         raise BadValueError(path, f"column {extra}", problem)
     return columns
 
@@ -236,7 +240,7 @@ def _build_run(
             return None
         if len(given) < len(names):
             missing = next(name for name in names if name not in columns)
-            raise BadValueError(path, f"column {missing}", f"is missing beside {', '.join(given)}")
+            raise BadValueError(path, f"column {missing}", f"is missing, while there are {', '.join(given)}")
         scale = layout.units.get(quantity, 1.0)
         return table.values[:, [columns[name] for name in names]] * scale
 

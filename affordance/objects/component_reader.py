@@ -78,13 +78,13 @@ def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
     entry = part.entry
     kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
     if len(kinds) > 1:
-        raise part.error(kinds[1], f"stands beside {kinds[0]}, one of {', '.join(_KINDS)} must be given")
+        raise part.error(kinds[1], f"is given with {kinds[0]}, only one of {', '.join(_KINDS)} must be given")
     if not kinds:
         raise part.error(_KINDS[0], f"is missing: one of {', '.join(_KINDS)} must be given")
     kind = kinds[0]
     known = _OF_MESHES if kind == "mesh" else _OF_PRIMITIVES
     for name in sorted(entry.model_fields_set - {kind, *known}):
-        raise part.error(name, f"is not a key known beside {kind} (known: {', '.join(sorted(known))})")
+        raise part.error(name, f"is not a key of a {kind} (known: {', '.join(sorted(known))})")
     if kind == "mesh":
         return _read_mesh(part, folder)
     if entry.position is None:

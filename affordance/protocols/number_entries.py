@@ -119,7 +119,7 @@ class NumberEntry(DataModel):
         if (self.measure is None) == (self.expression is None):
             raise complain("must have either 'measure' or 'expression'")
         if self.first is not None and self.last is not None:
-            raise complain(f"is {self.last}, must not be given beside 'first'", "last")
+            raise complain(f"is {self.last}, must not be given with 'first'", "last")
         if self.interval and self.over != "mean":
             raise complain(f"is true, must be false where observers are taken together by {self.over!r}", "interval")
         if self.correlated_with in (*MOMENTS, *OF_OBJECTS, Measure.DENSITIES):

@@ -106,12 +106,12 @@ class ObjectsEntry(DataModel):
 
     file: Annotated[
         Annotated[str, Text()] | None,
-        Field(description="A tools file: beside the protocol, or in the models folder."),
+        Field(description="Tools file, in the folder of the protocol or of the models."),
     ] = None
     materials_file: Annotated[str, Text(), Field(description="Where their materials are.")] = "materials.yaml"
     materials: Annotated[
         Annotated[dict[str, MaterialEntry], Field(min_length=1)] | None,
-        Field(description="Materials of this protocol, beside those of the file."),
+        Field(description="Materials of this protocol, in addition to those of the file."),
     ] = None
     tools: Annotated[
         Annotated[list[ToolEntry], Field(min_length=1)] | None, Field(description="Objects, as in a tools file.")

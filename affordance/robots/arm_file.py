@@ -59,7 +59,7 @@ def write_directives(home: Mapping[str, float], X_WB: RigidTransform) -> str:
     (x, y, z), rpy = describe_pose(X_WB)
     turned = f"\n        rotation: !Rpy {{deg: {[float(angle) for angle in np.degrees(rpy)]}}}" if any(rpy) else ""
     return (
-        "# Where the imported arm stands and how it holds objects; see report.txt beside this file.\n"
+        "# Where the imported arm stands and how it holds objects; see report.txt in this folder.\n"
         "directives:\n"
         "  - add_model:\n"
         "      name: arm\n"

@@ -82,7 +82,7 @@ def measure() -> tuple[list[list[str]], dict[str, float]]:
         "a decision by inner simulation, its density drawn",
         "planning both grips, once",
         "10,000 decisions with their planning, times as fast as brute force",
-        f"quadrature, {NUM_NODES} nodes beside every tick, largest error",
+        f"quadrature, {NUM_NODES} nodes against every control period, largest error",
     ]
     rows = [list(row) for row in zip(labels, for_reach, [*for_hammer, ""], strict=True)]
     return rows, {"decisions_vs_rollouts": ratio}

@@ -52,9 +52,15 @@ def test_set_changes_what_is_run_and_stands_in_the_results(tmp_path, capsys):
     ("words", "message"),
     [
         (["run", "weight", "--set", "prior.sd=-1"], "settings: prior.sd: is -1, must be from 0.001 to 1e+12"),
-        (["run", "weight", "--learner", "kinds_map", "--set", "learner=density"], "stands beside --learner"),
+        (
+            ["run", "weight", "--learner", "kinds_map", "--set", "learner=density"],
+            "is given with --learner, only one of them must be",
+        ),
         (["run", "linear_plus", "--set", "noise.model=white"], "noise: is WhiteNoise, must be WeberNoise for lifts"),
-        (["run", "linear_plus", "--set", "learner=density"], "settings.learner: stands beside observers.learners"),
+        (
+            ["run", "linear_plus", "--set", "learner=density"],
+            "settings.learner: is given with observers.learners, only one of them must be",
+        ),
         (["predict", "two_families", "--set", "prior.sb=1"], "must be one of prior.mode, prior.sd"),
         (["rank", "hammer", "--set", "learner=kinds_map"], "--set: learner: changes nothing here"),
         (["robustness", "--set", "prior.sd=3"], "--set: prior.sd: changes nothing here: the sample varies it"),

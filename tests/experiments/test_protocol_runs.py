@@ -76,7 +76,7 @@ def test_protocol_changes_settings_by_name_and_a_user_has_the_last_word(load):
         (
             "{noise.threshold: 0.1}",
             "{noise: {weber_fraction: 0.1, threshold: 0.1}}",
-            r"mine\.yaml: settings\.noise: stands beside observers\.noise, one of them must be given",
+            r"mine\.yaml: settings\.noise: is given with observers\.noise, only one of them must be",
         ),
     ],
 )
@@ -203,7 +203,7 @@ def test_edited_copy_of_a_shipped_protocol_is_reported_or_refused_before_it_runs
     assert load_protocol_experiment("weight", tmp_path / "models").report.prose is None
 
 
-@pytest.mark.parametrize("file", ["../../x.png", "/tmp/x.png", "a/b.png", "a\\b.png", "..", "nul.png", "x\0.png", ""])
+@pytest.mark.parametrize("file", ["../../x.png", "/x.png", "a/b.png", "a\\b.png", "..", "nul.png", "x\0.png", ""])
 def test_figure_of_the_report_stays_in_the_folder(tmp_path, file):
     path = tmp_path / "mine.yaml"
     report = json.dumps({"figures": [{"file": file, "caption": "Elsewhere."}]})

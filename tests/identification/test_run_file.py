@@ -133,7 +133,7 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
         ("time,q_1,q_2,tau_1,tau_2", "signel: current\n", "signel: is not a key known here"),
         ("time,q_1,q_2,tau_1,tau_2", "units: {q: grad}\n", "units.q: is 'grad', must be rad or deg"),
         ("time,q_1,q_2,tau_1,tau_2", "signal: current\n", "columns: has no columns of the signal, current"),
-        ("time,q_1,q_2,tau_1,tau_3", "", "column tau_2: is missing beside tau_1"),
+        ("time,q_1,q_2,tau_1,tau_3", "", "column tau_2: is missing, while there are tau_1"),
         ("time,q_1,q_3,tau_1,tau_2", "", "column q_2: is missing: has time, q_1, q_3"),
         ("time,q_1,q_2,q_3,tau_1", "", "column q_3: has q_3, must have as many joints as the 2 of run.yaml"),
         ("t,q_1,q_2,tau_1,tau_2", "", "column time: is missing"),
@@ -158,7 +158,9 @@ def test_missing_files_are_named(tmp_path):
     with pytest.raises(BadValueError, match=r"run.csv: does not exist"):
         read_run(tmp_path / "run.csv")
     (tmp_path / "run.csv").write_text("time,q_1\n")
-    with pytest.raises(BadValueError, match=r"has no description: run.yaml beside it must name at least its joints"):
+    with pytest.raises(
+        BadValueError, match=r"has no description: run.yaml in the same folder must name at least its joints"
+    ):
         read_run(tmp_path / "run.csv")
 
 

@@ -85,7 +85,10 @@ def test_materials_follow_the_colours_of_the_file(read):
         ),
         ("mesh: hammer.obj, unit: mm, shell: 2, material: oak", "shell"),
         ("box: [1, 2, 3], position: [0, 0, 0], material: oak", "box"),
-        ("box: [0.1, 0.1, 0.1], capsule: [0.1, 0.1], position: [0, 0, 0], material: oak", "stands beside box"),
+        (
+            "box: [0.1, 0.1, 0.1], capsule: [0.1, 0.1], position: [0, 0, 0], material: oak",
+            "is given with box, only one of",
+        ),
         ("position: [0, 0, 0], material: oak", "semi_axes"),
     ],
 )

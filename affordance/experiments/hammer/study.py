@@ -14,7 +14,7 @@ from affordance.choice.hammer import Hammer
 from affordance.control.optimal_swing import SwingComparison, compare_swings
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.work_map import HammeringMap, find_crossovers, map_work, pick_forces_beside
+from affordance.experiments.hammer.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -82,10 +82,10 @@ def study_blows(
     )
     up_to_most = dict(zip(held, planned, strict=True))
     crossovers = find_crossovers(up_to_most, {grip: each.parameters for grip, each in held.items()}, forces)
-    beside: tuple[float, ...] = ()
+    around: tuple[float, ...] = ()
     if crossovers:
         exact = [each.parameters[None] for each in held.values()]
-        beside = pick_forces_beside(
+        around = pick_forces_around(
             crossovers,
             forces=forces,
             feasible=map_work(list(up_to_most.values()), exact, forces).feasible.all(axis=(0, 1)),
@@ -96,12 +96,12 @@ def study_blows(
     mean = 0.5 * task.nail.stiffness * (task.nail.depth_set + task.nail.depth_demanded)
     nail = replace(task.nail, yield_force=mean)
     blows = [partial(_simulate, held[grip], task, costs[grip], true, settings, nail=nail) for grip in held]
-    for force in beside:
+    for force in around:
         able = costs if force <= task.force else up_to_most
         blows += [partial(_simulate, held[grip], task, able[grip], true, settings, force=force) for grip in held]
     done = iter(run_tasks(blows, jobs=jobs, description="hammer: crossover"))
-    yielding, *dealt = (_keep_all({grip: next(done) for grip in held}) for _ in (nail, *beside))
-    checked = {force: pair for force, pair in zip(beside, dealt, strict=True) if pair}
+    yielding, *dealt = (_keep_all({grip: next(done) for grip in held}) for _ in (nail, *around))
+    checked = {force: pair for force, pair in zip(around, dealt, strict=True) if pair}
     swings = _compare_swings(held, costs, simulated, settings, jobs)
     densest = max(tool.components, key=lambda part: part.material.density)
     densities = list_densities_of_map(densest.material.density)

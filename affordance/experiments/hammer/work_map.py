@@ -62,7 +62,7 @@ def find_crossovers(costs: Mapping[str, BlowCost], pi: Mapping[str, Array], forc
     ]
 
 
-def pick_forces_beside(
+def pick_forces_around(
     crossovers: Sequence[float], *, forces: Array, feasible: NDArray[np.bool_], least: float, demanded: float
 ) -> tuple[float, float]:
     """Picks a force on either side of the first crossover, to check that the cheaper grip really changes.

@@ -37,7 +37,7 @@ def apply_observers(
     named = [*protocol.settings, *changes]
     for own, name in _OWN_WORDS.items():
         if getattr(observers, own) is not None and any(each.partition(".")[0] == name for each in named):
-            problem = f"stands beside observers.{own}, one of them must be given"
+            problem = f"is given with observers.{own}, only one of them must be"
             raise BadValueError(path, f"settings.{name}", problem)
     if observers.vision is not None:
         settings = replace(settings, feature_source=FeatureSource(observers.vision))

@@ -242,11 +242,11 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
 
     The mean over a two-dimensional normal distribution equals that over four points at sqrt(2) SD, to third order.
     """
-    beside = [
+    neighbours = [
         trace_rays(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
         for step in np.sqrt(2.0) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
     ]
-    bias: Array = np.mean(beside, axis=0) - depth
+    bias: Array = np.mean(neighbours, axis=0) - depth
     return bias
 
 

@@ -158,7 +158,7 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
     area = 0.5 * abs(float(x[:-1] @ y[1:] - x[1:] @ y[:-1]))
     shown = float((segmentation.labels == number).sum()) / max(area, 1.0)
     if shown < MIN_SHOWN:
-        reason = f"{100 * shown:.0f} % of a part shows beside what is in front of it, must be at least"
+        reason = f"{100 * shown:.0f} % of a part is visible behind what is in front of it, must be at least"
         raise HiddenPartError(f"{reason} {100 * MIN_SHOWN:.0f} %", *picture)
     if fit.misfit > MAX_MISFIT:
         reason = f"what is seen as one part is no ellipsoid: residuals have the mean square {fit.misfit:.2f}"
@@ -167,11 +167,11 @@ def _check_fit(fit: Fit, segmentation: Segmentation, number: int, picture: Pictu
 
 def _find_outline(mask: Mask, excluded: Mask) -> Array:
     """Finds midpoints between neighbouring pixels inside and outside a mask, column and row, (K, 2)."""
-    beside = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
+    border = (mask[:, 1:] != mask[:, :-1]) & ~(excluded[:, 1:] | excluded[:, :-1])
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
-    row_beside, column_beside = np.nonzero(beside)
+    row_border, column_border = np.nonzero(border)
     row_below, column_below = np.nonzero(below)
     points: Array = np.concatenate(
-        [np.column_stack([column_beside + 0.5, row_beside]), np.column_stack([column_below, row_below + 0.5])]
+        [np.column_stack([column_border + 0.5, row_border]), np.column_stack([column_below, row_below + 0.5])]
     )
     return points

@@ -117,7 +117,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
     regions = _split_by_tint(seen, smooth)
     if not regions:
         reason = f"no {MIN_PIXELS // 4} pixels of one tint lie together in what is nearer than the stand"
-        raise TooSmallError(f"{reason}, beside its rim of {_SMOOTHING} pixels", *picture)
+        raise TooSmallError(f"{reason}, apart from its rim of {_SMOOTHING} pixels", *picture)
     for region in regions:
         for part in _split_at_waists(region):
             within[part] = num_parts

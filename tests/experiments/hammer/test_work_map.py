@@ -1,14 +1,14 @@
 import numpy as np
 import pytest
 
-from affordance.experiments.hammer.work_map import pick_forces_beside
+from affordance.experiments.hammer.work_map import pick_forces_around
 
 FORCES = np.linspace(102.0, 800.0, 80)
 ALL = np.ones(80, dtype=bool)
 
 
 def pick(crossovers, feasible=ALL, demanded=400.0):
-    return pick_forces_beside(crossovers, forces=FORCES, feasible=feasible, least=100.0, demanded=demanded)
+    return pick_forces_around(crossovers, forces=FORCES, feasible=feasible, least=100.0, demanded=demanded)
 
 
 def test_forces_are_half_way_in_proportion_to_the_least_and_to_the_demanded_one():

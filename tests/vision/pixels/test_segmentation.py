@@ -120,7 +120,7 @@ def test_whatever_the_width_there_is_a_part_or_an_error_with_a_name(length, widt
 
 def test_object_into_all_of_which_the_stand_is_mixed_is_too_small():
     picture = add_noise(draw_picture([make_ellipsoid([0.0105] * 3, [0, 0, STAND - 0.02])], [BEECH]))
-    refuse(TooSmallError, "no 27 pixels of one tint lie together .* beside its rim of 3 pixels", picture)
+    refuse(TooSmallError, "no 27 pixels of one tint lie together .* apart from its rim of 3 pixels", picture)
 
 
 def test_perfect_picture_is_segmented_exactly():
