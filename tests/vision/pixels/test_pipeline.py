@@ -93,7 +93,9 @@ def test_part_behind_another_is_said_to_be_hidden():
     behind = make_ellipsoid([0.06, 0.02, 0.02], [0.0, 0.0, STAND - 0.02])
     front = make_ellipsoid([0.05, 0.05, 0.03], [0.035, 0.0, STAND - 0.12])
     picture = NOISY.add_to(draw_picture([behind, front], [BEECH, STEEL]), CAMERA, np.random.default_rng(0))
-    with pytest.raises(HiddenPartError, match=r"\d+ % of a part is visible behind what is in front of it, must be at least 50 %"):
+    with pytest.raises(
+        HiddenPartError, match=r"\d+ % of a part is visible behind what is in front of it, must be at least 50 %"
+    ):
         detect_parts(picture, DEFAULT_RIG, NOISY)
 
 
