@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from typing import Protocol, cast
 
 from affordance.commands.parser import OneLineParser
-from affordance.commands.study import STUDIES
+from affordance.commands.study import FORMER, STUDIES
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.clone import import_study
 from affordance.system_libraries import provide_libraries
@@ -64,8 +64,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
     words = list(sys.argv[1:] if arguments is None else arguments)
     if words and words[0] in EXPERIMENTS:
         words = ["run", *words]
-    if words and words[0] in STUDIES:  # robustness and fit-kappa were commands of their own
-        words = ["study", *words]
+    if words and words[0] in FORMER:
+        words = ["study", FORMER[words[0]], *words[1:]]
     if not words or words[0] in ("-h", "--help"):
         print(_describe(program))
         return 0
@@ -74,7 +74,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "affordance") ->
         return 0
     name = words[0]
     if name not in COMMANDS:
-        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS, *STUDIES))}", file=sys.stderr)
+        print(f"{program}: the command {describe_choice(name, (*COMMANDS, *EXPERIMENTS, *FORMER))}", file=sys.stderr)
         return 2
     logging.basicConfig(format="%(message)s", level=logging.WARNING)
     try:

@@ -68,6 +68,35 @@ def add_set(parser: argparse.ArgumentParser) -> None:
     )
 
 
+def add_run_options(
+    parser: argparse.ArgumentParser,
+    repeats: int | None,
+    what: str,
+    *,
+    former: Sequence[str] = (),
+    seed: int = 0,
+    jobs: int | None = None,
+    models: str = "arm, materials and tools to use",
+) -> None:
+    """Adds the options of every command that simulates observers: repeats, seed, jobs, results, models and settings.
+
+    Args:
+        parser: Parser of the command.
+        repeats: Default number of repeats; None to let the command choose.
+        what: Thing that is repeated, in words.
+        former: Earlier names of ``--repeats``.
+        seed: Default seed.
+        jobs: Default number of processes; None for one a core.
+        models: Content of the folder of models, in words.
+    """
+    add_repeats(parser, repeats, what, former)
+    add_seed(parser, seed)
+    add_jobs(parser, jobs)
+    add_out(parser)
+    add_models(parser, models)
+    add_set(parser)
+
+
 def check_bounds(arguments: argparse.Namespace) -> None:
     """Checks the numbers and the folder that commands share.
 

@@ -2,7 +2,7 @@
 
 import argparse
 
-from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
+from affordance.commands.options import add_run_options, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.shared.learner_predictions import format_predictions
@@ -21,14 +21,9 @@ HELP = "say before there are data what each learner would do in a protocol, and 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     parser.add_argument("protocol", help="path of a protocol, or the name of a shipped one")
-    add_repeats(
+    add_run_options(
         parser, None, f"simulated observers of each learner (default: as many as a protocol says, or {_REPEATS})"
     )
-    add_seed(parser)
-    add_jobs(parser)
-    add_out(parser)
-    add_models(parser)
-    add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

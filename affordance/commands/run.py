@@ -7,7 +7,7 @@ from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.commands.import_arm import add_arm_arguments, read_options
-from affordance.commands.options import add_jobs, add_models, add_out, add_repeats, add_seed, add_set, check_bounds
+from affordance.commands.options import add_run_options, check_bounds
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.files.clone import has_studies
@@ -36,12 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)",
     )
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
-    add_repeats(parser, None, f"{what}{_REPEATS})")
-    add_seed(parser)
-    add_jobs(parser)
-    add_out(parser)
-    add_models(parser)
-    add_set(parser)
+    add_run_options(parser, None, f"{what}{_REPEATS})")
     parser.add_argument(
         "--vision",
         choices=[source.value for source in FeatureSource],

@@ -8,12 +8,13 @@ from affordance.files.clone import import_study
 STUDIES = {
     "robustness": "studies.robustness.command",
     "people": "studies.people.command",
-    "fit-kappa": "studies.people.command",  # its name in earlier versions
     "learners": "studies.learners.command",
     "arms": "studies.arms.command",
     "recorded": "studies.recorded.command",
     "tools": "studies.tools.command",
 }
+# Names that studies had as commands of their own.
+FORMER = {"fit-kappa": "people", "robustness": "robustness"}
 HELP = f"a study that takes its time: {', '.join(STUDIES)}"
 
 

@@ -2,17 +2,7 @@
 
 import argparse
 
-from affordance.commands.options import (
-    add_jobs,
-    add_models,
-    add_out,
-    add_repeats,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    refuse_changes,
-)
+from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.plant.arm import ARM
 from affordance.runs.repeats import prepare_folder
@@ -24,12 +14,7 @@ HELP = "run the paper's simulations with each learner, and lift the decoy of Sim
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 20, "simulated observers of each learner")
-    add_seed(parser)
-    add_jobs(parser)
-    add_out(parser)
-    add_models(parser, "arm, materials and tools to use")
-    add_set(parser)
+    add_run_options(parser, 20, "simulated observers of each learner")
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -8,17 +8,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import (
-    add_jobs,
-    add_models,
-    add_out,
-    add_repeats,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    refuse_changes,
-)
+from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
@@ -35,15 +25,10 @@ _LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, 100, "simulated observers at each kappa")
-    add_seed(parser, 1)
-    add_jobs(parser)
-    add_set(parser)
+    add_run_options(parser, 100, "simulated observers at each kappa", seed=1, models="people/, the published values")
     parser.add_argument("--lowest", type=float, default=0.12, help="smallest kappa (default 0.12)")
     parser.add_argument("--highest", type=float, default=0.48, help="largest kappa (default 0.48)")
     parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
-    add_out(parser)
-    add_models(parser, "people/, the published values")
 
 
 def run(arguments: argparse.Namespace) -> int:

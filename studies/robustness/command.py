@@ -6,17 +6,7 @@ from typing import Any
 import numpy as np
 
 from affordance.arguments import check_whole
-from affordance.commands.options import (
-    add_jobs,
-    add_models,
-    add_out,
-    add_repeats,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    refuse_changes,
-)
+from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import run_suite
 from affordance.files.data_model import Whole
@@ -43,7 +33,8 @@ _UNUSED = ("learner", "feature_source", "vision_error")
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    add_repeats(parser, DEFAULT_NUM_SETTINGS, "settings of the sample", former=["--settings"])
+    what, former = "settings of the sample", ["--settings"]
+    add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
     alone = parser.add_mutually_exclusive_group()
     alone.add_argument(
         "--setting",
@@ -56,11 +47,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="N",
         help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
     )
-    add_seed(parser)
-    add_jobs(parser)
-    add_out(parser)
-    add_models(parser, "arm, materials, path and nail")
-    add_set(parser)
     parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
 
 

@@ -4,17 +4,7 @@ import argparse
 import logging
 from pathlib import Path
 
-from affordance.commands.options import (
-    add_jobs,
-    add_models,
-    add_out,
-    add_repeats,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-    refuse_changes,
-)
+from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
 from affordance.files.atomic import write_json
 from affordance.plant.arm import ARM
 from affordance.reporting.report import write_report, write_section
@@ -42,18 +32,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="a clone of github.com/utiasSTARS/inertial-identification-with-part-segmentation; without it, only what "
         "needs no data is run: our own hammers, and figure 1",
     )
-    add_repeats(parser, 10, "simulated observers, who hold and predict", former=["--observers"])
-    add_seed(parser)
-    add_jobs(parser, 1)
+    add_run_options(parser, 10, "simulated observers, who hold and predict", former=["--observers"], jobs=1)
     parser.add_argument(
         "--half",
         choices=("learning", "both"),
         default="both",
         help="of which tools masses are predicted; everything was chosen on the learning half (default: both)",
     )
-    add_models(parser)
-    add_out(parser)
-    add_set(parser)
 
 
 def run_study(config: ToolsConfig, folder: Path) -> int:
