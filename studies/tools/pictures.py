@@ -17,6 +17,8 @@ from studies.tools.study import ToolsResult
 from studies.tools.uncommon import CheckedMass, CheckedMotion
 
 _MM = 1e3
+# Side of a cell in the picture of columns, the mean thickness of whose columns is shown, [mm].
+_CELL_MM = 1.0
 # Margin around an object in its picture, [pixels].
 _ROOM = 25
 
@@ -55,10 +57,16 @@ def draw_seen(tools: Sequence[Tool], stand: TurningStand, seed: int) -> Figure:
 
 
 def _draw_columns(axes: Axes, solids: Sequence[ColumnSolid]) -> None:
-    x, y = _MM * np.concatenate([solid.places for solid in solids]).T
+    places = _MM * np.concatenate([solid.places for solid in solids])
     thickness = _MM * np.concatenate([np.ptp(solid.ends, axis=1) for solid in solids])
-    marks = axes.scatter(x, y, c=thickness, s=0.2, cmap="viridis", rasterized=True)
-    axes.set_aspect("equal")
+    low, high = places.min(axis=0), places.max(axis=0)
+    cells = np.ceil((high - low) / _CELL_MM).astype(int) + 1
+    columns, lines = np.floor((places - low) / _CELL_MM).astype(int).T
+    total, count = np.zeros(cells[::-1]), np.zeros(cells[::-1])
+    np.add.at(total, (lines, columns), thickness)
+    np.add.at(count, (lines, columns), 1.0)
+    mean = np.divide(total, count, out=np.full_like(total, np.nan), where=count > 0.0)
+    marks = axes.imshow(mean, origin="lower", cmap="viridis")
     axes.axis("off")
     figure = axes.get_figure()
     assert figure is not None

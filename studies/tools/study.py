@@ -22,7 +22,7 @@ from affordance.choice.which_end import (
     TRUE,
     GripRanking,
     build_beliefs,
-    list_options,
+    list_drawn_options,
     list_seen_options,
     rank_grips,
 )
@@ -208,10 +208,13 @@ def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, An
         "hammer": hammer,
         "reach": Reach(load_path(config.models / "paths" / "reach.yaml")),
     }
+    geometries = {
+        "drawing": list_drawn_options(tools),
+        "pictures": list_seen_options(tools, get_turning_stand(), config.seed),
+    }
     rankings = {}
     for task_name, task in tasks.items():
-        for geometry in ("drawing", "pictures"):
-            options = list_options(tools, by_sight=geometry == "pictures", seed=config.seed)
+        for geometry, options in geometries.items():
             ranked = rank_grips(options, task, beliefs, settings, seed=config.seed)
             rankings.update({(task_name, geometry, belief): found for belief, found in ranked.items()})
     right = rankings["hammer", "drawing", TRUE]
