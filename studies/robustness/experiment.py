@@ -44,7 +44,6 @@ from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"
 _CHOOSING = ("reach", "hammer")
-_GRIPS = ("wood", "steel")
 # Where a claim was not judged, in settings.csv.
 _BLANK = ""
 # Reasons why an experiment could not be run, by what they contain.
@@ -156,9 +155,8 @@ class Robustness:
         """Evaluates a setting: that of the simulations as repeat 0, then those of the sample.
 
         Returns: ``outcomes`` (C,), 1, 0 or not a number; ``p_correct`` (2, 4) and ``work_ratio`` (2,) of reaching and
-            hammering, and ``correct`` (2,), index of the correct grip or -1; ``travel`` at which the other grip is
-            cheaper; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the share of holds that were;
-            ``interpolation_error``, not a number where none was measured; ``cpu_s`` (8,).
+            hammering; ``reasons`` (5,) why an experiment could not be run; ``simulated``, the share of holds that
+            were; ``interpolation_error``, not a number where none was measured; ``cpu_s`` (8,).
         """
         _, outcome = self.evaluate(repeat - 1 if repeat else None, proves=repeat == 0 or repeat % PROVE_EVERY == 1)
         chosen = [outcome.numbers.get(name, {}) for name in _CHOOSING]
@@ -167,8 +165,6 @@ class Robustness:
             "outcomes": np.array(list(outcome.outcomes.values())),
             "p_correct": np.array([numbers.get("p_correct", nothing) for numbers in chosen]),
             "work_ratio": np.array([numbers.get("energy_ratio_true", np.nan) for numbers in chosen]),
-            "correct": np.array([_GRIPS.index(each["correct_grip"]) if each else -1 for each in chosen]),
-            "travel": np.array(outcome.numbers.get("hammer", {}).get("travel_of_other_grip_m", np.nan)),
             "reasons": np.array(list(outcome.reasons.values()), dtype="U300"),
             "simulated": np.array(outcome.simulated),
             "interpolation_error": np.array(outcome.interpolation_error),
@@ -188,7 +184,7 @@ class Robustness:
         for column, (name, claim) in enumerate(self.claims.items()):
             effects = measure_effects(outcomes[:, column], levels, self.seed)
             claims[name] = {
-                "text": claim.text.replace("{{ num_trials }}", str(MOMENTS[-1])),
+                "text": claim.text,
                 "source": claim.source,
                 **self._describe(effects, outcomes[:, column], levels),
                 "fails_in": np.flatnonzero(outcomes[:, column] == 0.0),

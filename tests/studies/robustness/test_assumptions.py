@@ -49,6 +49,10 @@ def test_default_without_range_is_refused(tmp_path):
     path.write_text("weber: {label: w, source: s, range: [0.1, 0.2], default: 0.3}\n", encoding="utf-8")
     with pytest.raises(ValueError, match=r"the default 0\.3 is not from 0\.1 to 0\.2"):
         load_assumptions(path)
+    for entry in ("range: [0.1, 0.2], default: wood", "range: 0.1, default: 0.1", "default: 0.1"):
+        path.write_text(f"weber: {{label: w, source: s, {entry}}}\n", encoding="utf-8")
+        with pytest.raises(ValueError, match="weber: needs a range of two numbers and a default, or choices"):
+            load_assumptions(path)
     path.write_text("rule: {label: r, source: s, choices: [a, b], default: c}\n", encoding="utf-8")
     with pytest.raises(ValueError, match="none of the choices"):
         load_assumptions(path)

@@ -9,6 +9,7 @@ from helpers.results_files import check_keys
 from helpers.shared import compute_once
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.exceptions import AffordanceError
 from affordance.experiments import runner
 from affordance.experiments.suite import DEFAULT_REPEATS, run_suite
 from affordance.files.model_folder import MODELS
@@ -16,11 +17,13 @@ from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.statistics import estimate_proportion
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
+from studies.robustness import evaluate as evaluate_module
 from studies.robustness import experiment as study
 from studies.robustness.assumptions import list_defaults, sample_settings
 from studies.robustness.build import build_world
 from studies.robustness.claims import EXPERIMENTS
 from studies.robustness.command import describe_outcome
+from studies.robustness.evaluate import evaluate_setting
 from studies.robustness.holding import Held, compare_with_simulated
 
 LOADED = study.load()
@@ -139,6 +142,7 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
     assert numbers["interpolation_error_m"] == 4e-6
     assert numbers["proven_in"] == [0]
     assert numbers["simulated"] == 0.0
+    assert not any("{{" in each["text"] for each in numbers["claims"].values())
     claim = numbers["claims"]["reach.after_one"]
     assert claim["holds"] == pytest.approx(8 / 12)
     assert {"holds", "ci95", "strongest_assumption"} <= set(claim)
@@ -152,3 +156,21 @@ def test_runs_are_kept_and_reported(tmp_path, monkeypatch, defaults):
     assert not section["claims"][0]["met"]  # twelve settings are not three hundred
     assert (tmp_path / "robustness" / "robustness.png").stat().st_size > 10_000
     assert "The multiverse" in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_a_blow_that_cannot_be_simulated_leaves_the_force_unjudged(monkeypatch):
+    """All else about hammering is judged."""
+
+    def fail(*_):
+        raise AffordanceError("it passes through the nail")
+
+    for name in ("simulate_blow", "measure_rods", "measure_centre_of_mass"):  # the last two save time
+        monkeypatch.setattr(evaluate_module, name, fail)
+    setting = list_defaults(LOADED.assumptions)
+    outcome = evaluate_setting(
+        setting, seed=0, models=MODELS, settings=DEFAULT_SETTINGS, num_observers=2, simulates_contact=True
+    )
+    assert outcome.numbers["hammer"]["force_ratios"] is None
+    assert np.isnan(outcome.outcomes["hammer.sufficient_force"])
+    assert outcome.outcomes["hammer.correct_grip"] == 1.0
+    assert (outcome.reasons["hammer"], outcome.reasons["com"]) == ("", "it passes through the nail")
