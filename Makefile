@@ -4,7 +4,7 @@ PYTHON := $(VENV)/bin/python
 # Exact versions, for what is installed and for what builds it.
 export PIP_CONSTRAINT := constraints.txt
 export PIP_BUILD_CONSTRAINT := constraints.txt
-SOURCES := affordance studies diagrams docs tests run_experiments.py
+SOURCES := affordance studies examples diagrams docs tests run_experiments.py
 
 .PHONY: run test wheel lint format diagrams bench trust numbers mutants robustness-proof clean
 .DEFAULT_GOAL := help

@@ -5,7 +5,8 @@ feature_sensor --features--> visual_prior --prior--> mpc_controller --tau--> pla
 material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
-The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is a scene
+The Diagram's outputs are features, measurement and posterior, so that a larger Diagram may hold it next to systems of
+its own. The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is a scene
 graph only if a tool is given. A nail is part of the plant, and the resistance of the wood is a system of its own.
 """
 
@@ -166,6 +167,8 @@ def build_trial_diagram(
     vdot = _select_arm(builder, "arm_acceleration", plant, "generalized_acceleration", num_joints=n, parts=1)
     builder.Connect(vdot, proprioception.GetInputPort("vdot"))
     connect(proprioception, "measurement", estimator, "measurement")
+    for source, output in ((sensor, "features"), (proprioception, "measurement"), (estimator, "posterior")):
+        builder.ExportOutput(source.GetOutputPort(output), output)  # for systems of a user's own
 
     posterior_log = None
     if settings.posterior_log_period is not None:

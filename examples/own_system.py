@@ -1,0 +1,49 @@
+"""A LeafSystem of your own in the Diagram: it reads the estimator's posterior while the arm holds an object.
+
+Prints:
+
+    after 0.0 s it is believed to weigh 0.07 to 0.24 kg
+    after 0.5 s it is believed to weigh 0.35 to 0.41 kg
+    after 1.0 s it is believed to weigh 0.34 to 0.41 kg
+    it weighs 0.40 kg; brass: 7244 to 8657 kg/m^3
+"""
+
+from dataclasses import replace
+
+from pydrake.systems.framework import Context, DiagramBuilder
+
+from affordance import MODELS, TrialRunner, load_tools
+from affordance.drake_system import SampledSystem
+from affordance.simulation.trial import finish
+
+
+class MassWatch(SampledSystem):
+    """Prints the believed mass twice a second."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._posterior = self.declare_object_input("posterior")
+        self.DeclarePeriodicPublishEvent(0.5, 0.0, self._print)
+
+    def _print(self, context: Context) -> None:
+        belief = self._posterior.Eval(context)
+        (volume,) = belief.geometry.Phi[0]  # mass, the first inertial parameter, for a density of one
+        low, high = volume * belief.densities.compute_percentiles([0.25, 0.75]).ravel()
+        print(f"after {context.get_time():.1f} s it is believed to weigh {low:.2f} to {high:.2f} kg")
+
+
+rod, *_ = load_tools(MODELS / "tools" / "weight.yaml")
+runner = TrialRunner()
+trial = runner.get_diagram(1.0)
+
+builder = DiagramBuilder()
+paper = builder.AddNamedSystem(
+    "paper", trial.diagram
+)  # figure 2, with features, measurement and posterior as outputs
+watch = builder.AddNamedSystem("mass_watch", MassWatch())
+builder.Connect(paper.GetOutputPort("posterior"), watch.GetInputPort("posterior"))
+whole = replace(trial, diagram=builder.Build())
+
+record = finish(whole, runner.prepare(whole, rod, trial.hold, runner.start_memory(), seed=0), rod)
+brass = record.memory.density("brass")
+print(f"it weighs {rod.mass:.2f} kg; brass: {brass.p25:.0f} to {brass.p75:.0f} kg/m^3")
