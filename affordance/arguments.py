@@ -16,9 +16,8 @@ from numpy.typing import ArrayLike
 from pydantic_core import PydanticCustomError
 
 from affordance.arrays import Array
-from affordance.exceptions import BadArgumentError
-from affordance.files.data_model import OneOf, Whole, Within
-from affordance.files.yaml_reader import show_value
+from affordance.exceptions import BadArgumentError, show_value
+from affordance.files.constraints import OneOf, Whole, Within
 
 type StrPath = str | os.PathLike[str]
 type Seed = int | tuple[int, ...]
@@ -219,7 +218,7 @@ def _show_shape(shape: Sequence[int | None]) -> str:
 
 
 def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
-    """Runs a check of ``files.data_model`` and raises its refusal as a BadArgumentError."""
+    """Runs a check of ``files.constraints`` and raises its refusal as a BadArgumentError."""
     try:
         return check(value.item() if isinstance(value, np.generic) else value)
     except PydanticCustomError as error:

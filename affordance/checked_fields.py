@@ -13,9 +13,8 @@ from pathlib import Path
 from typing import Any
 
 from affordance.arguments import check_path, run_check
-from affordance.exceptions import BadArgumentError, describe_choice
-from affordance.files.data_model import OneOf, complain
-from affordance.files.yaml_reader import show_value
+from affordance.exceptions import BadArgumentError, describe_choice, show_value
+from affordance.files.constraints import OneOf, complain
 
 
 @dataclasses.dataclass(frozen=True)

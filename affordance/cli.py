@@ -13,9 +13,9 @@ from typing import Protocol, cast
 
 from affordance.commands.parser import OneLineParser
 from affordance.commands.study import FORMER, STUDIES
+from affordance.drake.system_libraries import provide_libraries
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.clone import import_study
-from affordance.system_libraries import provide_libraries
 from affordance.version import __version__
 
 # Commands in the order of the help; a dash in a name is an underscore in its module.

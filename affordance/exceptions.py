@@ -20,6 +20,17 @@ class AffordanceError(Exception):
         return _on_one_line(super().__str__())
 
 
+def show_value(value: Any) -> str:
+    """Formats a value in at most 60 characters."""
+    if value is None:
+        return "empty"
+    try:
+        text = repr(value)
+    except ValueError:  # Python does not format integers of more than 4300 digits
+        text = "a whole number of thousands of digits"
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 def describe_choice(value: object, known: Iterable[str]) -> str:
     """Describes a value that is not among the known names, and suggests the nearest of them."""
     names = list(known)

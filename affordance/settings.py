@@ -19,7 +19,7 @@ from affordance.checked_fields import Among, Setting, check_fields
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise

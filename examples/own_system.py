@@ -13,7 +13,7 @@ from dataclasses import replace
 from pydrake.systems.framework import Context, DiagramBuilder
 
 from affordance import MODELS, TrialRunner, load_tools
-from affordance.drake_system import SampledSystem
+from affordance.drake.sampled_system import SampledSystem
 from affordance.simulation.trial import finish
 
 

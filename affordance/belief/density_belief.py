@@ -20,7 +20,7 @@ from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
 from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadArgumentError
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.objects.tool import DENSITY_MAX
 
 # Largest number of densities that a line shows.

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from affordance.belief.density_belief import DensityBelief, show_density
 from affordance.exceptions import BadArgumentError
-from affordance.notebook import build_table
+from affordance.files.html_table import build_table
 from affordance.objects.colour import Colour, is_same_colour, show_colour
 from affordance.objects.named_colour import MaterialLike, find_colour
 from affordance.objects.tool import Material

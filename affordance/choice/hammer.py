@@ -17,7 +17,8 @@ from affordance.control.start_posture import Start, StartEntry
 from affordance.control.strike import Strike
 from affordance.control.swing import Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
-from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
+from affordance.files.constraints import Vector, Within, complain
+from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel

@@ -5,7 +5,7 @@ import numpy as np
 from affordance.arguments import Seed, check_kind, check_member, check_seed
 from affordance.choice.options import Option
 from affordance.objects.tool import Grip, Tool
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.vision.features import FeatureSource, VisionError
 from affordance.vision.observe import observe
 

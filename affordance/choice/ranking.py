@@ -17,8 +17,8 @@ from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choic
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
-from affordance.files.data_model import Whole
-from affordance.notebook import build_table
+from affordance.files.constraints import Whole
+from affordance.files.html_table import build_table
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 type Chosen = NDArray[np.intp]

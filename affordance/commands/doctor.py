@@ -9,9 +9,9 @@ import platform
 import time
 from collections.abc import Callable
 
+from affordance.drake.system_libraries import find_missing, hide_font_warnings, provide_libraries, write_command
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.system_libraries import find_missing, hide_font_warnings, provide_libraries, write_command
 from affordance.version import __version__
 
 HELP = "say which parts work on this machine, and how to get the others"

@@ -8,7 +8,7 @@ import joblib
 
 from affordance.arguments import JOBS, REPEATS, SEED_MAX, check_whole
 from affordance.exceptions import BadValueError
-from affordance.files.data_model import Whole
+from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
 from affordance.settings import DEFAULT_SETTINGS, Settings

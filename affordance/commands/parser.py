@@ -5,8 +5,7 @@ import difflib
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from affordance.exceptions import describe_choice
-from affordance.files.yaml_reader import show_value
+from affordance.exceptions import describe_choice, show_value
 
 _NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 

@@ -21,7 +21,7 @@ from affordance.choice.which_end import (
 from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.files.data_model import Whole
+from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import MATERIALS, load_materials, load_tools
 from affordance.objects.tool import Tool

@@ -7,7 +7,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.checked_fields import Setting, check_fields
-from affordance.files.data_model import Whole, Within
+from affordance.files.constraints import Whole, Within
 
 
 @dataclass(frozen=True)

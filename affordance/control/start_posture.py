@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.plant.arm import Arm
 
 # Start posture: names and angles, [rad], of the joints that do not start in the home posture.

@@ -14,7 +14,7 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
-from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
 from affordance.plant.held_torque import HeldTorqueModel
 

@@ -11,7 +11,8 @@ from affordance.arguments import StrPath, check_array, check_path
 from affordance.checked_fields import check_fields
 from affordance.control.start_posture import Start, StartEntry
 from affordance.exceptions import BadArgumentError
-from affordance.files.data_model import DataModel, Vector, Within, complain, load_model
+from affordance.files.constraints import Vector, Within, complain
+from affordance.files.data_model import DataModel, load_model
 
 # Bounds of paths: points within two metres, in a twentieth of a second to a minute.
 _REACH_MAX = 2.0

@@ -40,8 +40,8 @@ from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry, change_holds
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.presentations import Presentation, draw_presentations
-from affordance.random_streams import Stream
 from affordance.reporting.replay import Scene, write_replay
+from affordance.runs.random_streams import Stream
 from affordance.simulation.clamp_trial import run_clamp_and_release
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord

@@ -25,7 +25,7 @@ from affordance.experiments.shared.presentation_rows import describe_presentatio
 from affordance.experiments.shared.presented import LABELS, PresentedExperiment
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.protocols.presentations import Presentation, draw_presentations
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.simulation.static_lifts import Lift, StaticLifter
 
 

@@ -5,180 +5,24 @@ becomes a BadValueError that names file, key, value and bound, and the nearest v
 """
 
 import difflib
-import enum
-import math
 import types
 import typing
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError
-from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, ErrorDetails, PydanticCustomError, core_schema
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import ErrorDetails
 
-from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.yaml_reader import read_yaml, show_value
-
-# Type of the errors that our own checks raise, with their problem as message.
-_OURS = "ours"
+from affordance.exceptions import BadValueError, describe_choice, show_value
+from affordance.files.constraints import OURS
+from affordance.files.yaml_reader import read_yaml
 
 
 class DataModel(BaseModel):
     """Mapping in a file, with the keys of the class and no others."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-
-def complain(problem: str, at: str = "") -> PydanticCustomError:
-    """Builds the error for a value that a check rejects.
-
-    Args:
-        problem: Value and bound, as ``is 3, must be at most 2``.
-        at: Place below the value that was checked, as ``[1]`` or ``duration``; empty for the value itself.
-    """
-    return PydanticCustomError(_OURS, "{problem}", {"problem": problem, "at": at})
-
-
-@dataclass(frozen=True)
-class Within:
-    """Constraint on a number: finite, and from ``low`` to ``high``."""
-
-    low: float = -math.inf
-    high: float = math.inf
-
-    def check(self, value: Any, at: str = "") -> float:
-        """Returns the number if it is valid.
-
-        Raises:
-            PydanticCustomError: The value is not a number, or is out of bounds.
-        """
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise complain(f"is {show_value(value)}, must be a number", at)
-        if not self.low <= value <= self.high:  # before float(), which an integer of 400 digits would overflow
-            low, high = (f"{bound:.12g}" for bound in (self.low, self.high))  # integers in full
-            bounds = f"from {low} to {high}" if math.isfinite(self.high) else f"at least {low}"
-            bounds = bounds if math.isfinite(self.low) else "finite"
-            raise complain(f"is {show_value(value)}, must be {bounds}", at)
-        try:
-            number = float(value)
-        except OverflowError as error:
-            raise complain(f"is {show_value(value)}, must be finite", at) from error
-        if not math.isfinite(number):
-            raise complain(f"is {number}, must be finite", at)
-        return number
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of numbers; neither texts nor booleans are accepted."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a number, for editors."""
-        bounds = {"minimum": self.low, "maximum": self.high}
-        return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
-
-
-@dataclass(frozen=True)
-class Whole(Within):
-    """Constraint on a number: whole, and from ``low`` to ``high``."""
-
-    def check(self, value: Any, at: str = "") -> int:
-        """Returns the number if it is valid.
-
-        Raises:
-            PydanticCustomError: The value is not a whole number, or is out of bounds.
-        """
-        number = super().check(value, at)
-        if not number.is_integer():
-            raise complain(f"is {number:g}, must be a whole number", at)
-        return int(number)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a whole number, for editors."""
-        return super().__get_pydantic_json_schema__(schema, handler) | {"type": "integer"}
-
-
-@dataclass(frozen=True)
-class Vector:
-    """Constraint on a list: ``size`` numbers, each within bounds."""
-
-    size: int
-    each: Within
-
-    def check(self, value: Any, at: str = "") -> tuple[float, ...]:
-        """Returns the numbers if they are valid.
-
-        Raises:
-            PydanticCustomError: The value is not such a list, or a number is out of bounds.
-        """
-        if not isinstance(value, list) or len(value) != self.size:
-            raise complain(f"is {show_value(value)}, must be a list of {self.size} numbers", at)
-        return tuple(self.each.check(entry, f"{at}[{i}]") for i, entry in enumerate(value))
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of lists of numbers."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a list of numbers, for editors."""
-        entry = self.each.__get_pydantic_json_schema__(schema, handler)
-        return {"type": "array", "items": entry, "minItems": self.size, "maxItems": self.size}
-
-
-@dataclass(frozen=True)
-class Text:
-    """Constraint on a text: not empty, and at most ``longest`` characters."""
-
-    longest: int = 20_000
-
-    def check(self, value: Any) -> str:
-        """Returns the text if it is valid.
-
-        Raises:
-            PydanticCustomError: The value is not a text, is empty, or is too long.
-        """
-        if not isinstance(value, str) or not value.strip():
-            raise complain(f"is {show_value(value)}, must be a non-empty text")
-        if len(value) > self.longest:
-            raise complain(f"has {len(value)} letters, must have at most {self.longest}")
-        return value
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of texts."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a text, for editors."""
-        return {"type": "string", "minLength": 1, "maxLength": self.longest}
-
-
-@dataclass(frozen=True)
-class OneOf:
-    """Constraint on a text: the value of a member of an Enum."""
-
-    kind: type[enum.Enum]
-
-    def check(self, value: Any) -> enum.Enum:
-        """Returns the member with that value.
-
-        Raises:
-            PydanticCustomError: No member has that value.
-        """
-        known = {str(member.value): member for member in self.kind}
-        if isinstance(value, self.kind):
-            return value
-        if not isinstance(value, str) or value not in known:
-            raise complain(describe_choice(value, known))
-        return known[value]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of values of the Enum."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of the Enum, for editors."""
-        return {"enum": [member.value for member in self.kind]}
 
 
 def load_model[M: BaseModel](path: Path, model: type[M], context: Mapping[str, Any] | None = None) -> M:
@@ -210,7 +54,7 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
     first, *_ = found = error.errors(include_url=False)
     place = list(first["loc"])
     at, problem = "", ""
-    if first["type"] == _OURS:
+    if first["type"] == OURS:
         at, problem = first["ctx"]["at"], first["ctx"]["problem"]
         if place[-1:] == ["[key]"]:
             place, problem = place[:-2], f"has a name that {problem}"

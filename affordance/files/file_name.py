@@ -8,8 +8,8 @@ from pydantic import GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema
 
-from affordance.files.data_model import Text, complain
-from affordance.files.yaml_reader import show_value
+from affordance.exceptions import show_value
+from affordance.files.constraints import Text, complain
 
 # Portable file names of POSIX (3.282, Portable Filename Character Set), short enough to get a suffix.
 _FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")

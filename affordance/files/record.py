@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError
-from affordance.files.yaml_reader import read_yaml, show_value
+from affordance.exceptions import BadValueError, show_value
+from affordance.files.yaml_reader import read_yaml
 
 
 def read_record(path: Path) -> "Record":

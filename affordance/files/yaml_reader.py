@@ -8,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, show_value
 from affordance.files.bounded import SETTINGS, read_text
 
 # Most entries and levels of a file, and the characters of a text that count as one more entry. The largest of our own
@@ -131,14 +131,3 @@ for _kind in ("int", "float"):
 _Loader.add_implicit_resolver(
     "tag:yaml.org,2002:float", re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)[eE][-+]?[0-9]+$"), list("-+.0123456789")
 )
-
-
-def show_value(value: Any) -> str:
-    """Formats a value in at most 60 characters."""
-    if value is None:
-        return "empty"
-    try:
-        text = repr(value)
-    except ValueError:  # Python does not format integers of more than 4300 digits
-        text = "a whole number of thousands of digits"
-    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -9,9 +9,9 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
+from affordance.files.html_table import build_table
 from affordance.identification.body_posterior import WeightedBodies
 from affordance.identification.gains import Gains
-from affordance.notebook import build_table
 
 # A quantity is undetermined if its SD exceeds this share of the prior's,
 _UNSEEN = 0.8

@@ -9,7 +9,7 @@ from typing import Annotated
 
 from affordance.arguments import SEED_MAX
 from affordance.checked_fields import check_fields
-from affordance.files.data_model import Whole, Within
+from affordance.files.constraints import Whole, Within
 
 NUM_SAMPLES = Whole(100, 1_000_000)
 MIN_SPEED = Within(0.0, 10.0)  # [rad/s]

@@ -8,7 +8,7 @@ from pydrake.systems.primitives import TrajectorySource
 from pydrake.trajectories import PiecewisePolynomial
 
 from affordance.arrays import Array
-from affordance.drake_system import SampledSystem
+from affordance.drake.sampled_system import SampledSystem
 from affordance.identification.body_posterior import WeightedBodies, draw_bodies
 from affordance.identification.evidence import Evidence, describe_errors
 from affordance.identification.fitted_arm import FittedArm, predict_friction

@@ -15,7 +15,7 @@ from affordance.arguments import check_colour, check_kind, check_pose
 from affordance.arrays import Array
 from affordance.checked_fields import Checked, check_fields
 from affordance.exceptions import BadArgumentError
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
 from affordance.objects.striking_face import StrikingFace

@@ -8,7 +8,8 @@ from pydantic import AfterValidator, Field
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.files.data_model import DataModel, Text, Vector, Whole, Within, complain
+from affordance.files.constraints import Text, Vector, Whole, Within, complain
+from affordance.files.data_model import DataModel
 from affordance.objects.colour import Colour
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Material
 

@@ -15,7 +15,8 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, SpatialInertia
 
 from affordance.arrays import Array
-from affordance.files.data_model import DataModel, Within
+from affordance.files.constraints import Within
+from affordance.files.data_model import DataModel
 from affordance.plant.contact_face import ContactFace
 from affordance.plant.contact_material import CONTACT_STIFFNESS, register_surface
 

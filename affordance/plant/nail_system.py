@@ -5,7 +5,7 @@ import math
 import numpy as np
 from pydrake.systems.framework import BasicVector, Context
 
-from affordance.drake_system import SampledSystem
+from affordance.drake.sampled_system import SampledSystem
 from affordance.plant.nail import Nail
 
 # Rate of the nail below which it counts as at rest. Dry friction is a step there, which no integrator of smooth

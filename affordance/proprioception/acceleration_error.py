@@ -7,7 +7,7 @@ for exact: it multiplies the whole mass matrix, arm included (docs/decisions/002
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 
 
 def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:

@@ -17,7 +17,8 @@ from pydrake.systems.framework import Context
 from affordance.arrays import Array
 from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, Text, Whole, Within, load_model
+from affordance.files.constraints import Text, Whole, Within
+from affordance.files.data_model import DataModel, load_model
 from affordance.plant.arm import Arm
 
 # Bounds of values in a file; values beyond them describe another arm, or are in wrong units.

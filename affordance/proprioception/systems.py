@@ -7,7 +7,7 @@ from pydrake.systems.framework import BasicVector, Context, DiscreteValues, Stat
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import ObjectBelief
-from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.payload_regressor import compute_payload_regressor

@@ -13,7 +13,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
 from affordance.checked_fields import Setting, check_fields
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 

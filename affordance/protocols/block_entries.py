@@ -5,7 +5,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from affordance.files.data_model import DataModel, Text, Whole, Within, complain
+from affordance.files.constraints import Text, Whole, Within, complain
+from affordance.files.data_model import DataModel
 from affordance.protocols.object_entries import ALL
 
 # Longest presentation, [s], and largest number of repetitions of a block.

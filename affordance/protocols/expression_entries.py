@@ -8,9 +8,8 @@ from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, core_schema
 
-from affordance.exceptions import AffordanceError
-from affordance.files.data_model import Text, complain
-from affordance.files.yaml_reader import show_value
+from affordance.exceptions import AffordanceError, show_value
+from affordance.files.constraints import Text, complain
 from affordance.reporting.expressions import check_expression
 
 

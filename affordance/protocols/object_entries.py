@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain, join_key
+from affordance.files.constraints import OneOf, Text, Whole, Within, complain
+from affordance.files.data_model import DataModel, join_key
 from affordance.objects.load import build_tools, load_materials, load_tools
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool

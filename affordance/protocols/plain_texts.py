@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import BadValueError, show_value
 from affordance.files.data_model import join_key
-from affordance.files.yaml_reader import show_value
 
 # Beginnings of templates.
 _MARKS = ("{{", "{%", "{#")

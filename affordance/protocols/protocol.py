@@ -8,7 +8,8 @@ from pydantic import AfterValidator, Field, model_validator
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, check_content, complain
+from affordance.files.constraints import OneOf, Text, Whole, Within, complain
+from affordance.files.data_model import DataModel, check_content
 from affordance.files.file_name import FileName
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml

@@ -7,7 +7,8 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from affordance.exceptions import describe_choice
-from affordance.files.data_model import DataModel, Text, Whole, Within, complain
+from affordance.files.constraints import Text, Whole, Within, complain
+from affordance.files.data_model import DataModel
 from affordance.files.file_name import FileName
 from affordance.protocols.expression_entries import Bound
 from affordance.reporting.claims import Claim, Criterion

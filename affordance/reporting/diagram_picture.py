@@ -10,9 +10,9 @@ from pathlib import Path
 
 from pydrake.systems.framework import Diagram
 
+from affordance.drake.system_libraries import hide_font_warnings
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
-from affordance.system_libraries import hide_font_warnings
 
 # Groups of the paper's figure 2; systems with other names belong to the world.
 _GROUPS = {

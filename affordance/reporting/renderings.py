@@ -24,7 +24,7 @@ from pydrake.systems.framework import DiagramBuilder
 from pydrake.systems.sensors import CameraInfo
 
 from affordance.arrays import Array
-from affordance.drake_renderer import make_renderer
+from affordance.drake.renderer import make_renderer
 from affordance.objects.tool import Tool
 from affordance.plant.arm import add_arm
 from affordance.plant.nail import NailPlacement

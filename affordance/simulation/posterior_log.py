@@ -5,7 +5,7 @@ from typing import NamedTuple
 from pydrake.systems.framework import Context
 
 from affordance.belief.object_belief import ObjectBelief
-from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 
 
 class LoggedPosterior(NamedTuple):

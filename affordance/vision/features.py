@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
 from affordance.checked_fields import Setting, check_fields
-from affordance.files.data_model import Within
+from affordance.files.constraints import Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape

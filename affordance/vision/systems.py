@@ -9,7 +9,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory, ObjectBelief
-from affordance.drake_system import ObjectParameter, SampledSystem, Source
+from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.objects.colour import Colour
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object

@@ -22,9 +22,9 @@ from affordance.belief.object_belief import Memory
 from affordance.files.model_files import list_arm_files
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.random_streams import Stream
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
 from affordance.simulation.trial import Observer, get_runner

@@ -25,8 +25,8 @@ from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order
 from affordance.objects.tool import list_densities
-from affordance.random_streams import Stream
 from affordance.reporting.statistics import compute_excursion, estimate_mean
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord

@@ -9,7 +9,7 @@ from scipy.stats import qmc
 
 from affordance.arrays import Array
 from affordance.files.yaml_reader import read_yaml
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 
 FILE = Path(__file__).parent / "assumptions.yaml"
 # Points of the sequence come in powers of two.

@@ -21,8 +21,8 @@ from affordance.experiments.shared.decisions import (
 )
 from affordance.experiments.shared.experience import Experience
 from affordance.objects.tool import Tool
-from affordance.random_streams import Stream
 from affordance.reporting.statistics import Estimate, estimate_proportion
+from affordance.runs.random_streams import Stream
 
 # Densities over which Bayes' rule averages.
 _NUM_BAYES_SAMPLES = 64

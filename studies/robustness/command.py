@@ -9,9 +9,9 @@ from affordance.arguments import check_whole
 from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import run_suite
-from affordance.files.data_model import Whole
+from affordance.files.constraints import Whole
 from affordance.plant.arm import ARM
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from studies.robustness.evaluate import Outcome
 from studies.robustness.experiment import (

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.random_streams import Stream
 from affordance.reporting.statistics import CONFIDENCE, estimate_proportion
+from affordance.runs.random_streams import Stream
 from studies.robustness.assumptions import Assumption
 
 NUM_BINS = 5

@@ -27,7 +27,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner

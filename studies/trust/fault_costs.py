@@ -29,7 +29,7 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 
 NUM_OBSERVERS = 50

@@ -7,7 +7,8 @@ import pytest
 from pydantic import Field
 
 from affordance.exceptions import BadValueError
-from affordance.files.data_model import DataModel, OneOf, Text, Vector, Whole, Within, complain, load_model
+from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
+from affordance.files.data_model import DataModel, load_model
 
 
 class Fruit(enum.Enum):

@@ -17,7 +17,7 @@ from affordance.control.optimal_swing import SwingComparison
 from affordance.experiments.shared.decisions import NUM_PRIOR_CHOICES
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.objects.tool import Tool
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow
 from affordance.vision.features import ComponentFeatures

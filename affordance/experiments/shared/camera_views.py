@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.objects.tool import Tool
-from affordance.random_streams import Stream
 from affordance.reporting.camera_figures import CameraView, draw_camera_views
+from affordance.runs.random_streams import Stream
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
 
 

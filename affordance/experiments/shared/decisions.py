@@ -13,8 +13,8 @@ from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest, rank_opt
 from affordance.experiments.shared.experience import Experience
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.colour import Colour
-from affordance.random_streams import Stream
 from affordance.reporting.statistics import Estimate, estimate_proportion
+from affordance.runs.random_streams import Stream
 
 # Number of choices before any experience, all drawn from the one prior.
 NUM_PRIOR_CHOICES = 10_000

@@ -20,7 +20,7 @@ from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 

@@ -15,7 +15,7 @@ from affordance.belief.memory_record import write_memory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.files.model_files import list_arm_files
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord

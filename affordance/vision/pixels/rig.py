@@ -32,7 +32,7 @@ from pydrake.systems.framework import Diagram, DiagramBuilder
 from pydrake.systems.sensors import CameraInfo, RgbdSensor
 
 from affordance.arrays import Array
-from affordance.drake_renderer import make_renderer
+from affordance.drake.renderer import make_renderer
 from affordance.objects.colour import Colour
 from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import Ellipsoid

@@ -12,7 +12,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.experiments.shared.gain_experience import gain_experience, run_trials
 from affordance.proprioception.torque_noise import WeberNoise
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 

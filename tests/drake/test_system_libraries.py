@@ -4,7 +4,7 @@ import os
 
 import pytest
 
-from affordance.system_libraries import hide_font_warnings
+from affordance.drake.system_libraries import hide_font_warnings
 
 
 def test_warnings_of_fonts_are_hidden_and_others_are_not(capfd):

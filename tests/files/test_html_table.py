@@ -1,6 +1,6 @@
 """Tables for notebooks."""
 
-from affordance.notebook import build_table
+from affordance.files.html_table import build_table
 
 
 def test_texts_are_escaped():

@@ -4,7 +4,7 @@ import timeit
 
 from pydrake.systems.framework import LeafSystem
 
-from affordance.drake_system import SampledSystem
+from affordance.drake.sampled_system import SampledSystem
 
 
 def build(base):

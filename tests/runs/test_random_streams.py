@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 
-from affordance.random_streams import Stream
+from affordance.runs.random_streams import Stream
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 # More than any observer has.
 MOST_TRIALS = 10**4
 

@@ -1,0 +1,1 @@
+"""Drake as the operating system provides it: libraries, off-screen renderer, base of our systems."""
