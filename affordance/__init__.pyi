@@ -19,8 +19,10 @@ from .identification.payload_belief import PayloadBelief
 from .identification.run import Run
 from .identification.run_file import read_run
 from .named_settings import change_settings
-from .objects.load import load_materials, load_tools
-from .objects.tool import Material, Tool
+from .objects.load import load_tools
+from .objects.material import Material
+from .objects.materials import load_materials
+from .objects.tool import Tool
 from .proprioception.torque_noise import WeberNoise, WhiteNoise
 from .robots.importer import ImportOptions
 from .robots.kept import import_arm

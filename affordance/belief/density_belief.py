@@ -6,10 +6,10 @@ with Lambda the precision and eta the information vector. Evidence adds to both,
 """
 
 import enum
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
@@ -21,7 +21,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Within
-from affordance.objects.tool import DENSITY_MAX
+from affordance.objects.material import DENSITY_MAX
 
 # Largest number of densities that a line shows.
 _MOST_SHOWN = 8
@@ -278,9 +278,39 @@ class DensityBelief:
         return float(chdtrc(likelihood.num_values, max(0.0, distance)))
 
 
+EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
+
+# Function that finds the likelihood of an object's densities from the belief before the measurement, on which the
+# size of errors that grow with torque depends.
+type FindLikelihood = Callable[[DensityBelief], Likelihood]
+
+
+class Density(NamedTuple):
+    """Belief about the mean density of objects of one colour, [kg/m^3].
+
+    Attributes:
+        mean: Mean density.
+        sd: Standard deviation of the density.
+        p05: Fifth percentile, the lower end of the 90 % interval.
+        p25: First quartile.
+        median: Median density.
+        p75: Third quartile.
+        p95: 95th percentile, the upper end of the 90 % interval.
+    """
+
+    mean: float
+    sd: float
+    p05: float
+    p25: float
+    median: float
+    p75: float
+    p95: float
+
+    def __repr__(self) -> str:
+        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
+        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
+
+
 def show_density(density: float) -> str:
     """Formats a density in kg/m^3 without decimals, or with two digits if it is small."""
     return f"{density:.0f}" if abs(density) >= _WHOLE else f"{density:.2g}"
-
-
-EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))

@@ -15,7 +15,7 @@ import numpy as np
 
 from affordance.arguments import check_member, check_number, check_seed
 from affordance.belief.colour_recognition import compute_colour_probabilities
-from affordance.belief.density_belief import DensityBelief, Prior
+from affordance.belief.density_belief import Density, DensityBelief, FindLikelihood, Prior
 from affordance.belief.kinds import NO_KINDS, KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
@@ -27,13 +27,12 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
-from affordance.belief.known_density import Density, describe_density, tabulate_densities
+from affordance.belief.known_density import describe_density, tabulate_densities
 from affordance.belief.learner import Pick
-from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
+from affordance.belief.object_belief import Lesson, Recollection
 from affordance.objects.appearance import PartAppearance, is_same_object
 from affordance.objects.colour import Colour, is_same_colour
-from affordance.objects.named_colour import MaterialLike
-from affordance.objects.tool import Material
+from affordance.objects.material import Material, MaterialLike
 
 # Bounds of the numbers in the gate's settings, dimensionless.
 _LEAST, _MOST = 1e-9, 1e9

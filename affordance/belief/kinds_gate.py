@@ -28,10 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief
+from affordance.belief.density_belief import DensityBelief, FindLikelihood
 from affordance.belief.kinds import Kinds, KnownObject, OwnDensities
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.object_belief import FindLikelihood
 
 # Change of a density, over the reference, at which the breadth of a new kind has converged; largest number of passes.
 _SETTLED, _MAX_PASSES = 1e-5, 50

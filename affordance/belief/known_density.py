@@ -1,47 +1,20 @@
 """Summary of a memory's belief about the density of one material."""
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtr
 
-from affordance.belief.density_belief import DensityBelief, show_density
+from affordance.belief.density_belief import Density, DensityBelief
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
 from affordance.objects.colour import Colour, is_same_colour, show_colour
-from affordance.objects.named_colour import MaterialLike, find_colour
-from affordance.objects.tool import Material
+from affordance.objects.material import Material, MaterialLike
+from affordance.objects.materials import find_colour
 
 _FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
 # Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.
 _NUM_NODES = 12
-
-
-class Density(NamedTuple):
-    """Belief about the mean density of objects of one colour, [kg/m^3].
-
-    Attributes:
-        mean: Mean density.
-        sd: Standard deviation of the density.
-        p05: Fifth percentile, the lower end of the 90 % interval.
-        p25: First quartile.
-        median: Median density.
-        p75: Third quartile.
-        p95: 95th percentile, the upper end of the 90 % interval.
-    """
-
-    mean: float
-    sd: float
-    p05: float
-    p25: float
-    median: float
-    p75: float
-    p95: float
-
-    def __repr__(self) -> str:
-        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
-        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
 
 
 def describe_density(

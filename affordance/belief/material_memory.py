@@ -11,14 +11,14 @@ import numpy as np
 
 from affordance.arguments import check_kind, check_number
 from affordance.belief.colour_recognition import compute_colour_probabilities
-from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, Prior
-from affordance.belief.known_density import Density, describe_density, tabulate_densities
-from affordance.belief.object_belief import FindLikelihood, Lesson, Recollection
+from affordance.belief.density_belief import EMPTY_BELIEF, Density, DensityBelief, FindLikelihood, Prior
+from affordance.belief.known_density import describe_density, tabulate_densities
+from affordance.belief.object_belief import Lesson, Recollection
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, is_same_colour, show_colour
-from affordance.objects.named_colour import MaterialLike, find_colour
-from affordance.objects.tool import DENSITIES, Material
+from affordance.objects.material import DENSITIES, Material, MaterialLike
+from affordance.objects.materials import find_colour
 
 # Probability above which a colour is taken as certain, and the others are ignored.
 CERTAIN = 0.95

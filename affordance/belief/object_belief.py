@@ -5,7 +5,7 @@ only; the initial memory determines the learner of an observer (``MaterialMemory
 ``KindMemory``, one or more kinds for each colour).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Protocol, Self, runtime_checkable
@@ -13,18 +13,12 @@ from typing import NamedTuple, Protocol, Self, runtime_checkable
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.belief.known_density import Density
+from affordance.belief.density_belief import Density, DensityBelief, FindLikelihood, Prior
 from affordance.belief.likelihood import Likelihood
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.geometry import Geometry
-from affordance.objects.named_colour import MaterialLike
-from affordance.objects.tool import Material
-
-# Function that finds the likelihood of an object's densities from the belief before the measurement, on which the
-# size of errors that grow with torque depends.
-type FindLikelihood = Callable[[DensityBelief], Likelihood]
+from affordance.objects.material import Material, MaterialLike
 
 
 class Recollection[M](NamedTuple):

@@ -16,7 +16,8 @@ from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Tool
 from affordance.settings import Settings
 from affordance.vision.drawing import measure_drawing
 from affordance.vision.pixels.seen_tool import observe_tool

@@ -28,7 +28,8 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.run import Run
 from affordance.identification.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
 from affordance.robots.recorded_arm import load_robot

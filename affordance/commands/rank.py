@@ -23,7 +23,8 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import MATERIALS, load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
 from affordance.objects.workshop import select_known
 from affordance.simulation.holds import gain_experience

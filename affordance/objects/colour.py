@@ -6,6 +6,7 @@ the light that a surface reflects; as a picture stores a power of the light, it 
 blue by a common factor.
 """
 
+import re
 from collections.abc import Mapping
 
 import cv2
@@ -19,6 +20,18 @@ type Colour = tuple[float, float, float]
 # Two colours that differ by less than this in CIELAB are indistinguishable by eye (Mahy, Van Eycken and Oosterlinck
 # 1994, Color Research and Application 19:105-121).
 JUST_NOTICEABLE = 2.3
+COLOUR_FORM = "must be red, green and blue in hexadecimal, as '#b5a642'"
+
+
+def is_colour(text: str) -> bool:
+    """Returns True if a text has the form of a colour."""
+    return re.fullmatch("#[0-9a-fA-F]{6}", text) is not None
+
+
+def parse_colour(text: str) -> Colour:
+    """Parses six hexadecimal digits to red, green and blue in [0, 1]."""
+    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
+    return red, green, blue
 
 
 def convert_to_lab(colours: NDArray[np.floating]) -> Array:

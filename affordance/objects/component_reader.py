@@ -7,12 +7,21 @@ from pathlib import Path
 import numpy as np
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.objects.colour import Colour, find_nearest_colour, is_same_colour, show_colour
+from affordance.objects.colour import (
+    COLOUR_FORM,
+    Colour,
+    find_nearest_colour,
+    is_colour,
+    is_same_colour,
+    parse_colour,
+    show_colour,
+)
 from affordance.objects.inertia import Ellipsoid, Shape
+from affordance.objects.material import Material
 from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
 from affordance.objects.primitives import Box, Capsule, Cylinder
-from affordance.objects.tool import Component, Material
-from affordance.objects.tool_entries import COLOUR_FORM, ComponentEntry, build_pose, is_colour, parse_colour
+from affordance.objects.tool import Component
+from affordance.objects.tool_entries import ComponentEntry, build_pose
 
 # Value in place of a colour: the colour in the mesh file.
 _OF_FILE = "file"

@@ -1,46 +1,30 @@
-"""Reader of materials and tools from the YAML files of the models."""
+"""Reader of tools from the YAML files of the models."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
-from pydantic import Field, RootModel
+from pydantic import Field
 
-from affordance.arguments import StrPath, check_kind, check_path
+from affordance.arguments import StrPath, check_path
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.data_model import DataModel, load_model
-from affordance.files.model_folder import MODELS
 from affordance.objects.component_reader import Part, read_components
+from affordance.objects.material import Material
+from affordance.objects.materials import check_materials, load_materials
 from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
-from affordance.objects.tool import Component, Grip, Material, Tool
-from affordance.objects.tool_entries import MaterialEntry, StrikeEntry, ToolEntry
+from affordance.objects.tool import Component, Grip, Tool
+from affordance.objects.tool_entries import StrikeEntry, ToolEntry
 
-# Materials file that comes with the program.
-MATERIALS = MODELS / "materials.yaml"
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
-
-
-class _MaterialsFile(RootModel[Annotated[dict[str, MaterialEntry], Field(min_length=1)]]):
-    """Content of a materials file."""
 
 
 class _ToolsFile(DataModel):
     """Content of a tools file."""
 
     tools: Annotated[list[ToolEntry], Field(min_length=1)]
-
-
-def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
-    """Reads a materials file: a mapping from names to colour, density, density_sd and optionally source.
-
-    Raises:
-        BadValueError: The file or one of its values is invalid; the message says which and how.
-    """
-    return {
-        name: entry.build(name) for name, entry in load_model(check_path("path", path), _MaterialsFile).root.items()
-    }
 
 
 def load_tools(
@@ -117,20 +101,6 @@ def build_tools(
         except BadArgumentError as error:
             raise BadValueError(path, f"{place}.{error.source}", error.problem) from error
     return tuple(tools.values())
-
-
-def check_materials(materials: object) -> Mapping[str, Material]:
-    """Checks a mapping from names to materials, as returned by ``load_materials``.
-
-    Raises:
-        BadArgumentError: The argument is something else.
-    """
-    if not isinstance(materials, Mapping):
-        problem = (
-            f"is of type {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"
-        )
-        raise BadArgumentError("materials", "", problem)
-    return {name: check_kind(f"materials[{name!r}]", each, Material) for name, each in materials.items()}
 
 
 def _add_strike(

@@ -7,52 +7,20 @@ its material unless ``looks_like`` names another; decoys are made this way.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Annotated, Protocol
+from typing import Protocol
 
 import numpy as np
 
-from affordance.arguments import check_colour, check_kind, check_pose
+from affordance.arguments import check_kind, check_pose
 from affordance.arrays import Array
-from affordance.checked_fields import Checked, check_fields
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import Within
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
+from affordance.objects.material import Material
 from affordance.objects.striking_face import StrikingFace
 
-# Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
-DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
-# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
-DENSITIES = Within(1e-3, 1e6)
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4
-
-
-@dataclass(frozen=True)
-class Material:
-    """Material of a component.
-
-    Attributes:
-        name: Key in the materials file.
-        colour: Red, green and blue in [0, 1].
-        density: Mean density of objects made of it, [kg/m^3].
-        density_sd: Standard deviation between such objects, [kg/m^3].
-        source: Source of the density.
-    """
-
-    name: str
-    colour: Annotated[Colour, Checked(check_colour)]
-    density: Annotated[float, DENSITIES]
-    density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
-    source: str = ""
-
-    def __post_init__(self) -> None:
-        """Checks colour and densities.
-
-        Raises:
-            BadArgumentError: One of them is invalid.
-        """
-        check_fields(self)
 
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by

@@ -1,44 +1,20 @@
-"""Data models of material and tool files: keys, types and bounds."""
+"""Data models of tool files: keys, types and bounds."""
 
-import re
 from typing import Annotated
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.files.constraints import Text, Vector, Whole, Within, complain
+from affordance.files.constraints import Text, Vector, Whole, Within
 from affordance.files.data_model import DataModel
-from affordance.objects.colour import Colour
-from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Material
 
 # Bounds of lengths of objects that a hand can hold, from a tenth of a millimetre to a metre. Values beyond are
 # mistakes in units, [m].
 SIZE_MIN, SIZE_MAX = 1e-4, 1.0
 
 
-COLOUR_FORM = "must be red, green and blue in hexadecimal, as '#b5a642'"
-
-
-def is_colour(text: str) -> bool:
-    """Returns True if a text has the form of a colour."""
-    return re.fullmatch("#[0-9a-fA-F]{6}", text) is not None
-
-
-def parse_colour(text: str) -> Colour:
-    """Parses six hexadecimal digits to red, green and blue in [0, 1]."""
-    red, green, blue = (int(text[i : i + 2], 16) / 255 for i in (1, 3, 5))
-    return red, green, blue
-
-
-def _check_colour(text: str) -> str:
-    if not is_colour(text):
-        raise complain(f"is {text!r}, {COLOUR_FORM}")
-    return text
-
-
-type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
 type Lengths = Annotated[tuple[float, float, float], Vector(3, Within(SIZE_MIN, SIZE_MAX))]
 type RadiusAndLength = Annotated[tuple[float, float], Vector(2, Within(SIZE_MIN, SIZE_MAX))]
 type Position = Annotated[tuple[float, float, float], Vector(3, Within(-SIZE_MAX, SIZE_MAX))]
@@ -46,23 +22,6 @@ type Rotations = Annotated[tuple[float, float, float], Vector(3, Within(-360.0, 
 type Direction = Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))]
 # Names are used in tables, labels and files of trajectories, where each occupies the length of the longest.
 type Name = Annotated[str, Text(200)]
-
-
-class MaterialEntry(DataModel):
-    """Material in a file."""
-
-    colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
-    density: Annotated[
-        float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
-    ]
-    density_sd: Annotated[
-        float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")
-    ]
-    source: Annotated[str, Text(), Field(description="Source of the density.")] = "no source is given"
-
-    def build(self, name: str) -> Material:
-        """Builds the material."""
-        return Material(name, parse_colour(self.colour), self.density, self.density_sd, self.source)
 
 
 class PoseEntry(DataModel):

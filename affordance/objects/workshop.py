@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import list_materials, load_materials
-from affordance.objects.tool import Material, Tool
+from affordance.objects.load import list_materials
+from affordance.objects.material import Material
+from affordance.objects.materials import load_materials
+from affordance.objects.tool import Tool
 
 # Files of tools and of held objects, in the folder workshop/ of the models.
 _FILES = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")

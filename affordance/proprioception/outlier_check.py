@@ -10,7 +10,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.objects.geometry import Geometry
-from affordance.objects.tool import DENSITY_MAX
+from affordance.objects.material import DENSITY_MAX
 from affordance.proprioception.torque_noise import NoiseModel
 
 # Standard deviations of noise by which a rejected torque exceeds the possible range; one in 10^9 without fault.

@@ -11,10 +11,12 @@ from pydantic import Field, model_validator
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.constraints import OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel, join_key
-from affordance.objects.load import build_tools, load_materials, load_tools
+from affordance.objects.load import build_tools, load_tools
+from affordance.objects.material import DENSITY_MAX, DENSITY_MIN, Material
+from affordance.objects.materials import ColourText, MaterialEntry, load_materials
 from affordance.objects.primitives import Cylinder
-from affordance.objects.tool import DENSITY_MAX, DENSITY_MIN, Component, Material, Tool
-from affordance.objects.tool_entries import ColourText, MaterialEntry, Name, ToolEntry
+from affordance.objects.tool import Component, Tool
+from affordance.objects.tool_entries import Name, ToolEntry
 from affordance.protocols.requirements import Requirement, check_requirements
 
 # The group of all objects, which every protocol has.

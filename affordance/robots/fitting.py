@@ -18,7 +18,8 @@ from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import AffordanceError, name_object
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel

@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM, load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import format_number

@@ -20,7 +20,8 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel

@@ -30,7 +30,8 @@ from affordance.exceptions import AffordanceError, BadValueError, SeeingError
 from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel

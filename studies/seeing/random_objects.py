@@ -4,7 +4,8 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.tool import Component, Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Component, Tool
 from affordance.vision.pixels.rig import find_box
 
 # Lengths of the axes of the parts, [m], and largest number of parts.

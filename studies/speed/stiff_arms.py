@@ -14,7 +14,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness

@@ -30,7 +30,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.hammer import load_hammer, plan_strike
 from affordance.control.strike import Strike
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel

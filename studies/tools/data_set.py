@@ -15,7 +15,8 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.record import read_record
 from affordance.objects.load import load_tools
-from affordance.objects.tool import Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Tool
 from affordance.objects.workshop import load_workshop_materials
 
 # Tools on which every choice was made; the other ten were looked at once, at the end.

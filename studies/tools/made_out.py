@@ -14,7 +14,8 @@ from affordance.belief.colour_recognition import compute_colour_probabilities
 from affordance.belief.material_memory import CERTAIN
 from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
-from affordance.objects.tool import Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Tool
 from affordance.vision.pixels.looks import COLOUR_SD, Look
 from affordance.vision.pixels.seen_tool import detect_tool
 from affordance.vision.pixels.turning_stand import TurningStand

@@ -20,7 +20,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel

@@ -10,7 +10,8 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import NoPlanError
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.settings import DEFAULT_SETTINGS

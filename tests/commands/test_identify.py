@@ -12,7 +12,8 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.identification.run import Run
 from affordance.identification.settings import SignalKind
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 
 _TOOLS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 _STICK = next(tool for tool in _TOOLS if tool.name == "stick")

@@ -12,7 +12,8 @@ from affordance.control.optimal_swing import SwingSearch, compute_rounded_power,
 from affordance.control.swing import COASTING_TIME, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.inverse_dynamics import InverseDynamics

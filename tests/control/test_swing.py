@@ -9,7 +9,8 @@ from affordance.control.problem import MpcSettings, TerminalGoal
 from affordance.control.swing import find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass

@@ -20,7 +20,8 @@ from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.proprioception.faults import Faults
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings

@@ -7,7 +7,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.reach import Reach
 from affordance.control.timed_path import load_path
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 
 STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 WOOD, STEEL = (part.looks_like.colour for part in STICK.components)

@@ -17,7 +17,8 @@ from affordance.identification.part_posterior import NotTheSeenObjectError, Seen
 from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.settings import IdentificationSettings
 from affordance.objects.inertia import build_transform_map
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 

@@ -18,7 +18,8 @@ from affordance.identification.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
 from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 

@@ -6,7 +6,8 @@ import trimesh
 from helpers.meshes import join, make_box, write_obj
 
 from affordance.exceptions import BadValueError
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 
 MATERIALS = """
 brass: {colour: "#d4a017", density: 8500, density_sd: 87, source: a table}

@@ -6,7 +6,8 @@ import pytest
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import is_same_colour
-from affordance.objects.load import list_materials, load_materials, load_tools
+from affordance.objects.load import list_materials, load_tools
+from affordance.objects.materials import load_materials
 
 GOOD_MATERIALS = """
 brass: {colour: "#b5a642", density: 8500, density_sd: 87, source: a table}

@@ -6,7 +6,8 @@ from helpers.seen_objects import BLUE, RED, TWO_MATERIALS, detect_parts, place
 
 from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.tool import Component, Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Component, Tool
 from affordance.plant.payload_regressor import compute_payload_regressor
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

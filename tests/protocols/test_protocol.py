@@ -14,7 +14,8 @@ from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.protocols.measured import MeasuredObservers, compute_numbers
 from affordance.protocols.number_entries import Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects

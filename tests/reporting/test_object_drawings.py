@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import load_tools
+from affordance.objects.material import Material
 from affordance.objects.primitives import Box, Capsule, Cylinder
-from affordance.objects.tool import Component, Grip, Material, Tool
+from affordance.objects.tool import Component, Grip, Tool
 from affordance.reporting.object_drawings import Drawing, draw_objects
 
 WOOD = Material("wood", (0.8, 0.5, 0.3), 700.0, 50.0, "made up")

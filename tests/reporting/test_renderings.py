@@ -7,7 +7,8 @@ import pytest
 
 from affordance.choice.hammer import load_hammer
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.reporting import renderings as photographs

@@ -10,7 +10,8 @@ from affordance.choice.hammer import load_hammer
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import NoPlanError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.robots import fitting
 from affordance.robots.changes import SIZE_OF_TOOLS, Change, apply_changes

@@ -11,7 +11,8 @@ from helpers.robot_files import write_urdf
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.robots.folder import fit_tasks, write_folder

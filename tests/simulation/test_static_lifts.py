@@ -7,7 +7,8 @@ import pytest
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WhiteNoise

@@ -13,7 +13,8 @@ from scipy.stats import multivariate_normal, norm
 from affordance.belief.density_belief import DensityBelief, PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.tool import Component, Material, Tool
+from affordance.objects.material import Material
+from affordance.objects.tool import Component, Tool
 from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

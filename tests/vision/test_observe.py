@@ -13,7 +13,8 @@ from affordance.experiments import suite
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS

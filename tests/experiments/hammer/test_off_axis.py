@@ -8,7 +8,8 @@ from helpers.slow_arm import make_slow_models
 from affordance.choice.hammer import load_hammer
 from affordance.experiments.hammer.off_axis import compute_blow_work
 from affordance.experiments.shared.off_axis import list_shifted, measure_change
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.settings import Settings

@@ -8,7 +8,8 @@ import pytest
 from affordance.experiments.shared.symmetry import is_symmetric
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 
 STICK, *OTHERS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 

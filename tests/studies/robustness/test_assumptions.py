@@ -11,7 +11,8 @@ from affordance.control.cost_measure import CostMeasure
 from affordance.control.timed_path import load_path
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from studies.robustness.assumptions import (

@@ -8,7 +8,8 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import HiddenPartError, NoFitError, SeeingError, TooSmallError
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.load import load_materials, load_tools
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
 from affordance.vision.pixels import pipeline as see_module
 from affordance.vision.pixels.ellipsoid_fit import UndeterminedError
 from affordance.vision.pixels.pipeline import detect_parts, draw_outline

@@ -1,0 +1,46 @@
+"""Materials: colour, and density with its spread between objects."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated
+
+from affordance.arguments import check_colour
+from affordance.checked_fields import Checked, check_fields
+from affordance.files.constraints import Within
+from affordance.objects.colour import Colour
+
+# Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
+DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
+# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
+DENSITIES = Within(1e-3, 1e6)
+
+
+@dataclass(frozen=True)
+class Material:
+    """Material of a component.
+
+    Attributes:
+        name: Key in the materials file.
+        colour: Red, green and blue in [0, 1].
+        density: Mean density of objects made of it, [kg/m^3].
+        density_sd: Standard deviation between such objects, [kg/m^3].
+        source: Source of the density.
+    """
+
+    name: str
+    colour: Annotated[Colour, Checked(check_colour)]
+    density: Annotated[float, DENSITIES]
+    density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        """Checks colour and densities.
+
+        Raises:
+            BadArgumentError: One of them is invalid.
+        """
+        check_fields(self)
+
+
+# Name of a material, a material, or a colour.
+type MaterialLike = str | Material | Sequence[float]

@@ -1,0 +1,104 @@
+"""Materials file, and colours as users write them: by the name of a material, as '#d4a017', or as three numbers."""
+
+from collections.abc import Mapping
+from functools import lru_cache
+from typing import Annotated
+
+from pydantic import AfterValidator, Field, RootModel
+
+from affordance.arguments import StrPath, check_colour, check_kind, check_path
+from affordance.exceptions import BadArgumentError, describe_choice
+from affordance.files.constraints import Text, Within, complain
+from affordance.files.data_model import DataModel, load_model
+from affordance.files.model_folder import MODELS
+from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
+from affordance.objects.material import DENSITY_MAX, DENSITY_MIN, Material, MaterialLike
+
+# Materials file that comes with the program.
+MATERIALS = MODELS / "materials.yaml"
+_FORMS = "(a colour is '#d4a017', or red, green and blue from 0 to 1)"
+
+
+def _check_colour(text: str) -> str:
+    if not is_colour(text):
+        raise complain(f"is {text!r}, {COLOUR_FORM}")
+    return text
+
+
+type ColourText = Annotated[str, Text(), AfterValidator(_check_colour)]
+
+
+class MaterialEntry(DataModel):
+    """Material in a file."""
+
+    colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
+    density: Annotated[
+        float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
+    ]
+    density_sd: Annotated[
+        float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")
+    ]
+    source: Annotated[str, Text(), Field(description="Source of the density.")] = "no source is given"
+
+    def build(self, name: str) -> Material:
+        """Builds the material."""
+        return Material(name, parse_colour(self.colour), self.density, self.density_sd, self.source)
+
+
+class _MaterialsFile(RootModel[Annotated[dict[str, MaterialEntry], Field(min_length=1)]]):
+    """Content of a materials file."""
+
+
+def load_materials(path: StrPath = MATERIALS) -> dict[str, Material]:
+    """Reads a materials file: a mapping from names to colour, density, density_sd and optionally source.
+
+    Raises:
+        BadValueError: The file or one of its values is invalid; the message says which and how.
+    """
+    return {
+        name: entry.build(name) for name, entry in load_model(check_path("path", path), _MaterialsFile).root.items()
+    }
+
+
+def check_materials(materials: object) -> Mapping[str, Material]:
+    """Checks a mapping from names to materials, as returned by ``load_materials``.
+
+    Raises:
+        BadArgumentError: The argument is something else.
+    """
+    if not isinstance(materials, Mapping):
+        problem = (
+            f"is of type {type(materials).__name__}, must be a mapping from names to materials, as of load_materials"
+        )
+        raise BadArgumentError("materials", "", problem)
+    return {name: check_kind(f"materials[{name!r}]", each, Material) for name, each in materials.items()}
+
+
+def find_colour(
+    material: MaterialLike, materials: Mapping[str, Material] | None = None, argument: str = "material"
+) -> Colour:
+    """Finds the colour that identifies a material.
+
+    Args:
+        material: Name of a material, a material, or a colour.
+        materials: Materials by name; those that come with the program if None.
+        argument: Name of the argument, for errors.
+
+    Raises:
+        BadArgumentError: The name is neither a known material nor a colour.
+    """
+    if isinstance(material, Material):
+        return material.colour
+    if not isinstance(material, str):
+        return check_colour(argument, material)
+    if is_colour(material):
+        return parse_colour(material)
+    known = _load_own() if materials is None else check_materials(materials)
+    if material not in known:
+        raise BadArgumentError(argument, "", f"{describe_choice(material, known)} {_FORMS}")
+    return known[material].colour
+
+
+@lru_cache(maxsize=1)
+def _load_own() -> dict[str, Material]:
+    return load_materials()
