@@ -6,20 +6,16 @@ raises a BadArgumentError that names argument, value and bound.
 
 import enum
 import math
-import os
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic_core import PydanticCustomError
 
 from affordance.arrays import Array
 from affordance.exceptions import BadArgumentError, show_value
-from affordance.files.constraints import OneOf, Whole, Within
+from affordance.files.constraints import OneOf, Whole, Within, run_check
 
-type StrPath = str | os.PathLike[str]
 type Seed = int | tuple[int, ...]
 
 # Largest whole number that a seed may hold.
@@ -70,17 +66,6 @@ def check_seed(value: Any, name: str = "seed") -> tuple[int, ...]:
     if isinstance(value, tuple | list):
         raise BadArgumentError(name, "", "is empty, must be a whole number, or several")
     return (check_whole(name, value, _SEED),)
-
-
-def check_path(name: str, value: Any) -> Path:
-    """Checks that a value is a path, as text or as a path object.
-
-    Raises:
-        BadArgumentError: The value is not a path.
-    """
-    if not isinstance(value, str | os.PathLike) or not str(value):
-        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
-    return Path(value)
 
 
 def check_kind[T](name: str, value: T, kind: Any, hint: str = "") -> T:
@@ -215,13 +200,3 @@ def check_pose(name: str, X: ArrayLike) -> Array:
 def _show_shape(shape: Sequence[int | None]) -> str:
     sizes = ["n" if size is None else str(size) for size in shape]
     return f"({', '.join(sizes)}{',' if len(sizes) == 1 else ''})"
-
-
-def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
-    """Runs a check of ``files.constraints`` and raises its refusal as a BadArgumentError."""
-    try:
-        return check(value.item() if isinstance(value, np.generic) else value)
-    except PydanticCustomError as error:
-        context: Mapping[str, Any] = error.context or {}
-        problem = f"{context['problem']} {unit}".strip()
-        raise BadArgumentError(f"{name}{context['at']}", key, problem) from None

@@ -12,9 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from affordance.arguments import check_path, run_check
 from affordance.exceptions import BadArgumentError, describe_choice, show_value
-from affordance.files.constraints import OneOf, complain
+from affordance.files.constraints import OneOf, check_path, complain, run_check
 
 
 @dataclasses.dataclass(frozen=True)

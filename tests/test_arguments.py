@@ -11,11 +11,11 @@ from affordance.arguments import (
     check_fractions,
     check_kind,
     check_number,
-    check_path,
     check_pose,
     check_seed,
 )
 from affordance.exceptions import AffordanceError, BadArgumentError
+from affordance.files.constraints import check_path
 
 
 def turn(angle):

@@ -4,7 +4,6 @@ from pathlib import Path
 
 import numpy as np
 
-from affordance.arguments import StrPath, check_path
 from affordance.belief import memory_record
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.kind_memory import KindMemory
@@ -13,6 +12,7 @@ from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.bounded import read_json
+from affordance.files.constraints import StrPath, check_path
 
 # Key by which the file of a learner with kinds is recognised.
 _OF_KINDS = "gate"

@@ -9,7 +9,6 @@ from typing import Annotated, NamedTuple, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
@@ -17,7 +16,7 @@ from affordance.control.start_posture import Start, StartEntry
 from affordance.control.strike import Strike
 from affordance.control.swing import Swing, Target, find_target, plan_swing
 from affordance.exceptions import AffordanceError
-from affordance.files.constraints import Vector, Within, complain
+from affordance.files.constraints import StrPath, Vector, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape

@@ -18,8 +18,8 @@ from affordance.control.task import Task
 from affordance.exceptions import NoPlanError
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
+from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.settings import Settings
 
 # Nodes of the quadrature along a motion: the midpoint rule then has an error below 0.1 %

@@ -10,7 +10,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from affordance.arguments import JOBS, REPEATS, StrPath, check_kind, check_path, check_seed, check_whole
+from affordance.arguments import JOBS, REPEATS, check_kind, check_seed, check_whole
 from affordance.exceptions import AffordanceError, InfeasibleError, SeeingError
 from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
@@ -19,6 +19,7 @@ from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
 from affordance.files.clone import import_study
+from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM, load_arm

@@ -2,17 +2,23 @@
 
 import enum
 import math
+import os
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from affordance.exceptions import describe_choice, show_value
+from affordance.exceptions import BadArgumentError, describe_choice, show_value
 
 # Type of the errors that our own checks raise, with their problem as message.
 OURS = "ours"
+
+type StrPath = str | os.PathLike[str]
 
 
 def complain(problem: str, at: str = "") -> PydanticCustomError:
@@ -163,3 +169,24 @@ class OneOf:
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
         """Builds the JSON schema of the Enum, for editors."""
         return {"enum": [member.value for member in self.kind]}
+
+
+def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:
+    """Runs the check of a constraint and raises its refusal as a BadArgumentError."""
+    try:
+        return check(value.item() if isinstance(value, np.generic) else value)
+    except PydanticCustomError as error:
+        context: Mapping[str, Any] = error.context or {}
+        problem = f"{context['problem']} {unit}".strip()
+        raise BadArgumentError(f"{name}{context['at']}", key, problem) from None
+
+
+def check_path(name: str, value: Any) -> Path:
+    """Checks that a value is a path, as text or as a path object.
+
+    Raises:
+        BadArgumentError: The value is not a path.
+    """
+    if not isinstance(value, str | os.PathLike) or not str(value):
+        raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
+    return Path(value)

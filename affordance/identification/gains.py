@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from affordance.arguments import StrPath, check_kind, check_path
+from affordance.arguments import check_kind
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
+from affordance.files.constraints import StrPath, check_path
 from affordance.files.record import read_record
 from affordance.identification.settings import IdentificationSettings, SignalKind
 

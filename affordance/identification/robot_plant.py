@@ -9,7 +9,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInert
 
 from affordance.arrays import Array
 from affordance.identification.robot_chain import RobotChain
-from affordance.plant.arm import Arm, JointLimits, attach_tool
+from affordance.plant.arm import Arm, attach_tool
+from affordance.plant.limits import JointLimits
 
 
 def build_arm(robot: RobotChain, link_parameters: Array | None = None) -> Arm:

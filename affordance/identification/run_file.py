@@ -22,9 +22,9 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
+from affordance.files.constraints import StrPath, check_path
 from affordance.files.record import Record, read_record
 from affordance.identification.column_maps import COLUMN_MAPS, name_columns
 from affordance.identification.run import GRAVITY, WRENCH_COLUMNS, Run, RunDescription

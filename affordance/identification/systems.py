@@ -26,8 +26,7 @@ from affordance.identification.robot_chain import RobotChain
 from affordance.identification.robot_plant import build_arm
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
 from affordance.identification.solid_prior import SolidPrior
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 
 # Largest number of rounds of body and noise.
 _MAX_ROUNDS = 10

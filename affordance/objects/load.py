@@ -7,14 +7,13 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from affordance.arguments import StrPath, check_path
 from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import DataModel, load_model
 from affordance.objects.component_reader import Part, read_components
 from affordance.objects.material import Material
 from affordance.objects.materials import check_materials, load_materials
-from affordance.objects.striking_face import PLANE_TOLERANCE, StrikingFace, find_struck_part
-from affordance.objects.tool import Component, Grip, Tool
+from affordance.objects.tool import PLANE_TOLERANCE, Component, Grip, StrikingFace, Tool, find_struck_part
 from affordance.objects.tool_entries import StrikeEntry, ToolEntry
 
 # Least length of a vector that defines a direction, [1].

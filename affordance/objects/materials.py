@@ -6,9 +6,9 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, RootModel
 
-from affordance.arguments import StrPath, check_colour, check_kind, check_path
+from affordance.arguments import check_colour, check_kind
 from affordance.exceptions import BadArgumentError, describe_choice
-from affordance.files.constraints import Text, Within, complain
+from affordance.files.constraints import StrPath, Text, Within, check_path, complain
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour

@@ -17,10 +17,39 @@ from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape, build_inertia_map
 from affordance.objects.material import Material
-from affordance.objects.striking_face import StrikingFace
 
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
 MASS_MAX = 1e4
+# Largest distance by which a part may extend beyond a named face's plane, an allowance for rounded points, [m].
+PLANE_TOLERANCE = 2e-4
+# Number of directions, 5 degrees apart, in which points are tested against a part's hull.
+_NUM_DIRECTIONS = 1600
+
+
+@dataclass(frozen=True, eq=False)
+class StrikingFace:
+    """Striking face of a part.
+
+    Attributes:
+        name: Name in the tools file.
+        p_EQ: Middle of the face, in the frame E of the part, shape (3,), read-only, [m].
+        normal_E: Outward unit normal, shape (3,), read-only.
+    """
+
+    name: str
+    p_EQ: Array
+    normal_E: Array
+
+    def __post_init__(self) -> None:
+        """Stores read-only copies."""
+        for name in ("p_EQ", "normal_E"):
+            copy = np.array(getattr(self, name), dtype=float)
+            copy.setflags(write=False)
+            object.__setattr__(self, name, copy)
+
+    def express(self, X_TE: Array) -> tuple[Array, Array]:
+        """Computes the middle p_TQ and the normal in T, given the pose X_TE of the part, shape (4, 4)."""
+        return X_TE[:3, :3] @ self.p_EQ + X_TE[:3, 3], X_TE[:3, :3] @ self.normal_E
 
 
 @dataclass(frozen=True, eq=False)  # an array has no one truth value to compare by
@@ -203,3 +232,30 @@ def find_free_end(parts: Sequence[PosedShape]) -> Array:
     """Finds the point of a tool farthest from the hand along Tx, p_TTfree, shape (3,), [m]."""
     points = [part.X_TE[:3, 3] + part.X_TE[:3, :3] @ part.shape.find_support(part.X_TE[0, :3]) for part in parts]
     return max(points, key=lambda point: float(point[0]))
+
+
+def find_struck_part(parts: Sequence[tuple[Shape, Array]], p_TQ: Array, normal_T: Array) -> tuple[int, float]:
+    """Finds the part with a face at a point on its convex hull, so that the struck body meets no other place first.
+
+    The hull of a part has support h(d) along a unit vector d, so a point p is on a face with normal n if h(n) = n . p
+    and d . p <= h(d) for all d.
+
+    Args:
+        parts: Solids and their poses X_TE.
+        p_TQ: Point on the face, shape (3,), [m].
+        normal_T: Outward normal, a unit vector, shape (3,).
+
+    Returns: Index of the part, and the distance by which the point misses its face, [m].
+    """
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(_NUM_DIRECTIONS)
+    z = 1.0 - (2.0 * np.arange(_NUM_DIRECTIONS) + 1.0) / _NUM_DIRECTIONS
+    across = np.sqrt(1.0 - z**2)
+    directions = np.column_stack([across * np.cos(turn), across * np.sin(turn), z])
+    gaps = []
+    for shape, X_TE in parts:
+        R_TE = X_TE[:3, :3]
+        p_EQ, normal_E = R_TE.T @ (p_TQ - X_TE[:3, 3]), R_TE.T @ normal_T
+        behind = float(normal_E @ (shape.find_support(normal_E) - p_EQ))
+        gaps.append(max(abs(behind), *(float(d @ (p_EQ - shape.find_support(d))) for d in directions)))
+    best = int(np.argmin(gaps))
+    return best, gaps[best]

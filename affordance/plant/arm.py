@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -33,19 +32,11 @@ from affordance.objects.drake_geometry import make_drawn_shape
 from affordance.objects.inertia import spatial_inertia_from_parameters
 from affordance.objects.tool import Tool
 from affordance.plant.clamp import Clamp
+from affordance.plant.limits import JointLimits
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 
 ARM = MODELS / "arm.dmd.yaml"
 HAND_FRAME = "hand_grip"
-
-
-class JointLimits(NamedTuple):
-    """Limits of the joints, each of shape (num_joints,); infinite for an unlimited joint."""
-
-    q_lower: Array  # [rad]
-    q_upper: Array  # [rad]
-    v_max: Array  # on |v|, [rad/s]
-    tau_max: Array  # on |tau|, [N m]
 
 
 @dataclass(frozen=True)

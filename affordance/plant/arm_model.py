@@ -1,4 +1,11 @@
-"""Internal model of an arm with a believed payload."""
+"""Internal model of an arm with a believed payload, and its payload regressor Y.
+
+Torques due to a held tool are linear in its inertial parameters:
+
+    tau = tau_arm(q, v, vdot) + Y(q, v, vdot) pi          (from the paper's eq. 2)
+
+The equations are in wrench_regressor.py, which computes Y along whole trajectories.
+"""
 
 import numpy as np
 from pydrake.math import RigidTransform
@@ -9,6 +16,7 @@ from pydrake.multibody.tree import (
 
 from affordance.arrays import Array
 from affordance.plant.arm import Arm
+from affordance.plant.wrench_regressor import compute_wrench_regressor
 
 
 class ArmModel:
@@ -84,3 +92,23 @@ class ArmModel:
         return self._plant.CalcBiasSpatialAcceleration(
             self._context, JacobianWrtVariable.kV, self.arm.hand, self._origin, self._world, self._world
         ).get_coeffs()
+
+
+def compute_payload_regressor(model: ArmModel, x: Array, vdot: Array) -> Array:
+    """Computes Y at one state, with Drake's kinematics.
+
+    Args:
+        model: Model of the arm; its state is set to x.
+        x: Joint angles and rates, shape (2 num_joints,), [rad, rad/s].
+        vdot: Joint accelerations, shape (num_joints,), [rad/s^2].
+
+    Returns: Regressor Y, shape (num_joints, 10).
+    """
+    model.set_state(x)
+    J = model.compute_hand_jacobian()
+    A_WT = J @ vdot + model.compute_hand_bias_acceleration()
+    R_WT = model.compute_hand_pose().rotation().matrix()
+    motion_W = np.array([A_WT[3:] - model.gravity, A_WT[:3], J[:3] @ x[len(vdot) :]])
+    wrench = compute_wrench_regressor(motion_W @ R_WT)
+    Y: Array = J[:3].T @ (R_WT @ wrench[:3]) + J[3:].T @ (R_WT @ wrench[3:])
+    return Y

@@ -5,8 +5,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
+from affordance.plant.wrench_regressor import compute_payload_regressors
 
 
 class EffectiveMass:

@@ -13,6 +13,10 @@ from affordance.objects.geometry import Geometry
 from affordance.objects.material import DENSITY_MAX
 from affordance.proprioception.torque_noise import NoiseModel
 
+# A presentation less probable than this, given the belief before it, is a 5-sigma outlier (one-sided), the
+# threshold for a discovery in physics.
+OUTLIER_P_VALUE = 2.87e-7
+
 # Standard deviations of noise by which a rejected torque exceeds the possible range; one in 10^9 without fault.
 _MARGIN = 6.0
 

@@ -8,8 +8,7 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import NoiseModel

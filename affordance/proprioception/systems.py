@@ -9,8 +9,7 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import ObjectBelief
 from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import Inference, TorqueStatistics, compute_posterior
 from affordance.proprioception.faults import NO_FAULTS, Faults

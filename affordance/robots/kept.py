@@ -6,8 +6,9 @@ import shutil
 from dataclasses import asdict
 from pathlib import Path
 
-from affordance.arguments import StrPath, check_kind, check_path
+from affordance.arguments import check_kind
 from affordance.files.bounded import MESH, read_bytes
+from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.reporting.formatting import format_number

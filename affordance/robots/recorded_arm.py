@@ -12,9 +12,9 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context
 
-from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
+from affordance.files.constraints import StrPath, check_path
 from affordance.identification.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
 from affordance.plant.arm import HAND_FRAME, parse_arm

@@ -28,14 +28,12 @@ from affordance.plant.held_torque import compute_stiffness
 from affordance.plant.nail import NailPlacement
 from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings
 from affordance.simulation.posterior_log import PosteriorLog
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
-# A presentation less probable than this, given the belief before it, is a 5-sigma outlier (one-sided), the
-# threshold for a discovery in physics.
-OUTLIER_P_VALUE = 2.87e-7
 # Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
 # (0.1 + 29 x 0.1 > 3), and the last sample must be taken before the memory learns, [s].
 END_MARGIN = 1e-9

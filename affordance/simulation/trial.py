@@ -19,8 +19,9 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.nail import NailPlacement
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.diagram import END_MARGIN, OUTLIER_P_VALUE, TrialDiagram, build_trial_diagram
+from affordance.simulation.diagram import END_MARGIN, TrialDiagram, build_trial_diagram
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.observe import observe
 

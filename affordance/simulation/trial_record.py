@@ -6,8 +6,8 @@ from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
 from affordance.control.systems import ControlCounts
 from affordance.files.html_table import build_table
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import SampleCounts
-from affordance.simulation.diagram import OUTLIER_P_VALUE
 from affordance.simulation.posterior_log import LoggedPosterior
 
 

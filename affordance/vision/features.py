@@ -17,8 +17,7 @@ from affordance.files.constraints import Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Shape
-from affordance.objects.striking_face import StrikingFace
-from affordance.objects.tool import Tool
+from affordance.objects.tool import StrikingFace, Tool
 
 _NONE = "the paper assumes none (IV-A)"
 

@@ -24,9 +24,8 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM, load_arm
-from affordance.plant.arm_model import ArmModel
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.held_torque import HeldTorqueModel
-from affordance.plant.payload_regressor import compute_payload_regressor
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 

@@ -12,8 +12,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressors
 from affordance.plant.serial_chain import build_chain
+from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord

@@ -4,8 +4,7 @@ from helpers.generated_runs import PAYLOAD
 from numpy.testing import assert_allclose
 
 from affordance.identification.robot_plant import build_arm
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.wrench_regressor import compute_wrench_regressors
 
 

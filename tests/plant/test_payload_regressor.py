@@ -3,8 +3,8 @@ import pinocchio
 import pytest
 
 from affordance.objects.inertia import parameters_from_pseudo_inertia
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressor, compute_payload_regressors
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
+from affordance.plant.wrench_regressor import compute_payload_regressors
 from studies.speed.peer_arms import build_pinocchio
 
 # Where Pinocchio keeps our parameters: its order is m, m c, Ixx, Ixy, Iyy, Ixz, Iyz, Izz.

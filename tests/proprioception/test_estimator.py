@@ -10,7 +10,7 @@ from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.payload_regressor import compute_payload_regressors
+from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

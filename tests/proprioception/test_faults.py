@@ -8,9 +8,9 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.faults import NO_FAULTS, Faults, load_faults
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
-from affordance.simulation.diagram import OUTLIER_P_VALUE
 from affordance.simulation.trial import Observer, TrialRunner
 
 FILE = MODELS / "faults.yaml"

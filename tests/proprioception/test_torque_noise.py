@@ -8,7 +8,7 @@ from affordance.belief.density_belief import Prior
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
-from affordance.plant.payload_regressor import compute_payload_regressor
+from affordance.plant.arm_model import compute_payload_regressor
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.vision.features import VisionError, measure_features

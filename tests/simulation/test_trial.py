@@ -16,9 +16,10 @@ from affordance.objects.inertia import Ellipsoid
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.arm import load_arm
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
-from affordance.simulation.diagram import OUTLIER_P_VALUE, build_trial_diagram
+from affordance.simulation.diagram import build_trial_diagram
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.features import VisionError
 

@@ -9,9 +9,9 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.experiments.definition import Arrays
 from affordance.experiments.shared.presentation_rows import ROW
+from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.protocols.number_entries import Measure
 from affordance.reporting import statistics
-from affordance.simulation.diagram import OUTLIER_P_VALUE
 
 # Measures of what an observer predicts for an object that it only sees.
 EXPECTED = (Measure.EXPECTED_MASS, Measure.MASS_ERROR, Measure.COM_ERROR, Measure.INERTIA_ERROR)
