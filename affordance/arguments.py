@@ -145,22 +145,6 @@ def check_symmetry(name: str, matrix: Array) -> None:
         raise BadArgumentError(name, "", "is not symmetric, must be")
 
 
-def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
-    """Checks the lengths of a solid.
-
-    Args:
-        owner: Name of the class.
-        **lengths: Lengths by the names of the class's fields, [m].
-
-    Raises:
-        BadArgumentError: A length is not finite and greater than 0.
-    """
-    for name, values in lengths.items():
-        if not all(isinstance(value, int | float | np.number) and 0 < value < math.inf for value in values):
-            shown = values if len(values) > 1 else values[0]
-            raise BadArgumentError(owner, name, f"is {shown}, must be finite and greater than 0")
-
-
 def check_colour(name: str, values: Any) -> tuple[float, float, float]:
     """Checks a colour: red, green and blue from 0 to 1.
 

@@ -12,8 +12,9 @@ from affordance.choice.hammer import Hammer, load_hammer
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import Arm, load_arm
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner

@@ -21,7 +21,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.checked_fields import Setting, check_fields
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Within
-from affordance.objects.material import DENSITY_MAX
+from affordance.objects.inertia import DENSITY_MAX
 
 # Largest number of densities that a line shows.
 _MOST_SHOWN = 8

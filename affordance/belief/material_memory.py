@@ -17,7 +17,8 @@ from affordance.belief.object_belief import Lesson, Recollection
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, is_same_colour, show_colour
-from affordance.objects.material import DENSITIES, Material, MaterialLike
+from affordance.objects.inertia import DENSITIES
+from affordance.objects.material import Material, MaterialLike
 from affordance.objects.materials import find_colour
 
 # Probability above which a colour is taken as certain, and the others are ignored.

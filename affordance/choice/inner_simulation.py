@@ -16,8 +16,8 @@ from affordance.exceptions import AffordanceError
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import build_transform_map
 from affordance.objects.tool import PosedShape
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.visual_prior import measure_geometry
 

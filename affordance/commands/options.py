@@ -11,6 +11,8 @@ from affordance.exceptions import BadValueError
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings, list_settings, parse_changes
+from affordance.robots.frozen import parse_values
+from affordance.robots.importer import AXES, ImportOptions, parse_spread
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
 # Bounds of shared numbers; values beyond any practical run are typing errors.
@@ -141,3 +143,63 @@ def refuse_changes(arguments: argparse.Namespace, names: Sequence[str], why: str
     for name in parse_changes(arguments.changes):
         if any(name == each or name.startswith(f"{each}.") for each in names):
             raise BadValueError("--set", name, f"changes nothing here: {why}")
+
+
+def add_arm_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments that describe an arm in a robot's file; shared by commands that import an arm."""
+    parser.add_argument(
+        "--tip", help="link or frame at the arm's end, where it holds things; without it they are listed"
+    )
+    parser.add_argument("--base", help="link that is fixed to the world (default: where the limb begins)")
+    parser.add_argument(
+        "--out-axis",
+        metavar="AXIS",
+        help=f"axis of the tip that points out of the hand: {', '.join(AXES)}; write --out-axis=-z",
+    )
+    parser.add_argument(
+        "--posture",
+        nargs="+",
+        default=[],
+        metavar="JOINT=VALUE",
+        help="where other joints are frozen, and the arm's own at home (rad, m)",
+    )
+    parser.add_argument(
+        "--rotor-inertia",
+        nargs="+",
+        default=[],
+        metavar="VALUE",
+        help="of rotors and gears as felt at the joints (kg m^2): one for all, or JOINT=VALUE",
+    )
+    parser.add_argument(
+        "--effort",
+        nargs="+",
+        default=[],
+        metavar="VALUE",
+        help="limits of torque in place of the file's (N m): one for all, or JOINT=VALUE",
+    )
+    parser.add_argument("--damping", choices=("file", "none"), default="file", help="the file's damping, or none")
+    parser.add_argument(
+        "--up", default="z", metavar="AXIS", help="axis of the robot's root that points up (default z)"
+    )
+    parser.add_argument(
+        "--base-height", type=float, metavar="METRES", help="of the base above the origin (default: the file's)"
+    )
+
+
+def read_options(arguments: argparse.Namespace) -> ImportOptions:
+    """Builds options from the arguments that ``add_arm_arguments`` adds.
+
+    Raises:
+        BadValueError: One of them is invalid.
+    """
+    return ImportOptions(
+        tip=arguments.tip or "",
+        base=arguments.base,
+        out_axis=arguments.out_axis,
+        posture=parse_values("--posture", arguments.posture),
+        rotor_inertia=parse_spread("--rotor-inertia", arguments.rotor_inertia, unit="kg m^2", may_be_zero=True),
+        effort=parse_spread("--effort", arguments.effort, unit="N m", may_be_zero=False),
+        damping=arguments.damping == "file",
+        height=arguments.base_height,
+        up=arguments.up,
+    )

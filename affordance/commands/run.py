@@ -6,8 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from affordance.belief.learner import Learner
-from affordance.commands.import_arm import add_arm_arguments, read_options
-from affordance.commands.options import add_run_options, check_bounds
+from affordance.commands.options import add_arm_arguments, add_run_options, check_bounds, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import EXPERIMENTS, run_suite
 from affordance.files.clone import has_studies

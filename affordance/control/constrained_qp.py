@@ -12,7 +12,7 @@ from pydrake.solvers import ClarabelSolver, DaqpSolver, MathematicalProgram, Sol
 
 from affordance.arrays import Array
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
-from affordance.plant.limits import JointLimits
+from affordance.plant.arm import JointLimits
 
 # Tolerances of the solvers, four orders tighter than their defaults of 1e-6 and 1e-8, so that plans agree with the
 # closed form to 1e-8 (tests/control/test_mpc.py).

@@ -24,8 +24,8 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.control.constrained_qp import LIMIT_TOLERANCE, AccelerationProgram
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
+from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.limits import JointLimits
 
 
 class MpcStatus(enum.Enum):

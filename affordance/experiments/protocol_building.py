@@ -20,7 +20,7 @@ from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
 from affordance.experiments.shared.presented import QUARTILES
 from affordance.named_settings import NO_CHANGES, Changes
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.protocols.block_checks import check_blocks, list_changed
 from affordance.protocols.block_entries import BlockEntry

@@ -32,8 +32,8 @@ from affordance.experiments.shared.proportions import describe_tools, draw_propo
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.tool import Tool, find_free_end, list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.reporting import figures
 from affordance.reporting.object_drawings import Drawing, draw_objects
 from affordance.reporting.replay import Scene, write_replay

@@ -22,7 +22,8 @@ from affordance.files.clone import import_study
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import note_left_out, remove_section, write_report
 from affordance.robots.lacks import read_lacks

@@ -18,7 +18,7 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.atomic import write_json
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WhiteNoise
 from affordance.protocols.number_entries import FigureEntry

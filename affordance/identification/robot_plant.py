@@ -9,8 +9,8 @@ from pydrake.multibody.tree import FixedOffsetFrame, RevoluteJoint, SpatialInert
 
 from affordance.arrays import Array
 from affordance.identification.robot_chain import RobotChain
-from affordance.plant.arm import Arm, attach_tool
-from affordance.plant.limits import JointLimits
+from affordance.plant.arm import Arm, JointLimits
+from affordance.plant.load import attach_tool
 
 
 def build_arm(robot: RobotChain, link_parameters: Array | None = None) -> Arm:

@@ -18,10 +18,14 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
-from affordance.arguments import check_lengths
 from affordance.arrays import Array
+from affordance.files.constraints import Within, check_lengths
 
 NUM_PARAMETERS = 10
+# Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
+DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
+# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
+DENSITIES = Within(1e-3, 1e6)
 
 
 @runtime_checkable

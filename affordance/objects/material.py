@@ -8,11 +8,7 @@ from affordance.arguments import check_colour
 from affordance.checked_fields import Checked, check_fields
 from affordance.files.constraints import Within
 from affordance.objects.colour import Colour
-
-# Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
-DENSITY_MIN, DENSITY_MAX = 0.1, 25_000.0
-# Bounds of densities in simulations and beliefs, wider than those of real materials, [kg/m^3].
-DENSITIES = Within(1e-3, 1e6)
+from affordance.objects.inertia import DENSITIES, DENSITY_MAX
 
 
 @dataclass(frozen=True)

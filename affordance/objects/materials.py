@@ -12,7 +12,8 @@ from affordance.files.constraints import StrPath, Text, Within, check_path, comp
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.colour import COLOUR_FORM, Colour, is_colour, parse_colour
-from affordance.objects.material import DENSITY_MAX, DENSITY_MIN, Material, MaterialLike
+from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.material import Material, MaterialLike
 
 # Materials file that comes with the program.
 MATERIALS = MODELS / "materials.yaml"

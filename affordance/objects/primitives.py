@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from affordance.arguments import check_lengths
 from affordance.arrays import Array
+from affordance.files.constraints import check_lengths
 
 # Relative size below which a direction component is rounding error: otherwise the support point of a flat face would
 # jump to one of its corners.

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.objects.material import DENSITY_MAX, DENSITY_MIN
+from affordance.objects.inertia import DENSITY_MAX, DENSITY_MIN
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry, GradualEntry
 from affordance.protocols.object_entries import ProtocolObjects

@@ -26,7 +26,7 @@ from pydrake.systems.sensors import CameraInfo
 from affordance.arrays import Array
 from affordance.drake.renderer import make_renderer
 from affordance.objects.tool import Tool
-from affordance.plant.arm import add_arm
+from affordance.plant.load import add_arm
 from affordance.plant.nail import NailPlacement
 
 Image = NDArray[np.uint8]

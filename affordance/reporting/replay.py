@@ -26,7 +26,7 @@ from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.files.atomic import write_text
 from affordance.objects.tool import Tool
-from affordance.plant.arm import attach_tool, parse_arm
+from affordance.plant.load import attach_tool, parse_arm
 from affordance.plant.nail import NailPlacement, add_nail
 
 _FRAMES_PER_SECOND = 30.0

@@ -92,3 +92,15 @@ def _scale(factor: float, value: Any) -> Any:
     if isinstance(value, list):
         return [_scale(factor, entry) for entry in value]
     return float(f"{value * factor:.6g}")
+
+
+class Fitted(NamedTuple):
+    """Outcome of adapting the tasks to an arm.
+
+    Attributes:
+        changes: Changes of the task values that come with the program.
+        lacks: Reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
+    """
+
+    changes: tuple[Change, ...]
+    lacks: dict[str, str]

@@ -21,8 +21,9 @@ from affordance.exceptions import AffordanceError, name_object
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.robots.changes import SIZE_OF_TOOLS, Change
 from affordance.settings import Settings

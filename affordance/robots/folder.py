@@ -4,15 +4,15 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.robots.arm_file import write_arm, write_directives
-from affordance.robots.changes import Change, apply_changes
+from affordance.robots.changes import Change, Fitted, apply_changes
 from affordance.robots.fitting import Fit, fit_blow, fit_objects, fit_path
 from affordance.robots.importer import ImportedArm
 from affordance.robots.meshes import draw_arm
@@ -22,18 +22,6 @@ _TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "too
 # Files and keys of the start postures of tasks.
 _STARTS = (("paths/reach.yaml", "start"), ("paths/mash.yaml", "start"), ("nail.yaml", "blow.start"))
 _STUCK_JOINT = "stuck_sensor.stuck_joint"
-
-
-class Fitted(NamedTuple):
-    """Outcome of adapting the tasks to an arm.
-
-    Attributes:
-        changes: Changes of the task values that come with the program.
-        lacks: Reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
-    """
-
-    changes: tuple[Change, ...]
-    lacks: dict[str, str]
 
 
 def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:

@@ -17,8 +17,8 @@ from affordance.exceptions import BadValueError, ModelFileError
 from affordance.files.constraints import StrPath, check_path
 from affordance.identification.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
-from affordance.plant.arm import HAND_FRAME, parse_arm
 from affordance.plant.chain_kinematics import SerialChain
+from affordance.plant.load import HAND_FRAME, parse_arm
 from affordance.robots.chain import Chain, find_chain
 from affordance.robots.description import Description
 from affordance.robots.frozen import freeze

@@ -12,12 +12,12 @@ from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
 from affordance.reporting.formatting import format_number
 from affordance.reporting.renderings import Pose, render_poses
-from affordance.robots.changes import show
-from affordance.robots.folder import Fitted
+from affordance.robots.changes import Fitted, show
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS
 from affordance.robots.importer import ImportedArm, ImportOptions
 from affordance.robots.notes import list_notes

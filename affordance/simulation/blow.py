@@ -22,8 +22,9 @@ from affordance.control.strike import Strike
 from affordance.exceptions import StallError
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.plant.arm import Arm, load_arm
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.plant.nail import Nail, NailPlacement, NailRecord
 from affordance.settings import Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram

@@ -22,9 +22,10 @@ from pydrake.systems.primitives import LogVectorOutput, MatrixGain, VectorLogSin
 from affordance.control.hold import Hold
 from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
-from affordance.plant.arm import Arm, add_arm, load_arm
+from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.held_torque import compute_stiffness
+from affordance.plant.load import add_arm, load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.plant.nail_system import NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain

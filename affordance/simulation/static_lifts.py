@@ -20,8 +20,8 @@ from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import build_inertia_map
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.static_percept import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise

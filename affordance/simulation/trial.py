@@ -16,8 +16,8 @@ from affordance.control.task import Task
 from affordance.exceptions import name_object
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings

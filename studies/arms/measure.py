@@ -23,9 +23,10 @@ from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.held_torque import HeldTorqueModel
+from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 

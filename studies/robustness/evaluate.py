@@ -18,8 +18,8 @@ from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.objects.tool import list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow

@@ -19,7 +19,7 @@ from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presented import QUARTILES
 from affordance.objects.colour import Colour
-from affordance.objects.material import DENSITIES
+from affordance.objects.inertia import DENSITIES
 from affordance.objects.tool import Tool
 from affordance.protocols.measured import compute_numbers
 from affordance.protocols.number_entries import Measure

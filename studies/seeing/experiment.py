@@ -33,8 +33,8 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Grip, Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
 from affordance.reporting.camera_figures import CameraView, draw_calibration, draw_camera_views
 from affordance.settings import DEFAULT_SETTINGS, Settings

@@ -29,7 +29,8 @@ from affordance.control.systems import MpcController
 from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.objects.tool import Tool
-from affordance.plant.arm import Arm, add_arm, load_arm
+from affordance.plant.arm import Arm
+from affordance.plant.load import add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner

@@ -26,8 +26,8 @@ from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
 from studies.speed.timing import time_by_turns

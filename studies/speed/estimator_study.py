@@ -12,7 +12,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.protocol_runs import load_hold_experiment
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise

@@ -19,9 +19,9 @@ from affordance.arrays import Array
 from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import MpcSettings, TerminalGoal, compute_responses
-from affordance.plant.arm import load_arm
+from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.limits import JointLimits
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 from studies.speed.timing import time_by_turns
 

@@ -15,7 +15,8 @@ from pydrake.systems.primitives import LogVectorOutput
 
 from affordance.arrays import Array
 from affordance.objects.tool import Tool
-from affordance.plant.arm import ARM, attach_tool, parse_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import attach_tool, parse_arm
 from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
 from affordance.plant.nail_system import NailResistance
 

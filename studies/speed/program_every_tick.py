@@ -19,8 +19,8 @@ from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.experiments.reach import ReachExperiment
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out

@@ -7,8 +7,8 @@ the space of joint torques.
 import numpy as np
 import pinocchio
 
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
+from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
 from affordance.plant.wrench_regressor import compute_payload_regressors
 from studies.speed.peer_arms import build_pinocchio

@@ -16,9 +16,10 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness
+from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 from studies.speed.tables import format_table

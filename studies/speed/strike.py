@@ -33,8 +33,8 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.plant.nail import STICTION_TOLERANCE, Nail
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import read_nail_record

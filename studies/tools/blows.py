@@ -6,8 +6,8 @@ from typing import NamedTuple
 from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import Hammer
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
 from affordance.vision.drawing import measure_drawing

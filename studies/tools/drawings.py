@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.choice.which_end import TRUE
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.reporting.replay import Scene, write_replay

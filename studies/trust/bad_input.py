@@ -28,7 +28,7 @@ from hypothesis import strategies as st
 from affordance.cli import main
 from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
 
 # Number of generated cases, of which some 700 differ; repeated ones are not counted.

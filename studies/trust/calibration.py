@@ -23,8 +23,8 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise

@@ -27,7 +27,7 @@ from affordance.experiments.shared.gain_experience import run_trials
 from affordance.files.data_model import load_model
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import list_densities
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats

@@ -17,7 +17,7 @@ from affordance.experiments.protocol_runs import load_choice_experiment, load_ho
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.runs.repeats import run_repeats

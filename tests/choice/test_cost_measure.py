@@ -15,8 +15,8 @@ from affordance.control.cost_measure import CostMeasure
 from affordance.control.optimal_swing import SwingSearch, measure_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 
 HELD = STICK.list_gripped()["wood"]

@@ -15,9 +15,10 @@ from affordance.control.strike import SHORTEST_HORIZON
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.work_map import find_crossovers, map_work
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact_material import CONTACT_STIFFNESS
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon

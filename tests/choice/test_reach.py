@@ -12,8 +12,8 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 
 STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))

@@ -9,7 +9,7 @@ from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.problem import MpcSettings, TerminalGoal
 from affordance.exceptions import BadArgumentError
-from affordance.plant.limits import JointLimits
+from affordance.plant.arm import JointLimits
 from affordance.settings import DEFAULT_SETTINGS
 
 SETTINGS = DEFAULT_SETTINGS.mpc

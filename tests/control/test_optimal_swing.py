@@ -14,9 +14,9 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.inverse_dynamics import InverseDynamics
+from affordance.plant.load import load_arm
 from studies.speed.peer_arms import build_pinocchio, read_grip
 
 STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))

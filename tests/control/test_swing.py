@@ -11,9 +11,9 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.load import load_arm
 
 STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 DOWN = np.array([0.0, 0.0, -1.0])

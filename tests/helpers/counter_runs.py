@@ -25,7 +25,7 @@ from affordance.experiments.vision_comparison import NAME, compare_feature_sourc
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import Changes, change_settings
 from affordance.objects.tool import list_densities
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS, Settings

@@ -10,7 +10,7 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
-from affordance.plant.arm import add_arm
+from affordance.plant.load import add_arm
 from affordance.vision.pixels.turning_stand import TurningStand
 
 

@@ -9,8 +9,9 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.exceptions import ModelFileError
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import parameters_from_spatial_inertia
-from affordance.plant.arm import ARM, add_arm, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import add_arm, load_arm
 
 ICE = 917.0
 SEGMENTS = {

@@ -2,8 +2,8 @@ import numpy as np
 from numpy.testing import assert_allclose
 from pydrake.systems.framework import DiagramBuilder
 
-from affordance.plant.arm import add_arm
 from affordance.plant.clamp import STIFFNESS
+from affordance.plant.load import add_arm
 
 AWAY = 0.01 * np.array([1.0, -1.0, 1.0, 1.0, -1.0, 1.0, 1.0])
 

@@ -7,7 +7,7 @@ import pinocchio
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator
 from pydrake.systems.framework import DiagramBuilder
 
-from affordance.plant.arm import add_arm
+from affordance.plant.load import add_arm
 from studies.speed.peer_arms import build_pinocchio, build_toolbox_arm
 
 

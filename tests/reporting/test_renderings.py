@@ -9,7 +9,8 @@ from affordance.choice.hammer import load_hammer
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.plant.nail import NailPlacement
 from affordance.reporting import renderings as photographs
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses

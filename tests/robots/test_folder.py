@@ -13,8 +13,9 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.robots.folder import fit_tasks, write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.settings import Settings

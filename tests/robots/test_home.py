@@ -7,8 +7,8 @@ import pytest
 from helpers.robot_files import write_urdf
 
 from affordance.files.model_folder import MODELS
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.robots.home import TEST_DISTANCE
 from affordance.robots.importer import ImportOptions, build_statics, extract_arm
 from affordance.robots.reduced_arm import turn_up

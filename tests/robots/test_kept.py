@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 
 from affordance.commands import import_arm as command
 from affordance.exceptions import AffordanceError
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.robots import kept, report
-from affordance.robots.folder import Fitted
+from affordance.robots.changes import Fitted
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_kept
 from affordance.robots.lacks import read_lacks

@@ -7,8 +7,8 @@ from affordance.belief.learners import start_memory
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.clamp import ClampAndRelease, compute_clamp_force
 from affordance.experiments.protocol_runs import load_protocol_experiment
-from affordance.plant.arm import add_arm
 from affordance.plant.clamp import STIFFNESS
+from affordance.plant.load import add_arm
 from affordance.simulation.clamp_trial import CLAMPED, run_clamp_and_release
 from affordance.simulation.trial import TrialRunner
 

@@ -7,7 +7,7 @@ import pytest
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.trial import Observer, TrialRunner

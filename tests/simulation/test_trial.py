@@ -15,7 +15,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise

@@ -8,9 +8,9 @@ from affordance.choice.blow_cost import AIM, BlowCost
 from affordance.choice.hammer import Hammer, find_swing, sample_swing
 from affordance.choice.motion_cost import MotionCost
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
+from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
 # The posture at the strike, and with it the mass, hardly depends on the speed: the second swing is within a hundredth

@@ -16,7 +16,7 @@ from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper
 from affordance.experiments.shared.grip_choices import plan_choices
 from affordance.experiments.shared.off_axis import measure_changes
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import load_arm
+from affordance.plant.load import load_arm
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow

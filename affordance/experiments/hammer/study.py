@@ -16,8 +16,8 @@ from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
 from affordance.objects.tool import Tool, list_densities
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow

@@ -9,7 +9,7 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.control.start_posture import Start
 from affordance.exceptions import BadArgumentError, BadValueError, InfeasibleError, ModelFileError
 from affordance.objects.tool import Tool
-from affordance.plant.arm import add_arm, load_arm
+from affordance.plant.load import add_arm, load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.protocols.protocol import Protocol
 from affordance.settings import Settings

@@ -8,8 +8,8 @@ from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
 from affordance.choice.observed_options import list_options
 from affordance.choice.options import Option
 from affordance.objects.tool import Tool
-from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings

@@ -10,8 +10,9 @@ from affordance.experiments.hammer.off_axis import compute_blow_work
 from affordance.experiments.shared.off_axis import list_shifted, measure_change
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.plant.arm import ARM, load_arm
+from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.settings import Settings
 
 
