@@ -7,7 +7,7 @@ from pydantic import Field, model_validator
 
 from affordance.files.constraints import Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
-from affordance.protocols.object_entries import ALL
+from affordance.protocols import ALL
 
 # Longest presentation, [s], and largest number of repetitions of a block.
 _DURATION_MAX, _PRESENTATIONS_MAX = 60.0, 1000

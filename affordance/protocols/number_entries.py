@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 from affordance.exceptions import describe_choice
 from affordance.files.constraints import OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
+from affordance.protocols import ALL
 from affordance.protocols.expression_entries import Expression
-from affordance.protocols.object_entries import ALL
 
 
 class Measure(enum.StrEnum):

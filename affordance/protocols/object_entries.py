@@ -18,10 +18,8 @@ from affordance.objects.materials import ColourText, MaterialEntry, load_materia
 from affordance.objects.primitives import Cylinder
 from affordance.objects.tool import Component, Tool
 from affordance.objects.tool_entries import Name, ToolEntry
+from affordance.protocols import ALL
 from affordance.protocols.requirements import Requirement, check_requirements
-
-# The group of all objects, which every protocol has.
-ALL = "all"
 
 
 class CylinderEntry(DataModel):

@@ -13,9 +13,10 @@ from affordance.files.data_model import DataModel, check_content
 from affordance.files.file_name import FileName
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
+from affordance.protocols import ALL
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
-from affordance.protocols.object_entries import ALL, ObjectsEntry
+from affordance.protocols.object_entries import ObjectsEntry
 from affordance.protocols.plain_texts import refuse_templates
 from affordance.protocols.report_entries import ReportEntry
 from affordance.reporting.plain_report import PlainReport
