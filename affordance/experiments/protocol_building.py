@@ -1,25 +1,25 @@
 """Construction of an experiment from its protocol: every file that it names is read and checked, nothing is run."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from affordance.belief.learner import Learner
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
-from affordance.control.timed_path import load_path
+from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import BadValueError
+from affordance.experiments.closed_form import ClosedForm
 from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.holding import HoldExperiment
-from affordance.experiments.lifting import LiftExperiment
 from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
-from affordance.experiments.shared.presented import QUARTILES
+from affordance.experiments.shared.presented import QUARTILES, Means, PresentationExperiment
+from affordance.experiments.simulated import Simulated
 from affordance.named_settings import NO_CHANGES, Changes
+from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.protocols.block_checks import check_blocks, list_changed
@@ -34,89 +34,103 @@ from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
 from affordance.vision.features import FeatureSource
 
+type Told = tuple[tuple[Colour, float], ...]
 
-def build_hold_experiment(
+
+def build_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> HoldExperiment:
-    """Builds the experiment of a protocol with simulated presentations.
+) -> PresentationExperiment | ReachExperiment | HammerExperiment:
+    """Builds the experiment of a protocol.
 
     Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
+        BadValueError: A file is wrong, the objects are not as the protocol requires, or the closed form does not
+            support what the protocol asks for.
         ModelFileError: The arm cannot be loaded or is not usable.
     """
+    if protocol.is_closed_form and protocol.observers.vision == FeatureSource.PIXELS.value:
+        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
     settings, learners = apply_observers(protocol, path, models, settings, changes)
-    check_durations(protocol, path, settings)
-    common = build_common(protocol, path, models, settings, learners)
-    quantiles = {entry.quantile for entry in protocol.numbers.values()}
-    paths = {}
-    for index, block in enumerate(protocol.blocks):
-        if block.do.reach is not None:
-            key = f"blocks[{index}].do.reach.path"
-            file = find_file(block.do.reach.path, key, path, models)
-            paths[index] = load_path(file)
-            check_start(file, "start", paths[index].start, load_arm(settings.arm))
-    check_one_course(path, protocol.blocks)
-    return HoldExperiment(
-        **common,
-        seed=seed,
-        quantiles=tuple(sorted({*QUARTILES, *quantiles})),
-        expects=any(entry.measure in EXPECTED for entry in protocol.numbers.values()),
-        paths=paths,
+    if protocol.is_closed_form:
+        check_suits_closed_form(protocol, settings)
+    else:
+        check_durations(protocol, path, settings)
+    objects = build_objects(protocol.objects, path, models)
+    check_blocks(path, protocol.blocks, objects)
+    check_tools_can_be_held(objects.path, objects.tools, settings)
+    told = list_told(protocol, path, objects, learners)
+    if protocol.has_choices:
+        return build_choices(protocol, path, models, objects, learners, told, seed, settings)
+    return build_presentations(protocol, path, models, objects, learners, told, seed, settings)
+
+
+def build_presentations(
+    protocol: Protocol,
+    path: Path,
+    models: Path,
+    objects: ProtocolObjects,
+    learners: tuple[Learner, ...],
+    told: Told,
+    seed: int,
+    settings: Settings,
+) -> PresentationExperiment:
+    """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
+    if changed := list_changed(protocol.blocks, objects):
+        check_tools_can_be_held(path, changed, settings)
+    numbers = protocol.numbers.values()
+    if protocol.is_closed_form:
+        means: Means = ClosedForm()
+        quantiles = {entry.quantile for entry in numbers if entry.measure is Measure.DENSITY}
+    else:
+        paths = load_paths(protocol, path, models, settings)
+        check_one_course(path, protocol.blocks)
+        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths)
+        quantiles = {*QUARTILES, *(entry.quantile for entry in numbers)}
+    return PresentationExperiment(
+        protocol.name,
+        path,
+        objects,
+        tuple(protocol.blocks),
+        learners,
+        told,
+        models,
+        seed,
+        settings,
+        tuple(sorted(quantiles)),
+        means,
+        protocol.build_report(path),
+        protocol.numbers,
+        protocol.figures,
+        load_people(protocol, path, models, objects),
     )
 
 
-def build_lift_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> LiftExperiment:
-    """Builds the experiment of a protocol of lifts in closed form.
+def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
+    """Refuses settings that the closed form does not support.
 
     Raises:
-        BadValueError: A file is wrong, or the closed form does not support what the protocol asks for.
-        ModelFileError: The arm cannot be loaded or is not usable.
+        BadValueError: There is such a setting.
     """
-    if protocol.observers.vision == FeatureSource.PIXELS.value:
-        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
-    settings, learners = apply_observers(protocol, path, models, settings, changes)
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {protocol.name}, in closed form")
     if settings.faults != NO_FAULTS:
-        raise BadValueError(
-            "--fault", "", f"is given, must not be of {protocol.name}, whose lifts in closed form know none"
-        )
-    asked = {entry.quantile for entry in protocol.numbers.values() if entry.measure is Measure.DENSITY}
-    common = build_common(protocol, path, models, settings, learners)
-    return LiftExperiment(**common, seed=seed, quantiles=tuple(sorted(asked)))
+        problem = f"is given, must not be of {protocol.name}, whose lifts in closed form know none"
+        raise BadValueError("--fault", "", problem)
 
 
-def build_common(
-    protocol: Protocol, path: Path, models: Path, settings: Settings, learners: tuple[Learner, ...]
-) -> dict[str, Any]:
-    """Reads and checks everything that experiments with presented objects have in common.
+def load_paths(protocol: Protocol, path: Path, models: Path, settings: Settings) -> Mapping[int, TimedPath]:
+    """Loads the paths of reaches, by the index of their block.
 
     Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not usable.
+        BadValueError: A path is missing, invalid, or starts where the arm cannot be.
     """
-    objects = build_objects(protocol.objects, path, models)
-    check_blocks(path, protocol.blocks, objects)
-    check_tools_can_be_held(objects.path, objects.tools, settings)
-    if changed := list_changed(protocol.blocks, objects):
-        check_tools_can_be_held(path, changed, settings)
-    return {
-        "name": protocol.name,
-        "section": path,
-        "objects": objects,
-        "blocks": tuple(protocol.blocks),
-        "learners": learners,
-        "told": list_told(protocol, path, objects, learners),
-        "models": models,
-        "settings": settings,
-        "report": protocol.build_report(path),
-        "numbers": protocol.numbers,
-        "figures": protocol.figures,
-        "people": load_people(protocol, path, models, objects),
-    }
+    paths = {}
+    for index, block in enumerate(protocol.blocks):
+        if block.do.reach is not None:
+            file = find_file(block.do.reach.path, f"blocks[{index}].do.reach.path", path, models)
+            paths[index] = load_path(file)
+            check_start(file, "start", paths[index].start, load_arm(settings.arm))
+    return paths
 
 
 def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolObjects) -> People:
@@ -155,19 +169,21 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
         raise BadValueError(path, f"blocks[{other}].do", problem)
 
 
-def build_choice_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
+def build_choices(
+    protocol: Protocol,
+    path: Path,
+    models: Path,
+    objects: ProtocolObjects,
+    learners: tuple[Learner, ...],
+    told: Told,
+    seed: int,
+    settings: Settings,
 ) -> ReachExperiment | HammerExperiment:
-    """Builds the experiment of a protocol of choices.
+    """Builds the experiment of a protocol of choices; see ``build_experiment``.
 
     Raises:
         BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
-        ModelFileError: The arm cannot be loaded or is not usable.
     """
-    settings, learners = apply_observers(protocol, path, models, settings, changes)
-    check_durations(protocol, path, settings)
-    objects = build_objects(protocol.objects, path, models)
-    told = list_told(protocol, path, objects, learners)
     *_, last = protocol.blocks
     experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
     if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:

@@ -8,8 +8,6 @@ from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")
 # Numbers of experience that protocols share.
 EVENTS = ("samples_rejected", "trials_outlier")
-# Numbers and facts that lifts in closed form add to those of the protocol.
-OF_LIFTS = ("learners", "people", "kappa", "names", "rows")
 # Numbers and facts of every choice, and those that a second tool adds.
 OF_CHOICES = (
     *("p_correct", "p_correct_ci95", "p_correct_bayes", "p_correct_bayes_ci95", "effort_flips", "correct_grip"),
