@@ -10,9 +10,11 @@ from affordance.control.start_posture import check_start
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import BadValueError
 from affordance.experiments.closed_form import ClosedForm
-from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.reach import ReachExperiment
+from affordance.experiments.hammer.experiment import Hammering
+from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
+from affordance.experiments.shared.choice_task import ChoiceTask
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
 from affordance.experiments.shared.observers import apply_observers, list_told
@@ -39,7 +41,7 @@ type Told = tuple[tuple[Colour, float], ...]
 
 def build_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> PresentationExperiment | ReachExperiment | HammerExperiment:
+) -> PresentationExperiment | ChoiceExperiment:
     """Builds the experiment of a protocol.
 
     Raises:
@@ -178,7 +180,7 @@ def build_choices(
     told: Told,
     seed: int,
     settings: Settings,
-) -> ReachExperiment | HammerExperiment:
+) -> ChoiceExperiment:
     """Builds the experiment of a protocol of choices; see ``build_experiment``.
 
     Raises:
@@ -193,18 +195,21 @@ def build_choices(
     key = f"blocks[1].do.choose.{'reach' if choice.reach else 'hammer'}"
     task_file = find_file(choice.reach or choice.hammer or "", key, path, models)
     task: Reach | Hammer = Reach(load_path(task_file)) if choice.reach else load_hammer(task_file)
+    adapter: ChoiceTask = Reaching(task) if isinstance(task, Reach) else Hammering(task)
     start = task.path.start if isinstance(task, Reach) else task.start
     check_start(task_file, "start" if choice.reach else "blow.start", start, load_arm(settings.arm))
     assert protocol.novel is not None  # a choice is about them
     novel = build_objects(protocol.novel, path, models, "novel")
     check_colours_known(novel, objects)
     check_tools_can_be_held(objects.path, experience.tools, settings)
+    check_grips_differ(novel)
     held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
     check_tools_can_be_held(novel.path, held, settings, start)
     files = (models, task_file, novel.path)
     names = (*files, protocol.blocks[0].name)
-    common = (protocol.name, path, experience, novel.tools, *names, protocol.build_report(path))
-    return ReachExperiment(*common, task) if isinstance(task, Reach) else HammerExperiment(*common, task)
+    return ChoiceExperiment(
+        protocol.name, path, experience, novel.tools, *names, protocol.build_report(path), adapter
+    )
 
 
 def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:
@@ -219,3 +224,15 @@ def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> Non
         if unknown:
             problem = f"looks like {', '.join(sorted(unknown))}, must look like what {objects.path.name} is made of"
             raise BadValueError(novel.path, f"tools: {tool.name}", problem)
+
+
+def check_grips_differ(novel: ProtocolObjects) -> None:
+    """Refuses novel objects with a single grip, of which nothing could be chosen.
+
+    Raises:
+        BadValueError: A novel object has fewer than two grips.
+    """
+    for tool in novel.tools:
+        if len(tool.grips) < 2:
+            problem = f"has {len(tool.grips)} entries, must have at least 2 to choose from"
+            raise BadValueError(novel.path, f"tools: {tool.name}.grips", problem)

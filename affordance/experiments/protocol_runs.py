@@ -3,10 +3,9 @@
 from pathlib import Path
 
 from affordance.experiments.definition import Experiment
-from affordance.experiments.hammer.experiment import HammerExperiment
 from affordance.experiments.protocol_building import build_experiment
-from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.rehearsal import check_number_names, rehearse_claims, rehearse_experiment
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.experiments.shared.report_names import (
     EVENTS,
@@ -21,7 +20,7 @@ from affordance.protocols.protocol import check_folder_is_free, find_protocol, l
 from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
-type ProtocolExperiment = PresentationExperiment | ReachExperiment | HammerExperiment
+type ProtocolExperiment = PresentationExperiment | ChoiceExperiment
 
 
 def load_protocol_experiment(
@@ -61,7 +60,7 @@ def load_hold_experiment(
 
 def load_choice_experiment(
     name: str, models: Path = MODELS, seed: int = 0, settings: Settings = DEFAULT_SETTINGS
-) -> ReachExperiment | HammerExperiment:
+) -> ChoiceExperiment:
     """Loads a protocol of choices; see ``load_protocol_experiment``."""
     path = find_protocol(name, models)
     experiment = build_experiment(load_protocol(path), path, models, seed, settings)
@@ -78,8 +77,8 @@ def list_names(experiment: ProtocolExperiment) -> frozenset[str]:
 def list_given(experiment: ProtocolExperiment) -> frozenset[str]:
     """Lists the numbers and facts that every protocol of this type has, whatever numbers it defines itself."""
     if not isinstance(experiment, PresentationExperiment):
-        second = (*OF_SECOND_TOOL, *experiment.names_of_second_tool) if len(experiment.novel) > 1 else ()
-        return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.names_of_task, *second})
+        second = (*OF_SECOND_TOOL, *experiment.adapter.names_of_second_tool) if len(experiment.novel) > 1 else ()
+        return frozenset({*FACTS, *EVENTS, *OF_CHOICES, *experiment.adapter.names, *second})
     every = experiment.means.is_closed_form
     given = {
         *FACTS,

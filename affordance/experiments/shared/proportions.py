@@ -11,7 +11,7 @@ from affordance.experiments.definition import Arrays
 from affordance.experiments.shared.correct_grip import Simulated
 from affordance.experiments.shared.decisions import choose_before_experience, estimate_correct
 from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.experiments.shared.symmetry import is_symmetric
+from affordance.objects.symmetry import is_symmetric
 from affordance.objects.tool import Tool
 from affordance.reporting import figures
 from affordance.reporting.formatting import count_observers
