@@ -1,5 +1,6 @@
 """Protocols as experiments, by name or path: loaded, and rehearsed on made-up measurements before anything runs."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from affordance.experiments.definition import Experiment
@@ -7,18 +8,27 @@ from affordance.experiments.protocol_building import build_experiment
 from affordance.experiments.rehearsal import check_number_names, rehearse_claims, rehearse_experiment
 from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.experiments.shared.report_names import (
-    EVENTS,
-    FACTS,
-    OF_CHOICES,
-    OF_SECOND_TOOL,
-    list_number_names,
-)
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes
+from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.protocol import check_folder_is_free, find_protocol, load_protocol
 from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
+
+# Facts of every experiment.
+FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")
+# Numbers of experience that protocols share.
+EVENTS = ("samples_rejected", "trials_outlier")
+# Numbers and facts of every choice, and those that a second tool adds.
+OF_CHOICES = (
+    *("p_correct", "p_correct_ci95", "p_correct_bayes", "p_correct_bayes_ci95", "effort_flips", "correct_grip"),
+    *("energy_ratio_true", "tools", "off_axis_2mm_change", "density_true", "energy_true", "effort_true"),
+    *("periods_limited", "first", "others", "materials", "num_trials", "least_effort_grip"),
+)
+OF_SECOND_TOOL = (
+    *("p_correct_headed_tool", "p_correct_headed_tool_ci95"),
+    *("correct_grip_headed_tool", "energy_true_headed_tool"),
+)
 
 type ProtocolExperiment = PresentationExperiment | ChoiceExperiment
 
@@ -66,6 +76,16 @@ def load_choice_experiment(
     experiment = build_experiment(load_protocol(path), path, models, seed, settings)
     assert not isinstance(experiment, PresentationExperiment)  # or it had no choices
     return experiment
+
+
+def list_number_names(entries: Mapping[str, NumberEntry]) -> list[str]:
+    """Lists the names of a protocol's numbers and of their intervals."""
+    with_interval = [
+        name
+        for name, entry in entries.items()
+        if entry.interval and entry.measure not in OF_OBJECTS and entry.measure is not Measure.DENSITIES
+    ]
+    return [*entries, *(f"{name}_ci95" for name in with_interval)]
 
 
 def list_names(experiment: ProtocolExperiment) -> frozenset[str]:

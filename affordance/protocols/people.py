@@ -17,6 +17,7 @@ from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
 from affordance.protocols.published import Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
+from affordance.reporting.learner_predictions import Spread
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
 # Row of a table with the number of people.
@@ -37,18 +38,6 @@ class People(NamedTuple):
 
     table: PublishedTable | None = None
     lifts: PeopleLifts | None = None
-
-
-class Spread(NamedTuple):
-    """Standard deviation of a number between people.
-
-    Attributes:
-        sd: Standard deviation between people.
-        source: Source of the value.
-    """
-
-    sd: float
-    source: str
 
 
 def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> None:

@@ -7,11 +7,10 @@ import pytest
 
 from affordance.belief.learner import Learner
 from affordance.cli import main
-from affordance.experiments.shared.learner_predictions import contrast_learners, format_predictions, summarise
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.people import Spread
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.protocols.schema import write_protocol
+from affordance.reporting.learner_predictions import Spread, contrast_learners, format_predictions, summarise
 
 
 @pytest.fixture

@@ -15,7 +15,7 @@ from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
 from affordance.exceptions import AffordanceError, BadValueError, StallError
 from affordance.experiments.hammer import study
-from affordance.experiments.hammer.drawings import label_blows
+from affordance.experiments.hammer.drawings import draw_work_map, label_blows
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
 from affordance.experiments.hammer.study import list_densities_of_map
 from affordance.experiments.protocol_runs import load_choice_experiment
@@ -24,6 +24,7 @@ from affordance.experiments.shared.correct_grip import remove_errors
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
+from affordance.objects.tool import Grip
 from affordance.proprioception.faults import Faults
 from affordance.vision.features import FeatureSource
 
@@ -337,26 +338,24 @@ def plan_stick(models):
 
 
 def test_study_of_three_grips_compares_the_two_cheapest(experiment, plan, monkeypatch):
-    """A third grip a little further on than the first; its blow is planned and simulated like theirs."""
-    monkeypatch.setattr(study, "compare_swings", functools.partial(compare_swings, num_pieces=2))
-    stick = experiment.novel[0]
-    near = np.eye(4)
+    """A third grip a little further on than the first, whose blow is taken to cost what the first's does."""
+
+    def find_none(*arguments):
+        raise AffordanceError("no other swing")
+
+    blows = plan.simulated["stick"]
+    monkeypatch.setattr(study, "compare_swings", find_none)
+    monkeypatch.setattr(study, "_simulate", lambda *arguments, **changes: blows["wood"])
+    stick, near = experiment.novel[0], np.eye(4)
     near[0, 3] = 0.02
-    three = dataclasses.replace(
-        stick, grips=(*stick.grips, dataclasses.replace(stick.grips[0], name="near", X_TG=near))
-    )
-    alone = dataclasses.replace(experiment, novel=(three,))
-    planned = alone.plan(jobs=1)
-    works = {grip: blow.work for grip, blow in planned.simulated["stick"].items()}
-    assert len(works) == 3
-    assert set(planned.study.compared) == set(sorted(works, key=works.get)[:2])
-    assert planned.study.map.work.shape[0] == 3
-    arrays = {"paper": np.full((2, 1, 7), 2), "bayes": np.full((2, 7), 2), "flips": np.zeros((2, 7))}
-    numbers = alone.compute_metrics(planned, None, arrays)
-    assert numbers["swings"].keys() == works.keys()
-    render(alone, planned, numbers)
-    draw = experiment.adapter.show(alone.novel, alone.settings.arm, planned, numbers).figures["map"]
-    assert draw().axes
+    three = dataclasses.replace(stick, grips=(*stick.grips, Grip("near", near)))
+    costs = {**plan.costs["stick"], "near": plan.costs["stick"]["wood"]}
+    settings = remove_errors(experiment.settings)
+    found = study.study_blows(three, experiment.task, settings, costs, {**blows, "near": blows["wood"]}, jobs=1)
+    assert blows["wood"].work < blows["steel"].work
+    assert found.compared == ("wood", "near")
+    assert found.map.work.shape[0] == 3
+    assert draw_work_map(found.map, found.densities, three, experiment.task.force, found.compared).axes
 
 
 def test_one_tool_makes_the_experiment(experiment, plan):
