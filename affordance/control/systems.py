@@ -103,7 +103,7 @@ class MpcController(SampledSystem):
             self._shown_payload = payload
         x = self._state.Eval(context)
         if not math.isfinite(x @ x):  # Drake aborts the process if a plant is set to such a state
-            self._count_failure(context, discrete_state, "the state is not finite")
+            self._count_failure(context, discrete_state, "the state is not finite; the torque stays as it was")
             return
         self._model.set_state(x)
         now, task = context.get_time(), self._goal.Eval(context)
@@ -114,7 +114,7 @@ class MpcController(SampledSystem):
         goal = task.compute_goal(self._model, x, now, horizon)
         solution = self._get_mpc(horizon).solve(x, goal, self._model)
         if solution.status is MpcStatus.FAILED:
-            self._count_failure(context, discrete_state, "the solver failed")
+            self._count_failure(context, discrete_state, "the solver failed; the previous plan continues")
             self._continue_plan(context, discrete_state, x)
             return
         discrete_state.set_value(self._tau, solution.tau)
@@ -141,7 +141,7 @@ class MpcController(SampledSystem):
         discrete_state.set_value(self._tau, tau)
 
     def _count_failure(self, context: Context, discrete_state: DiscreteValues, reason: str) -> None:
-        _LOG.warning("t = %.3f s: no new plan, as %s; the previous one goes on", context.get_time(), reason)
+        _LOG.warning("t = %.3f s: no new plan, as %s", context.get_time(), reason)
         limited, failed = context.get_discrete_state(self._counts).value()
         discrete_state.set_value(self._counts, np.array([limited, failed + 1]))
 

@@ -8,6 +8,7 @@ import functools
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.common import MemoryFile
 from pydrake.geometry import Box as DrakeBox
 from pydrake.geometry import Capsule as DrakeCapsule
@@ -15,6 +16,7 @@ from pydrake.geometry import Cylinder as DrakeCylinder
 from pydrake.geometry import Ellipsoid as DrakeEllipsoid
 from pydrake.geometry import InMemoryMesh, Mesh
 
+from affordance.arrays import Array
 from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.triangle_mesh import TriangleMesh
@@ -36,18 +38,31 @@ def make_drawn_shape(shape: Shape) -> Any:
         case Capsule():
             return DrakeCapsule(shape.radius, shape.length)
         case TriangleMesh():
-            return Mesh(InMemoryMesh(mesh_file=MemoryFile(write_obj(shape), ".obj", "part")))
+            return draw_mesh(shape)
     raise NotImplementedError(f"no Drake geometry for {type(shape).__name__}")
 
 
 @functools.lru_cache(maxsize=128)
-def write_obj(mesh: TriangleMesh) -> bytes:
-    """Writes a mesh as OBJ with per-face normals, which Drake's renderer requires."""
-    corners = mesh.vertices[mesh.faces]
+def draw_mesh(mesh: TriangleMesh) -> Mesh:
+    """Builds the Drake shape that draws a mesh, written once per mesh."""
+    text = write_obj(mesh.vertices, mesh.faces)
+    return Mesh(InMemoryMesh(mesh_file=MemoryFile(text.encode(), ".obj", "part")))
+
+
+def write_obj(vertices: Array, faces: NDArray[np.intp], digits: int = 9) -> str:
+    """Writes triangles as OBJ with per-face normals, which Drake's renderer requires; degenerate ones are omitted.
+
+    Args:
+        vertices: Positions, (N, 3), [m].
+        faces: Indices of three vertices each, (M, 3).
+        digits: Number of significant digits of positions.
+    """
+    corners = vertices[faces]
     normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    lengths = np.linalg.norm(normals, axis=1, keepdims=True)
-    normals = np.where(lengths > 0.0, normals / np.maximum(lengths, np.finfo(float).tiny), [0.0, 0.0, 1.0])
-    lines = [f"v {x:.9g} {y:.9g} {z:.9g}\n" for x, y, z in mesh.vertices]
-    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}\n" for x, y, z in normals]
-    lines += [f"f {a}//{n} {b}//{n} {c}//{n}\n" for n, (a, b, c) in enumerate(mesh.faces + 1, start=1)]
-    return "".join(lines).encode()
+    lengths = np.linalg.norm(normals, axis=1)
+    shown = np.flatnonzero(lengths > 0.0)
+    lines = [f"v {x:.{digits}g} {y:.{digits}g} {z:.{digits}g}" for x, y, z in vertices.tolist()]
+    lines += [f"vn {x:.6g} {y:.6g} {z:.6g}" for x, y, z in (normals[shown] / lengths[shown, None]).tolist()]
+    listed = (faces[shown] + 1).tolist()
+    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(listed, start=1)]
+    return "\n".join(lines) + "\n"

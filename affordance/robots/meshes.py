@@ -8,12 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import COLLADA, FORMATS, load_scene
+from affordance.objects.drake_geometry import write_obj
 from affordance.robots.arm_file import BASE, name_links
 from affordance.robots.description import Description, Visual, as_triple
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
@@ -28,6 +28,8 @@ _COLOUR_STEP = 0.1
 _GREY = (0.70, 0.74, 0.78, 1.0)
 # Thickness of capsules as a fraction of their length, and its bounds, [m].
 _THICKNESS, _THINNEST, _THICKEST = 0.12, 0.012, 0.045
+# Significant digits of positions: a hundredth of a millimetre on a link of a metre.
+_DIGITS = 5
 _FOLDER = "meshes"
 _PACKAGE = "package://"
 
@@ -166,30 +168,12 @@ def _write_meshes(link: str, parts: list[tuple[Any, tuple[float, ...]]], appeara
         name = f"{''.join(c if c.isascii() and c.isalnum() else '_' for c in link[:60])}_{number}.obj"
         while name in appearance.meshes:  # links whose names differ only in replaced characters
             name = f"_{name}"
-        appearance.meshes[name] = write_obj(vertices, faces)
+        appearance.meshes[name] = write_obj(vertices, faces, _DIGITS)
         place = (0.0, 0.0, 0.0)
         colour = groups[key][0][1]
         uri = f"package://affordance_models/{_FOLDER}/{name}"
         visuals.append(Visual("mesh", (1.0, 1.0, 1.0), place, place, uri, colour))
     return visuals
-
-
-def write_obj(vertices: Array, faces: NDArray[np.intp]) -> str:
-    """Writes triangles as a Wavefront file, with a normal per face, as edges of machines are sharp.
-
-    Args:
-        vertices: Positions, (N, 3), [m].
-        faces: Indices of three vertices each, (M, 3).
-    """
-    corners = vertices[faces]
-    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    areas = np.linalg.norm(normals, axis=1)
-    shown = np.flatnonzero(areas > 0.0)
-    lines = ["# Made by affordance import-arm.", *(f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in vertices.tolist())]
-    lines += [f"vn {x:.3f} {y:.3f} {z:.3f}" for x, y, z in (normals[shown] / areas[shown, None]).tolist()]
-    listed = (faces[shown] + 1).tolist()
-    lines += [f"f {a}//{k} {b}//{k} {c}//{k}" for k, (a, b, c) in enumerate(listed, start=1)]
-    return "\n".join(lines) + "\n"
 
 
 def _draw_capsule(end: Array) -> list[Visual]:

@@ -6,8 +6,8 @@ material_memory --materials--'                     |
 ^--------------posterior, p_value------------------'     task --goal--> mpc_controller
 
 The Diagram's outputs are features, measurement and posterior, so that a larger Diagram may hold it next to systems of
-its own. The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is a scene
-graph only if a tool is given. A nail is part of the plant, and the resistance of the wood is a system of its own.
+its own. The posterior is logged within the trial if the settings give it a period. Contact needs shapes, so there is
+a scene graph only if a tool is given. A nail is part of the plant; the resistance of the wood is a system.
 """
 
 from dataclasses import dataclass

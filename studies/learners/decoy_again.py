@@ -24,12 +24,12 @@ from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.random_streams import Stream
 from affordance.reporting.kinds_figure import draw_kinds
-from affordance.reporting.people_figures import draw_decoy_again
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
+from studies.people.figures import draw_decoy_again
 
 NUM_DECOYS = 6
 

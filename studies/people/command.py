@@ -12,9 +12,9 @@ from affordance.commands.options import add_run_options, change_by_name, check_b
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
-from affordance.reporting.people_figures import Interval, draw_kappa_fit
 from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.simulation.static_lifts import check_closed_form
+from studies.people.figures import Interval, draw_kappa_fit
 from studies.people.fit import GROUPS, KappaFit, load_groups, load_people, simulate_and_fit
 from studies.people.fraction import Fraction, estimate_people_fraction
 

@@ -19,7 +19,6 @@ from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
 from affordance.reporting.claims import Claim
-from affordance.reporting.robustness_figure import draw_multiverse
 from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.robustness.assumptions import (
@@ -39,6 +38,7 @@ from studies.robustness.effects import (
     share_by_level,
 )
 from studies.robustness.evaluate import PARTS, Outcome, evaluate_setting
+from studies.robustness.figure import draw_multiverse
 from studies.robustness.interpolation import TOLERANCE
 
 _NONE = "none above chance"

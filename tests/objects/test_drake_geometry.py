@@ -3,13 +3,12 @@
 import numpy as np
 import pytest
 from helpers.workshop import HAMMERS
-from pydrake.common import MemoryFile
-from pydrake.geometry import InMemoryMesh, Mesh, MeshcatVisualizer, Role, StartMeshcat
+from pydrake.geometry import MeshcatVisualizer, Role, StartMeshcat
 from pydrake.multibody.tree import CalcSpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.objects.column_solid import ColumnSolid
-from affordance.objects.drake_geometry import make_drawn_shape, write_obj
+from affordance.objects.drake_geometry import draw_mesh, make_drawn_shape
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.plant.arm import add_arm
 from affordance.vision.pixels.turning_stand import TurningStand
@@ -18,7 +17,7 @@ from affordance.vision.pixels.turning_stand import TurningStand
 @pytest.mark.parametrize("name", HAMMERS)
 def test_drake_finds_the_same_inertia_in_our_own_meshes(name):
     for part in HAMMERS[name].components:
-        mesh = Mesh(InMemoryMesh(mesh_file=MemoryFile(write_obj(part.shape), ".obj", "part")))
+        mesh = draw_mesh(part.shape)
         ours = spatial_inertia_from_parameters(1e3 * parameters_from_pseudo_inertia(part.shape.unit_pseudo_inertia()))
         drakes = CalcSpatialInertia(mesh, 1e3).CopyToFullMatrix6()
         np.testing.assert_allclose(ours.CopyToFullMatrix6(), drakes, atol=1e-5 * np.abs(drakes).max())

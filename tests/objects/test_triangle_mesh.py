@@ -1,13 +1,11 @@
 import numpy as np
 import pytest
 from helpers.meshes import join, make_box
-from pydrake.common import MemoryFile
-from pydrake.geometry import InMemoryMesh, Mesh
 from pydrake.multibody.tree import CalcSpatialInertia
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from affordance.objects.drake_geometry import write_obj
+from affordance.objects.drake_geometry import draw_mesh
 from affordance.objects.inertia import parameters_from_pseudo_inertia, spatial_inertia_from_parameters
 from affordance.objects.primitives import Box
 from affordance.objects.triangle_mesh import TriangleMesh
@@ -26,7 +24,7 @@ def stone():
 
 
 def test_inertia_is_drakes(stone):
-    mesh = Mesh(InMemoryMesh(mesh_file=MemoryFile(write_obj(stone), ".obj", "stone")))
+    mesh = draw_mesh(stone)
     ours = spatial_inertia_from_parameters(8500.0 * parameters_from_pseudo_inertia(stone.unit_pseudo_inertia()))
     drakes = CalcSpatialInertia(mesh, 8500.0).CopyToFullMatrix6()
     np.testing.assert_allclose(ours.CopyToFullMatrix6(), drakes, rtol=1e-6, atol=1e-6 * np.abs(drakes).max())

@@ -12,8 +12,10 @@ import pytest
 
 import affordance
 from affordance.exceptions import AffordanceError, BadValueError, UnavailableError
+from affordance.files.bounded import read_bytes
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
+from affordance.runs import repeats
 from affordance.runs.repeats import compute_key, end_processes, prepare_folder, run_repeats, run_tasks
 
 
@@ -161,20 +163,22 @@ def test_key_stays_where_only_what_reports_changes(program):
     assert compute_key("", MODELS) == key
 
 
-def test_key_changes_with_every_other_source(program):
-    keys = [compute_key("", MODELS)]
-    for name in SOURCES:
-        if name not in ONLY_REPORT:
-            path = program / name
-            path.write_text(f"{path.read_text(encoding='utf-8')}# another number")
-            keys.append(compute_key("", MODELS))
-    assert len(keys) > 80
-    assert len(set(keys)) == len(keys)
+def test_key_changes_with_every_other_source(program, monkeypatch):
+    read = []
+    monkeypatch.setattr(repeats, "read_bytes", lambda path, *rest: read.append(path) or read_bytes(path, *rest))
+    keys = [compute_key("", ())]
+    deciding = [program / name for name in SOURCES if name not in ONLY_REPORT]
+    assert sorted(read) == sorted(deciding)
+    assert len(deciding) > 80
+    for path in deciding[:: len(deciding) // 10]:
+        path.write_text(f"{path.read_text(encoding='utf-8')}# another number")
+        keys.append(compute_key("", ()))
+    assert len(set(keys)) == len(keys) > 10
     (program / "belief" / "more.py").write_text("MORE = True", encoding="utf-8")
-    assert compute_key("", MODELS) not in keys
+    assert compute_key("", ()) not in keys
     moved = program / "belief" / "moved.py"
     (program / "belief" / "more.py").rename(moved)
-    assert compute_key("", MODELS) not in keys
+    assert compute_key("", ()) not in keys
 
 
 def test_key_changes_with_every_model(tmp_path):

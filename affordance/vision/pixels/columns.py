@@ -10,9 +10,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.objects.column_solid import ColumnSolid
-from affordance.vision.pixels.rgbd import Camera, Labels, Mask
+from affordance.vision.pixels.rgbd import Camera, Labels
 from affordance.vision.pixels.silhouette import spread_nearest
 from affordance.vision.pixels.surface import Surface
 

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.objects.colour import Colour, compute_tints, convert_to_lab
-from affordance.vision.pixels.rgbd import Labels, Mask
+from affordance.vision.pixels.rgbd import Labels
 from affordance.vision.pixels.segmentation import find_mode
 from affordance.vision.pixels.silhouette import spread_nearest
 from affordance.vision.pixels.surface import Surface

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.exceptions import HiddenPartError, NoFitError, TooSmallError
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
@@ -21,7 +21,7 @@ from affordance.vision.pixels.ellipsoid_fit import (
     trace_rays,
 )
 from affordance.vision.pixels.fit_frame import express_fit
-from affordance.vision.pixels.rgbd import Camera, Mask, Picture
+from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import Rig, compute_shading
 from affordance.vision.pixels.segmentation import Segmentation, find_window, segment
 from affordance.vision.pixels.sensor_noise import SensorNoise

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 
-Mask = NDArray[np.bool_]
 Labels = NDArray[np.int32]
 
 

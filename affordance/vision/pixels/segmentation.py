@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.exceptions import (
     NoDepthError,
     NothingSeenError,
@@ -20,8 +20,8 @@ from affordance.exceptions import (
     UnusablePictureError,
 )
 from affordance.objects.colour import compute_tints
-from affordance.vision.pixels.rgbd import Labels, Mask, Picture
-from affordance.vision.pixels.sensor_noise import SensorNoise
+from affordance.vision.pixels.rgbd import Labels, Picture
+from affordance.vision.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
 # Least number of pixels of a part: a fit of nine numbers needs several times as many readings inside the rim, whose
 # band is three pixels wide, as in a disc of twelve pixels' diameter.
@@ -29,8 +29,6 @@ MIN_PIXELS = 110
 # Depth nearer than the stand by this number of standard deviations is not the stand's: the error probability is one
 # pixel in 30,000, and such specks are removed.
 _NUM_SDS = 4.0
-# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
-_STAND_ERROR = 1e-3
 # Least fraction of the picture with depth readings.
 _MIN_READABLE = 0.5
 # Sides of the median and mean filters that denoise colours, and the reach of both from a pixel: the stand's colour
@@ -132,7 +130,7 @@ def segment(picture: Picture, stand_depth: float, noise: SensorNoise) -> Segment
 def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds the pixels that are nearer than the stand, (height, width); arguments and errors as for ``segment``."""
     threshold = (
-        stand_depth - _STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
+        stand_depth - STAND_ERROR - _NUM_SDS * float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(())))
     )
     # Readings are missing where a surface is strongly inclined, as an object's is near its outline, the stand's
     # never.

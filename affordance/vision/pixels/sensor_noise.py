@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 from affordance.arrays import Array
 from affordance.vision.pixels.rgbd import Camera, Picture
 
+# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
+STAND_ERROR = 1e-3
 # Angle of a surface where noise carries readings over its outline: one pixel, its lateral SD, inside the outline of a
 # disc of 30 pixels' radius, [rad].
 _RIM_ANGLE = float(np.radians(75.0))

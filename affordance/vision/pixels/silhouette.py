@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.exceptions import NothingSeenError, OutOfViewError
-from affordance.vision.pixels.rgbd import Mask, Picture
+from affordance.vision.pixels.rgbd import Picture
 from affordance.vision.pixels.segmentation import check_picture
-from affordance.vision.pixels.sensor_noise import SensorNoise
+from affordance.vision.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
 # Standard deviation of the blur that denoises colours before they are compared with the stand's, [pixels].
 _BLUR = 0.7
@@ -22,8 +22,6 @@ _COLOUR_SDS = 6.0
 # Side of the window over which readings are averaged, [pixels], and number of standard deviations that count as
 # nearer.
 _DEPTH_SIDE, _DEPTH_SDS = 5, 4.0
-# Largest error of the stand's depth in addition to noise: rounding of a renderer or a calibration, [m].
-_STAND_ERROR = 1e-3
 # Least size of a region that is not noise, [pixels].
 _MIN_PIXELS = 60
 # Standard deviation of a normal distribution per median absolute deviation.
@@ -85,7 +83,7 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
     """Finds pixels nearer than the stand, without a rim of half the width of the averaging window."""
     filled = np.where(depth > 0.0, depth, stand_depth)
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
-    near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - _STAND_ERROR - _DEPTH_SDS * sd
+    near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - STAND_ERROR - _DEPTH_SDS * sd
     side = _DEPTH_SIDE // 2 * 2 - 1
     mask: Mask = cv2.erode(near.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
     return mask

@@ -9,8 +9,8 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from affordance.arrays import Array
-from affordance.vision.pixels.rgbd import Camera, Mask, Picture
+from affordance.arrays import Array, Mask
+from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import compute_shading
 from affordance.vision.pixels.silhouette import spread_nearest
 
