@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 from affordance.belief.learner import Learner
 from affordance.choice.hammer import Hammer, load_hammer
@@ -43,6 +44,30 @@ type Told = tuple[tuple[Colour, float], ...]
 _OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
 
 
+class Parts(NamedTuple):
+    """Parts of the experiment of a protocol that presentations and choices have in common.
+
+    Attributes:
+        protocol: Protocol of the experiment.
+        path: Path of the protocol's file.
+        models: Folder of models.
+        objects: Objects that are presented, or held before a choice.
+        learners: Learners that are simulated.
+        told: Densities that observers know, by colour, [kg/m^3].
+        seed: Root of every random draw.
+        settings: Settings of all simulations.
+    """
+
+    protocol: Protocol
+    path: Path
+    models: Path
+    objects: ProtocolObjects
+    learners: tuple[Learner, ...]
+    told: Told
+    seed: int
+    settings: Settings
+
+
 def build_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
 ) -> PresentationExperiment | ChoiceExperiment:
@@ -62,11 +87,9 @@ def build_experiment(
         check_durations(protocol, path, settings)
     objects = build_objects(protocol.objects, path, models)
     check_blocks(path, protocol.blocks, objects)
-    check_tools_can_be_held(objects.path, objects.tools, settings)
     told = list_told(protocol, path, objects, learners)
-    if protocol.has_choices:
-        return build_choices(protocol, path, models, objects, learners, told, seed, settings)
-    return build_presentations(protocol, path, models, objects, learners, told, seed, settings)
+    parts = Parts(protocol, path, models, objects, learners, told, seed, settings)
+    return build_choices(parts) if protocol.has_choices else build_presentations(parts)
 
 
 def apply_observers(
@@ -116,17 +139,10 @@ def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners
     return tuple((materials[name].colour, materials[name].density) for name in protocol.observers.told)
 
 
-def build_presentations(
-    protocol: Protocol,
-    path: Path,
-    models: Path,
-    objects: ProtocolObjects,
-    learners: tuple[Learner, ...],
-    told: Told,
-    seed: int,
-    settings: Settings,
-) -> PresentationExperiment:
+def build_presentations(parts: Parts) -> PresentationExperiment:
     """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
+    protocol, path, models, objects, learners, told, seed, settings = parts
+    check_tools_can_be_held(objects.path, objects.tools, settings)
     if changed := list_changed(protocol.blocks, objects):
         check_tools_can_be_held(path, changed, settings)
     numbers = protocol.numbers.values()
@@ -222,21 +238,13 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
         raise BadValueError(path, f"blocks[{other}].do", problem)
 
 
-def build_choices(
-    protocol: Protocol,
-    path: Path,
-    models: Path,
-    objects: ProtocolObjects,
-    learners: tuple[Learner, ...],
-    told: Told,
-    seed: int,
-    settings: Settings,
-) -> ChoiceExperiment:
+def build_choices(parts: Parts) -> ChoiceExperiment:
     """Builds the experiment of a protocol of choices; see ``build_experiment``.
 
     Raises:
         BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
     """
+    protocol, path, models, objects, learners, told, seed, settings = parts
     *_, last = protocol.blocks
     experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
     if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:
@@ -253,13 +261,20 @@ def build_choices(
     novel = build_objects(protocol.novel, path, models, "novel")
     check_colours_known(novel, objects)
     check_tools_can_be_held(objects.path, experience.tools, settings)
-    check_grips_differ(novel)
+    check_several_grips(novel)
     held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
     check_tools_can_be_held(novel.path, held, settings, start)
-    files = (models, task_file, novel.path)
-    names = (*files, protocol.blocks[0].name)
     return ChoiceExperiment(
-        protocol.name, path, experience, novel.tools, *names, protocol.build_report(path), adapter
+        protocol.name,
+        path,
+        experience,
+        novel.tools,
+        models,
+        task_file,
+        novel.path,
+        protocol.blocks[0].name,
+        protocol.build_report(path),
+        adapter,
     )
 
 
@@ -277,7 +292,7 @@ def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> Non
             raise BadValueError(novel.path, f"tools: {tool.name}", problem)
 
 
-def check_grips_differ(novel: ProtocolObjects) -> None:
+def check_several_grips(novel: ProtocolObjects) -> None:
     """Refuses novel objects with a single grip, of which nothing could be chosen.
 
     Raises:
