@@ -26,12 +26,12 @@ from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.proprioception.torque_noise import WeberNoise
-from affordance.protocols.block_checks import check_blocks, list_changed
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import Measure
 from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.people import People, check_table
 from affordance.protocols.people_lifts import load_people_lifts
+from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol
 from affordance.protocols.published import load_published
 from affordance.settings import Settings

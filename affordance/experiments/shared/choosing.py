@@ -21,7 +21,7 @@ from affordance.exceptions import AffordanceError, BadValueError, SeeingError, U
 from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
-from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, find_cheaper_grip, remove_errors
+from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
 from affordance.experiments.shared.decisions import label_choices, let_observer_choose
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
@@ -185,15 +185,7 @@ class ChoiceExperiment(Experiment):
     def compute_metrics(self, plan: ChoicePlan, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json."""
         return {
-            **compute_proportions(
-                self.novel,
-                plan.choices,
-                arrays,
-                self.experience,
-                correct={name: find_cheaper_grip(done) for name, done in plan.simulated.items()},
-                simulated=plan.simulated,
-                off_axis=plan.off_axis,
-            ),
+            **compute_proportions(self.novel, plan, arrays, self.experience),
             "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
             **self.adapter.measure(self.novel, self.experience, plan),
         }
