@@ -7,8 +7,8 @@ from pydantic import Field, model_validator
 
 from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
-from affordance.protocols.expression_entries import Expression
 from affordance.protocols.object_entries import ALL
+from affordance.reporting.expression_entries import Expression
 
 
 class Measure(enum.StrEnum):
