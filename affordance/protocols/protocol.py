@@ -1,15 +1,15 @@
 """Protocol of an experiment as one file: objects, observers, presentations, numbers and claims."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, model_validator
 
 from affordance.belief.learner import Learner
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.exceptions import BadValueError, describe_choice, show_value
 from affordance.files.constraints import OneOf, Text, Whole, Within, complain
-from affordance.files.data_model import DataModel, check_content
+from affordance.files.data_model import DataModel, check_content, join_key
 from affordance.files.file_name import FileName
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
@@ -17,7 +17,6 @@ from affordance.protocols import ALL
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ObjectsEntry
-from affordance.protocols.plain_texts import refuse_templates
 from affordance.protocols.report_entries import ReportEntry
 from affordance.reporting.plain_report import PlainReport
 
@@ -35,6 +34,9 @@ NOVEL = "novel"
 
 # Files that a run writes next to the figures of a protocol.
 _FILES = ("diagram", "replay", "seen", "trajectories")
+
+# Beginnings of templates.
+_MARKS = ("{{", "{%", "{#")
 
 
 def _check_name(name: str) -> str:
@@ -213,6 +215,28 @@ def load_protocol(path: Path) -> Protocol:
     content = read_yaml(path)
     refuse_templates(path, content)
     return check_content(path, "", content, Protocol)
+
+
+def refuse_templates(path: Path, content: Any) -> None:
+    """Refuses a parsed file in which a text or a name contains the beginning of a template.
+
+    Raises:
+        BadValueError: A text or a name contains one.
+    """
+    waiting: list[tuple[tuple[int | str, ...], Any]] = [((), content)]
+    while waiting:
+        place, value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += [((*place, str(key)), each) for key, each in value.items()]
+            waiting += [((*place, str(key)), key) for key in value]
+        elif isinstance(value, list):
+            waiting += [((*place, index), each) for index, each in enumerate(value)]
+        elif isinstance(value, str) and (found := [mark for mark in _MARKS if mark in value]):
+            problem = (
+                f"is {show_value(value)}, must be plain text without {found[0]!r}: nothing is filled in; the report "
+                "shows every number in a table of its own, and a claim compares numbers by an expression"
+            )
+            raise BadValueError(path, join_key(place), problem)
 
 
 def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:
