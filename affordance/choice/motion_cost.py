@@ -2,7 +2,7 @@
 
 A plan of least angular acceleration consists of joint accelerations: as long as no torque limit is active it does not
 depend on the believed inertia of the tool, and only its torques do, linearly in the inertial parameters
-(payload_regressor.py). One kinematic roll-out therefore serves all inertias, and their works are one matrix product.
+(wrench_regressor.py). One kinematic roll-out therefore serves all inertias, and their works are one matrix product.
 """
 
 import copy

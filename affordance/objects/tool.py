@@ -1,4 +1,4 @@
-"""Held objects: materials, and tools made of solid components.
+"""Held objects: tools made of solid components, and their striking faces.
 
 Frames: T the tool, which coincides with the hand's frame H while held; E a component. A component has the colour of
 its material unless ``looks_like`` names another; decoys are made this way.

@@ -1,4 +1,4 @@
-"""Plant of an arm with the tool in its hand, and the same arm as an internal model.
+"""Plant of an arm with the tool in its hand: handles, joint limits and postures.
 
 Frames, here and everywhere: W the world, H the hand (where it grips, Hx pointing out of it), T the tool (coincides
 with H while held), E a component of the tool, B any body, Bcm its centre of mass. Any serial arm can be used that a
