@@ -43,8 +43,6 @@ COASTING_TIME = FOLLOW_THROUGH + 0.5 * 0.1
 _HAND = 0.044
 # Cosine from which on a face looks along the blow, within 60 degrees of it: the search for a strike stays there.
 _ALONG = 0.5
-# Step of the central differences, [rad].
-_STEP = 1e-6
 
 
 class Swing(NamedTuple):
@@ -130,14 +128,27 @@ class StrikeCondition:
         return normal_W
 
     def compute_with_gradient(self, z: Array) -> Array:
-        """Computes the miss for Drake's AutoDiff: by central differences in the angles, exactly in the rates."""
+        """Computes the miss for Drake's AutoDiff, with its exact gradient.
+
+        Turning joint i turns all that lies beyond it about its axis w_i, with w_i = 0 for a sliding joint: a column
+        J_j of the Jacobian of S changes by w_i x J_j for j >= i and by w_j x J_i for j < i.
+        """
         value = ExtractValue(z).ravel()
         n = len(value) // 2
-        jacobian = np.zeros((len(self.lower), 2 * n))
-        for i, step in enumerate(_STEP * np.eye(2 * n)[:n]):
-            jacobian[:, i] = (self.compute(value + step) - self.compute(value - step)) / (2.0 * _STEP)
-        missed = self.compute(value)
-        jacobian[3:6, n:] = self._model.compute_point_jacobian(self._target.p_TS)
+        missed = self.compute(value)  # leaves the model at these angles
+        R_WT = self._model.compute_hand_pose().rotation().matrix()
+        w, of_hand = np.split(self._model.compute_hand_jacobian().T, 2, axis=1)  # (n, 3) each
+        J = of_hand + np.cross(w, R_WT @ self._target.p_TS)
+        rates = value[n:, None]
+        beyond = np.cumsum((rates * J)[::-1], axis=0)[::-1]
+        before = np.cumsum(rates * w, axis=0) - rates * w
+        turned = np.cross(w, R_WT @ self._target.normal_T)
+        facing = np.vstack([self._across, self._target.direction_W])[: len(missed) - 6]
+        jacobian = np.zeros((len(missed), 2 * n))
+        jacobian[:3, :n] = _PLACE_SCALE * J.T
+        jacobian[3:6, :n] = (np.cross(w, beyond) + np.cross(before, J)).T
+        jacobian[3:6, n:] = J.T
+        jacobian[6:, :n] = facing @ turned.T
         with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
         return with_gradient
 

@@ -59,7 +59,9 @@ class NoiseEntry(DataModel):
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
     # Not zero: a joint without load would measure its torque without error.
-    threshold: Annotated[float, Within(1e-6, 10.0), Field(description="[N m]")]
+    threshold: Annotated[
+        float, Within(1e-6, 10.0), Field(description="Absolute threshold of the error, [N m].")
+    ]
 
 
 class ObserversEntry(DataModel):
@@ -68,16 +70,21 @@ class ObserversEntry(DataModel):
     number: Annotated[int, Whole(1, 1_000_000)] = 200
     learners: Annotated[
         Annotated[list[Annotated[Learner, OneOf(Learner)]], Field(min_length=1)] | None,
-        Field(description="What they learn by; each is simulated. Else as the command line says."),
+        Field(description="Learners, each of which is simulated; that of the command line if left out."),
     ] = None
     told: Annotated[
         list[Annotated[str, Text()]], Field(description="Materials whose densities they are told beforehand.")
     ] = Field(default_factory=list)
     vision: Annotated[
-        Literal["features", "pixels"] | None, Field(description="How they see; else as the command line says.")
+        Literal["features", "pixels"] | None,
+        Field(description="Source of features; that of the command line if left out."),
     ] = None
-    noise: Annotated[NoiseEntry | None, Field(description="Else that of all simulations.")] = None
-    arm: Annotated[Annotated[str, Text()] | None, Field(description="Model directives, else the models' arm.")] = None
+    noise: Annotated[
+        NoiseEntry | None, Field(description="Errors of measured torques; those of all simulations if left out.")
+    ] = None
+    arm: Annotated[
+        Annotated[str, Text()] | None, Field(description="Model directives of the arm; the models' arm if left out.")
+    ] = None
 
     @model_validator(mode="after")
     def check_learners(self) -> Self:
@@ -96,8 +103,8 @@ class ObserversEntry(DataModel):
 class Protocol(DataModel):
     """Protocol of an experiment, as a file."""
 
-    name: Annotated[str, Text(), AfterValidator(_check_name), Field(description="Of its folder of results.")]
-    question: Annotated[str, Text(), Field(description="What it asks, in a sentence or two.")]
+    name: Annotated[str, Text(), AfterValidator(_check_name), Field(description="Name of the folder of results.")]
+    question: Annotated[str, Text(), Field(description="Question of the protocol, in a sentence or two.")]
     objects: ObjectsEntry
     novel: Annotated[ObjectsEntry | None, Field(description="Objects that are chosen about and never held.")] = None
     observers: ObserversEntry = Field(default_factory=ObserversEntry)
@@ -107,12 +114,14 @@ class Protocol(DataModel):
             description="Settings that are not as they are by default, by name, as `affordance settings` lists them."
         ),
     ] = Field(default_factory=dict)
-    blocks: Annotated[list[BlockEntry], Field(min_length=1, max_length=100, description="In order.")]
-    numbers: Annotated[dict[str, NumberEntry], Field(description="Those of metrics.json.")] = Field(
+    blocks: Annotated[
+        list[BlockEntry], Field(min_length=1, max_length=100, description="Blocks of presentations, in order.")
+    ]
+    numbers: Annotated[dict[str, NumberEntry], Field(description="Numbers of metrics.json.")] = Field(
         default_factory=dict
     )
-    figures: Annotated[dict[FigureName, FigureEntry], Field(description="By the names of their files.")] = Field(
-        default_factory=dict
+    figures: Annotated[dict[FigureName, FigureEntry], Field(description="Figures by the names of their files.")] = (
+        Field(default_factory=dict)
     )
     published: Annotated[
         Annotated[str, Text()] | None,

@@ -43,10 +43,11 @@ class ReportEntry(DataModel):
     order: Annotated[Order | None, Field(description="Place among the sections.")] = None
     title: Annotated[str, Text()] | None = None
     summary: Annotated[
-        Annotated[str, Text()] | None, Field(description="What was done; else the question is asked.")
+        Annotated[str, Text()] | None, Field(description="Summary of what was done; the question if left out.")
     ] = None
     figures: Annotated[
-        list[ReportFigureEntry] | None, Field(description="Else all of the protocol, by their titles.")
+        list[ReportFigureEntry] | None,
+        Field(description="Figures of the report; all of the protocol, by their titles, if left out."),
     ] = None
     claims: list[ClaimEntry] = Field(default_factory=list)
     remarks: list[Annotated[str, Text()]] | None = None

@@ -31,15 +31,15 @@ class ReportFigure(NamedTuple):
 class CriterionEntry(DataModel):
     """Criterion: an expression over the numbers, and its bound, which every entry of a list must satisfy."""
 
-    name: Annotated[str, Text(), Field(description="What the expression is, in words.")]
+    name: Annotated[str, Text(), Field(description="Meaning of the expression in words.")]
     value: Bound
     above: Bound = None
     at_least: Bound = None
     at_most: Bound = None
     below: Bound = None
     is_: Annotated[Bound, Field(alias="is")] = None
-    unit: Annotated[str, Field(description="Of value and bound as they are shown.")] = ""
-    scale: Annotated[float, Within(), Field(description="From SI to that unit.")] = 1.0
+    unit: Annotated[str, Field(description="Unit of value and bound as shown.")] = ""
+    scale: Annotated[float, Within(), Field(description="Factor from SI to that unit.")] = 1.0
     digits: Annotated[int, Whole(0, 12)] = 2
 
     @model_validator(mode="before")
@@ -65,7 +65,7 @@ class ClaimEntry(DataModel):
     """Claim with its source, and the criteria that decide whether it is met."""
 
     key: Annotated[str, Text()]
-    source: Annotated[str, Text(), Field(description="Who says it and where; 'ours' for what we ask of ourselves.")]
+    source: Annotated[str, Text(), Field(description="Source of the claim; 'ours' for a claim of the author's own.")]
     text: Annotated[str, Text()]
     criteria: Annotated[list[CriterionEntry], Field(min_length=1)]
 
@@ -77,7 +77,7 @@ class ClaimEntry(DataModel):
 class ReportFigureEntry(DataModel):
     """Figure of the report with its caption."""
 
-    file: Annotated[str, FileName(), Field(description="Its name in the folder of results, as 'heights.png'.")]
+    file: Annotated[str, FileName(), Field(description="File name in the folder of results, as 'heights.png'.")]
     caption: Annotated[str, Text()]
 
     def build(self) -> ReportFigure:

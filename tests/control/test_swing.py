@@ -2,11 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
 from affordance.choice.hammer import load_hammer
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import MpcSettings, TerminalGoal
-from affordance.control.swing import find_target, plan_swing
+from affordance.control.swing import StrikeCondition, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
@@ -169,3 +170,16 @@ def test_limits_that_a_swing_keeps_anyway_change_nothing(target):
     found = plan_swing(ArmModel(narrow), target, speed=1.0, duration=0.8)
     np.testing.assert_allclose(found.q_end, free.q_end, atol=1e-4)
     np.testing.assert_allclose(found.v_end, free.v_end, atol=1e-3)
+
+
+@pytest.mark.parametrize("direction", [DOWN, -DOWN])
+def test_gradient_of_the_strike_is_that_of_finite_differences(model, target, direction):
+    """Downwards the face looks along the blow at the start; upwards it has to be turned, which adds the cosine."""
+    condition = StrikeCondition(model, target._replace(direction_W=direction), 1.0)
+    rng = np.random.default_rng(0)
+    for z in rng.normal(size=(5, 14)):
+        found = ExtractGradient(condition.compute_with_gradient(InitializeAutoDiff(z).ravel()))
+        steps = 1e-6 * np.eye(14)
+        expected = np.array([condition.compute(z + step) - condition.compute(z - step) for step in steps]).T / 2e-6
+        np.testing.assert_allclose(found, expected, atol=1e-7)
+    assert len(condition.lower) == (8 if direction is DOWN else 9)
