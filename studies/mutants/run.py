@@ -44,8 +44,9 @@ class SuiteFile(NamedTuple):
 
 
 def get_folder(mutant: Mutant) -> str:
-    """Names the folder of a mutant's module, and of its tests."""
-    return str(Path(mutant["module"]).parent.as_posix()).removeprefix("affordance/")
+    """Names the folder of a mutant's module and of its tests, with the folders inside it."""
+    module = mutant["module"].removeprefix("affordance/")
+    return next(folder for folder in FOLDERS if module.startswith(f"{folder}/"))
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -120,7 +121,7 @@ def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
 def measure_tests(tree: Path, folder: str) -> list[SuiteFile]:
     """Runs each file of a folder's tests as it is, the quickest first in what is returned."""
     found, lines = [], tree / "lines.json"
-    for path in sorted((tree / "tests" / folder).glob("test_*.py")):
+    for path in sorted((tree / "tests" / folder).rglob("test_*.py")):
         name, started = path.relative_to(tree).as_posix(), time.monotonic()
         failed = _run(tree, [name], 3600.0, lines)
         if failed:

@@ -14,16 +14,15 @@ from affordance.arrays import Array, Mask
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
-from affordance.identification.body_posterior import WeightedBodies, draw_bodies, find_mode
-from affordance.identification.evidence import no_phantom
-from affordance.identification.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.part_posterior import SeenObject, infer_parts
-from affordance.identification.payload_belief import describe_bodies, summarise
-from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.preparation import PreparedRun
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.posterior.part_posterior import SeenObject, infer_parts
+from affordance.identification.posterior.payload_belief import describe_bodies, summarise
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.identification.solid_prior import SolidPrior
 from affordance.objects.geometry import Geometry
 from studies.recorded.random_payloads import RandomPayload, draw_payload
 
@@ -63,7 +62,6 @@ class _World:
             np.tile(np.diag([prior.gain_sd**2, 0.0]), (n, 1, 1)),
             np.zeros((n, 3)),
             np.full((n, 3), prior.friction_sd),
-            *no_phantom(),
         )
         return PayloadLikelihood(compute_statistics(samples, rows), known, self.variance)
 

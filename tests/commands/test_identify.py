@@ -10,7 +10,7 @@ from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from affordance.commands import identify
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.identification.run import Run
+from affordance.identification.recording.run import Run
 from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_materials, load_tools
 
