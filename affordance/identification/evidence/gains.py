@@ -4,19 +4,21 @@ Torque sensors are calibrated by their makers. Gains of motor currents stand in 
 load of known mass or, less accurately, from the arm's own weight.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Self
 
 import numpy as np
+from pydantic import Field, model_validator
 
 from affordance.arguments import StrPath, check_kind, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import write_text
-from affordance.files.record import read_record
+from affordance.files.data_model import DataModel, OneOf, Text, Vector, Within, complain, load_model
 from affordance.identification.settings import IdentificationSettings, SignalKind
+
+type _Triple = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
@@ -118,43 +120,73 @@ def read_gains(path: StrPath) -> Gains:
     Raises:
         BadValueError: The file or one of its values is wrong; the message says which and how.
     """
-    path = check_path("path", path)
-    record = read_record(path)
-    source, kind = record.text("source"), record.text("signal")
-    kinds: Mapping[str, Any] = {kind.value: kind for kind in SignalKind}
-    if kind not in kinds:
-        raise record.error("signal", f"is {kind!r}, must be one of {', '.join(kinds)}")
-    common_sd = record.number("common_sd", low=0.0, high=1.0)
-    names, means, covariances, variances, frictions = [], [], [], [], []
-    for name, joint in record.record("joints").named_records():
-        gain, mu = joint.number("gain", low=-1e6, high=1e6), joint.number("load_friction", low=-2.0, high=2.0)
-        if gain == 0.0:
-            raise joint.error("gain", "is 0, must be another number")
-        gg, gh, hh = joint.vector("covariance", 3)
+    return load_model(check_path("path", path), _GainsEntry).build()
+
+
+class _JointEntry(DataModel):
+    """Gain of a joint, its load friction and its friction."""
+
+    gain: Annotated[float, Within(-1e6, 1e6)]
+    load_friction: Annotated[float, Within(-2.0, 2.0)]
+    covariance: Annotated[_Triple, Vector(3, Within())]
+    noise_variance: Annotated[float, Within(0.0, 1e12)]
+    friction: Annotated[_Triple, Vector(3, Within())] | None = None
+    friction_sd: Annotated[_Triple, Vector(3, Within(0.0))] | None = None
+
+    @model_validator(mode="after")
+    def check_values(self) -> Self:
+        """Refuses values that cannot be together.
+
+        Raises:
+            PydanticCustomError: The gain is zero, the covariance is not one, or a friction has no uncertainty.
+        """
+        gg, gh, hh = self.covariance
+        if self.gain == 0.0:
+            raise complain("is 0, must be another number", "gain")
         if gg < 0.0 or hh < 0.0 or gh**2 > gg * hh * (1.0 + 1e-9):
-            raise joint.error("covariance", f"is [{gg:g}, {gh:g}, {hh:g}], must be that of two numbers")
-        names.append(name)
-        means.append([gain, mu * gain])
-        covariances.append([[gg, gh], [gh, hh]])
-        variances.append(joint.number("noise_variance", low=0.0, high=1e12))
-        if joint.has("friction"):
-            frictions.append([joint.vector("friction", 3), joint.vector("friction_sd", 3, low=0.0)])
-        joint.finish()
-    record.finish()
-    if frictions and len(frictions) < len(names):
-        raise record.error("joints", f"give friction of {len(frictions)} joints, must of all {len(names)} or of none")
-    friction = np.array(frictions) if frictions else None
-    return Gains(
-        tuple(names),
-        kinds[kind],
-        np.array(means),
-        np.array(covariances),
-        common_sd,
-        np.zeros((len(names), 3)) if friction is None else friction[:, 0],
-        None if friction is None else friction[:, 1],
-        np.array(variances),
-        source,
-    )
+            raise complain(f"is [{gg:g}, {gh:g}, {hh:g}], must be that of two numbers", "covariance")
+        if (self.friction is None) != (self.friction_sd is None):
+            raise complain("is missing", "friction" if self.friction is None else "friction_sd")
+        return self
+
+
+class _GainsEntry(DataModel):
+    """File of gains."""
+
+    source: Annotated[str, Text()]
+    signal: Annotated[SignalKind, OneOf(SignalKind)]
+    common_sd: Annotated[float, Within(0.0, 1.0)]
+    joints: Annotated[dict[str, _JointEntry], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def check_friction(self) -> Self:
+        """Refuses friction of some joints only.
+
+        Raises:
+            PydanticCustomError: Some joints have friction, others have none.
+        """
+        given = sum(joint.friction is not None for joint in self.joints.values())
+        if 0 < given < len(self.joints):
+            problem = f"give friction of {given} joints, must of all {len(self.joints)} or of none"
+            raise complain(problem, "joints")
+        return self
+
+    def build(self) -> Gains:
+        """Builds the gains."""
+        each = list(self.joints.values())
+        friction = [joint.friction for joint in each]
+        is_calibrated = None not in friction
+        return Gains(
+            tuple(self.joints),
+            self.signal,
+            np.array([[joint.gain, joint.load_friction * joint.gain] for joint in each]),
+            np.array([joint.covariance for joint in each])[:, [[0, 1], [1, 2]]],
+            self.common_sd,
+            np.array(friction if is_calibrated else np.zeros((len(each), 3))),
+            np.array([joint.friction_sd for joint in each]) if is_calibrated else None,
+            np.array([joint.noise_variance for joint in each]),
+            self.source,
+        )
 
 
 def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:

@@ -9,7 +9,7 @@ import sqlite3
 from collections.abc import Callable, Sequence
 from contextlib import closing
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,33 +18,21 @@ from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, check_size
 from affordance.files.yaml_reader import check_yaml
 from affordance.identification.recording.run import WRENCH_COLUMNS
+from affordance.identification.recording.run_table import Table
 
 type _Decode = Callable[[bytes, str], Any]
 _VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
 JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
 
 
-class BagTable(NamedTuple):
-    """Table of a bag's joint states.
-
-    Attributes:
-        joint_names: Names of the joints in the first message.
-        columns: Our names of the columns, such as q_1.
-        values: Values, shape (N, len(columns)).
-    """
-
-    joint_names: tuple[str, ...]
-    columns: tuple[str, ...]
-    values: Array
-
-
-def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
+def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> Table:
     """Reads the joint states of a bag, and wrenches at their times.
 
     Args:
         path: Folder of the bag, or its .mcap, .db3 or .bag file.
         topic: Topic of joint states; empty for the only one in the bag.
         wrench_topic: Topic of wrenches; empty for none.
+        is_current: True if efforts are currents.
 
     Raises:
         BadValueError: rosbags is not installed, or the bag cannot be read, or it has no such topic.
@@ -69,7 +57,7 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
         raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
     names = tuple(states[0][1].name)
     columns, parts = ["time"], [np.array([time for time, _ in states])[:, None]]
-    for ours, theirs in (("q", "position"), ("v", "velocity"), ("tau", "effort")):
+    for ours, theirs in (("q", "position"), ("v", "velocity"), ("current" if is_current else "tau", "effort")):
         arrays = [np.asarray(getattr(message, theirs)) for _, message in states]
         if all(len(array) == 0 for array in arrays):
             continue  # a message may leave out what its sender does not know
@@ -78,7 +66,8 @@ def read_bag(path: Path, topic: str = "", wrench_topic: str = "") -> BagTable:
     if wrenches:
         parts.append(_interpolate(parts[0][:, 0], wrenches))
         columns += WRENCH_COLUMNS
-    return BagTable(names, tuple(columns), np.hstack(parts))
+    values = np.hstack(parts)
+    return Table(tuple(columns), values, np.arange(1, len(values) + 1), joint_names=names)
 
 
 def _check_files(path: Path) -> None:

@@ -32,12 +32,14 @@ class Table(NamedTuple):
         values: Values, shape (N, number of columns).
         rows: Row of the file, counted from 1, that holds each sample, shape (N,).
         num_torn: Number of incomplete rows that were left out.
+        joint_names: Names of the joints if the file gives them.
     """
 
     names: tuple[str, ...]
     values: Array
     rows: NDArray[np.intp]
-    num_torn: int
+    num_torn: int = 0
+    joint_names: tuple[str, ...] = ()
 
 
 def read_text(path: Path, max_torn: int = 0) -> Table:
@@ -143,7 +145,7 @@ def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:
         else:
             names += [f"{name}_{i + 1}" for i in range(values.shape[1])]
             columns += list(values.T)
-    return Table(tuple(names), np.column_stack(columns), np.arange(1, length + 1), 0)
+    return Table(tuple(names), np.column_stack(columns), np.arange(1, length + 1))
 
 
 def _is_number(cell: str) -> bool:

@@ -1,4 +1,4 @@
-from dataclasses import FrozenInstanceError
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -88,6 +88,26 @@ def test_bad_gains_are_named(tmp_path, old, new, message):
     write_gains(path, build_nominal_gains(("a",), SignalKind.CURRENT, DEFAULT_SETTINGS))
     path.write_text(path.read_text().replace(old, new, 1))
     with pytest.raises(BadValueError, match=message):
+        read_gains(path)
+
+
+def test_friction_goes_with_its_uncertainty_and_is_of_all_joints_or_of_none(tmp_path):
+    gains = replace(
+        build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS),
+        friction=np.arange(6.0).reshape(2, 3),
+        friction_sd=1.0 + np.arange(6.0).reshape(2, 3),
+    )
+    path = tmp_path / "gains.yaml"
+    write_gains(path, gains)
+    written = path.read_text()
+    assert_allclose(read_gains(path).friction, gains.friction)
+    lines = written.splitlines()
+    of_b = [line for line in lines if line.startswith("    friction")][2:]
+    path.write_text("\n".join(line for line in lines if line != of_b[1]))
+    with pytest.raises(BadValueError, match=r"joints\.b\.friction_sd: is missing"):
+        read_gains(path)
+    path.write_text("\n".join(line for line in lines if line not in of_b))
+    with pytest.raises(BadValueError, match="joints: give friction of 1 joints, must of all 2 or of none"):
         read_gains(path)
 
 

@@ -145,6 +145,16 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
             "columns: frankalib\n",
             "columns: is 'frankalib', must be a list of names, or standard",
         ),
+        ("time,q_1,q_2,tau_1,tau_2", "drop_torn_rows: 2.5\n", "drop_torn_rows: is 2.5, must be a whole number"),
+        ("time,q_1,q_2,tau_1,tau_2", "compensates: legs\n", "compensates: is 'legs', must be nothing or arm"),
+        ("time,q_1,q_2,tau_1,tau_2", "force_on: [robot]\n", r"force_on: is \['robot'\], must be object or robot"),
+        ("time,q_1,q_2,tau_1,tau_2", "columns: [time, 3]\n", r"columns\[1\]: is 3, must be a non-empty text"),
+        ("time,q_1,q_2,tau_1,tau_2", "object_pose: {rpy_deg: [0, 0, 1]}\n", "object_pose.position: is missing"),
+        (
+            "time,q_1,q_2,tau_1,tau_2",
+            "compensated_payload: {mass: -1, com: [0, 0, 0]}\n",
+            "mass: is -1, must be from 0",
+        ),
         ("time,q_1,q_2,tau_1,tau_2", "gravity: [0, 0, -98.1]\n", r"gravity\[2\]: is -98.1, must be from -20 to 20"),
     ],
 )
