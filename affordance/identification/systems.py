@@ -12,7 +12,12 @@ from affordance.drake_system import SampledSystem
 from affordance.identification.evidence.evidence import Evidence, describe_errors
 from affordance.identification.evidence.fitted_arm import FittedArm, predict_friction
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
+from affordance.identification.evidence.joint_statistics import (
+    NUM_COLUMNS,
+    ChannelSamples,
+    JointStatistics,
+    RunningSums,
+)
 from affordance.identification.evidence.payload_likelihood import ChannelPrior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies
 from affordance.identification.posterior.part_posterior import (
@@ -148,17 +153,16 @@ class PayloadIdentifier(SampledSystem):
         arm_torque = self._model.compute_inverse_dynamics(vdot)
         if self._empty.fitted is not None:
             signal = signal - self._predict_empty(self._empty.fitted, x, vdot, arm_torque)
-        direction = np.sign(v)
-        used = np.abs(v) >= self._settings.min_speed
-        s = direction * np.sign(arm_torque)
-        z = np.empty((n, NUM_COLUMNS))
-        z[:, 0] = arm_torque if self._empty.in_signal else 0.0
-        z[:, 1:11] = Y
-        z[:, 11:22] = s[:, None] * z[:, :11]
-        z[:, 22], z[:, 23], z[:, 24], z[:, 25] = direction, v, 1.0, signal
-        z[~used] = 0.0
+        sample = ChannelSamples.of_joints(
+            Y[None],
+            v[None],
+            signal[None],
+            tau_arm=(arm_torque if self._empty.in_signal else np.zeros(n))[None],
+            arm_torque=arm_torque[None],
+            min_speed=self._settings.min_speed,
+        )
         arrays = [discrete_state.get_mutable_vector(group).get_mutable_value() for group in self._groups]
-        self._shape(arrays).add(z, used, self._block_length)
+        self._shape(arrays).add(sample.build_columns()[:, 0], sample.used[0], self._block_length)
 
     def _predict_empty(self, fitted: FittedArm, x: Array, vdot: Array, arm_torque: Array) -> Array:
         self._fitted_model.set_state(x)

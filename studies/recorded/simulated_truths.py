@@ -24,6 +24,7 @@ from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.geometry import Geometry
+from affordance.objects.inertia import compute_point_parameters
 from studies.recorded.random_payloads import RandomPayload, draw_payload
 
 _LENGTH = 5.0  # [s]
@@ -111,7 +112,7 @@ def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
     """Computes the coverage of the centre's coordinates, with a fifth of the mass in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
-    lump = _build_lump(rng.uniform(seen.low, seen.high))
+    lump = compute_point_parameters(rng.uniform(seen.low, seen.high))
     pi = (1.0 - share) * seen.parameters + share * seen.parameters[0] * lump
     parts = infer_parts(
         world.hold(pi, rng),
@@ -132,12 +133,6 @@ def _see(payload: RandomPayload) -> SeenObject:
     densities = memory.belief.add_object_variation(_MATERIAL_PRIOR.deviation_sd)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
     return SeenObject(ObjectBelief(memory, densities, geometry), payload.low, payload.high)
-
-
-def _build_lump(p: Array) -> Array:
-    """Computes the parameters of a point mass of one kilogram at a position, shape (3,), [m]."""
-    x, y, z = p
-    return np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
 
 
 def _find_inside(bodies: WeightedBodies, pi: Array) -> Mask:

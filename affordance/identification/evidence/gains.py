@@ -135,11 +135,6 @@ class _JointEntry(DataModel):
 
     @model_validator(mode="after")
     def check_values(self) -> Self:
-        """Refuses values that cannot be together.
-
-        Raises:
-            PydanticCustomError: The gain is zero, the covariance is not one, or a friction has no uncertainty.
-        """
         gg, gh, hh = self.covariance
         if self.gain == 0.0:
             raise complain("is 0, must be another number", "gain")
@@ -160,11 +155,6 @@ class _GainsEntry(DataModel):
 
     @model_validator(mode="after")
     def check_friction(self) -> Self:
-        """Refuses friction of some joints only.
-
-        Raises:
-            PydanticCustomError: Some joints have friction, others have none.
-        """
         given = sum(joint.friction is not None for joint in self.joints.values())
         if 0 < given < len(self.joints):
             problem = f"give friction of {given} joints, must of all {len(self.joints)} or of none"
@@ -172,7 +162,6 @@ class _GainsEntry(DataModel):
         return self
 
     def build(self) -> Gains:
-        """Builds the gains."""
         each = list(self.joints.values())
         friction = [joint.friction for joint in each]
         is_calibrated = None not in friction

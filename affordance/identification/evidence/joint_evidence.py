@@ -38,13 +38,13 @@ def build_joint_evidence(
         lag: Lag of the run's clock behind the times of the motion, [s].
     """
     arm_torque = robot.compute_arm_torques(*prepared.motion)
-    samples = build_joint_samples(
-        robot,
-        prepared,
+    samples = ChannelSamples.of_joints(
+        robot.compute_payload_regressors(*prepared.motion),
+        prepared.v,
         signal,
         tau_arm=np.zeros_like(signal) if is_difference else arm_torque,
         arm_torque=arm_torque,
-        settings=settings,
+        min_speed=settings.min_speed,
     )
     return Evidence.from_run(
         run,
@@ -55,37 +55,6 @@ def build_joint_evidence(
         arm_torque=arm_torque,
         is_difference=is_difference,
         lag=lag,
-    )
-
-
-def build_joint_samples(
-    robot: RobotChain,
-    prepared: PreparedRun,
-    signal: Array,
-    *,
-    tau_arm: Array,
-    arm_torque: Array,
-    settings: IdentificationSettings,
-) -> ChannelSamples:
-    """Builds the samples of all joints.
-
-    Args:
-        robot: Model of the arm.
-        prepared: Motion of the arm.
-        signal: Signal x, shape (N, n), in its own unit.
-        tau_arm: Torque of the arm in the signal, shape (N, n), [N m].
-        arm_torque: Torque of the arm alone, for the sign of the load, shape (N, n), [N m].
-        settings: Identification settings, for the least speed at which friction has a direction.
-    """
-    direction = np.sign(prepared.v)
-    return ChannelSamples(
-        robot.compute_payload_regressors(*prepared.motion),
-        tau_arm,
-        direction * np.sign(arm_torque),
-        direction,
-        prepared.v,
-        signal,
-        np.abs(prepared.v) >= settings.min_speed,
     )
 
 

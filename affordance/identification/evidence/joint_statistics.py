@@ -47,17 +47,26 @@ class ChannelSamples(NamedTuple):
     signal: Array
     used: Mask
 
+    @classmethod
+    def of_joints(
+        cls, Y: Array, v: Array, signal: Array, *, tau_arm: Array, arm_torque: Array, min_speed: float
+    ) -> "ChannelSamples":
+        """Builds the samples of joints.
+
+        Args:
+            Y: Regressors of the payload, shape (N, n, 10).
+            v: Joint velocities, shape (N, n), [rad/s].
+            signal: Signal x, shape (N, n), in its own unit.
+            tau_arm: Torque of the arm in the signal, shape (N, n), [N m].
+            arm_torque: Torque of the arm alone, for the sign of the load, shape (N, n), [N m].
+            min_speed: Speed below which friction has no sure direction and samples are not used, [rad/s].
+        """
+        direction = np.sign(v)
+        return cls(Y, tau_arm, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
+
     def select(self, rows: Mask | slice) -> "ChannelSamples":
         """Returns the samples of some rows."""
-        return ChannelSamples(
-            self.Y[rows],
-            self.tau_arm[rows],
-            self.load_sign[rows],
-            self.direction[rows],
-            self.velocity[rows],
-            self.signal[rows],
-            self.used[rows],
-        )
+        return ChannelSamples(*(values[rows] for values in self))
 
     def build_columns(self) -> Array:
         """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""

@@ -10,12 +10,8 @@ from affordance.arrays import Array
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.fitted_arm import CELL, ArmRegression, FittedArm
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import (
-    build_joint_evidence,
-    build_joint_samples,
-    restore_compensated,
-)
-from affordance.identification.evidence.joint_statistics import compute_statistics
+from affordance.identification.evidence.joint_evidence import build_joint_evidence, restore_compensated
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.model_error import (
     build_phantom_covariance,
     estimate_phantom_mass,
@@ -85,13 +81,13 @@ def fit_empty_arm(
             part = run.select(rows)
             error = signal[rows] - fitted.predict(part)
             residuals[number][rows] = error
-            samples = build_joint_samples(
-                robot,
-                part,
+            samples = ChannelSamples.of_joints(
+                robot.compute_payload_regressors(*part.motion),
+                part.v,
                 error,
                 tau_arm=np.zeros_like(error),
                 arm_torque=np.ones_like(error),
-                settings=settings,
+                min_speed=settings.min_speed,
             )
             statistics = compute_statistics(samples, round(settings.block / CELL) * length)
             w = np.zeros((robot.num_joints, 26))

@@ -21,7 +21,7 @@ from affordance.identification.evidence.payload_likelihood import BodyLikelihood
 from affordance.identification.posterior.body_posterior import WeightedBodies
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map
+from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map, compute_point_parameters
 from affordance.objects.tool import PosedShape
 
 _MAX_ITERATIONS = 50
@@ -214,7 +214,6 @@ def _build_unit_discrepancy(low: Array, high: Array) -> Array:
         high - low
     )
     shares = (weights[:, None, None] * weights[:, None] * weights).ravel() / 8.0
-    x, y, z = points.T
-    phi = np.stack([np.ones_like(x), x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
+    phi = compute_point_parameters(points).T
     covariance: Array = phi * shares @ phi.T
     return covariance

@@ -13,6 +13,7 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.posterior.body_posterior import WeightedBodies
 from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.notebook import build_table
+from affordance.objects.inertia import compute_point_parameters
 
 # A quantity is undetermined if its SD exceeds this share of the prior's,
 _UNSEEN = 0.8
@@ -229,9 +230,7 @@ class PayloadBelief:
 def describe_bodies(pi: Array) -> Array:
     """Computes mass, centre of mass and moments about it, in the order of QUANTITIES, from pi of shape (N, 10)."""
     m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
-    x, y, z = c.T
-    shift = np.stack([y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z], axis=1)
-    return np.column_stack([m, c, pi[:, 4:] - m[:, None] * shift])
+    return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
 
 
 def summarise(values: Array, weights: Array) -> Marginals:

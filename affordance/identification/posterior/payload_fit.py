@@ -84,7 +84,7 @@ def fit_payload(
         fit = fit_statistics(statistics, errors, prior, solid, fit.mode.theta)
         if np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
             break
-    return PayloadFit(evidence, statistics, fit.likelihood, fit.mode, fit.variance, fit.weights)
+    return PayloadFit(evidence, statistics, *fit)
 
 
 class StatisticsFit(NamedTuple):

@@ -63,13 +63,7 @@ class PreparedRun(NamedTuple):
 
     def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
         """Returns some of the samples."""
-        return self._replace(
-            times=self.times[rows],
-            q=self.q[rows],
-            v=self.v[rows],
-            vdot=self.vdot[rows],
-            signal=self.signal[rows],
-        )
+        return PreparedRun(*(values[rows] for values in self[:-1]), self.cutoff)
 
 
 def find_cutoff(run: Run, settings: IdentificationSettings) -> float:

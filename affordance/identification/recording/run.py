@@ -169,15 +169,8 @@ class Run:
 
     def select(self, rows: slice) -> "Run":
         """Returns a part of the run."""
-        return replace(
-            self,
-            times=self.times[rows],
-            q=self.q[rows],
-            signal=self.signal[rows],
-            v=None if self.v is None else self.v[rows],
-            vdot=None if self.vdot is None else self.vdot[rows],
-            rows=None if self.rows is None else self.rows[rows],
-        )
+        given = {name: getattr(self, name) for name in ("times", "q", "signal", "v", "vdot", "rows")}
+        return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
 
     def error_at(self, row: int, column: str, problem: str) -> BadValueError:
         """Builds the error that reports a problem of a sample."""
