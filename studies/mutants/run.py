@@ -27,7 +27,16 @@ import affordance.experiments.suite  # noqa: F401  loads the libraries
 from studies.speed.tables import format_table
 
 SAMPLE, PAGE = Path("studies/mutants/sample.json"), Path("docs/mutants.md")
-FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "studies/robustness")
+FOLDERS = (
+    "belief",
+    "proprioception",
+    "plant",
+    "control",
+    "choice",
+    "identification",
+    "studies/robustness",
+    "studies/recorded",
+)
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
 # Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]

@@ -11,11 +11,11 @@ from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.identify import Runs, identify
 from affordance.identification.posterior.calibration import calibrate_gains
-from affordance.identification.posterior.empty_check import weigh_empty_hand
 from affordance.identification.posterior.half_check import HalfCheck, check_halves
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, Ur10eData
+from studies.recorded.empty_hand import weigh_empty_hand
 
 # Joints whose load friction is reported, counted from 1.
 _LOADED_JOINTS = (2, 3)

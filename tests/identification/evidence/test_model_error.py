@@ -8,9 +8,9 @@ from affordance.identification.evidence.fitted_arm import CELL, ArmRegression
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.evidence.payload_likelihood import Quadratic
-from affordance.identification.posterior.empty_check import weigh_empty_hand
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from studies.recorded.empty_hand import weigh_empty_hand
 
 
 def test_phantom_is_a_mass_of_unknown_sign_near_the_tip(rng):

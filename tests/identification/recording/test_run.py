@@ -123,3 +123,11 @@ def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
 def test_rates_of_joints_that_hardly_move_are_not_judged():
     run = _build(q=1e-4 * _SWING, v=1e-2 * _SWING_RATE)
     assert run.v is not None
+
+
+def test_part_of_a_run_keeps_its_rows_of_the_file():
+    run = _build(rows=np.arange(50) + 2)
+    part = run.select(slice(10, 40))
+    assert (len(part.times), part.q.shape, part.signal.shape, part.vdot) == (30, (30, 2), (30, 2), None)
+    assert part.times[0] == run.times[10]
+    assert part.error_at(0, "q_1", "").key == "row 12, column q_1"

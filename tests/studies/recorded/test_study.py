@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import AffordanceError
@@ -32,11 +32,6 @@ from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 
 _DATA = Path(__file__).parents[2] / "data"
 _SETTINGS = IdentificationSettings(num_samples=500)
-
-
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory):
-    return build_robot(tmp_path_factory.mktemp("robot"))
 
 
 @pytest.fixture(scope="module")

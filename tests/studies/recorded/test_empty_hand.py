@@ -3,8 +3,8 @@ import pytest
 from helpers.generated_runs import Truth, generate_run
 
 from affordance.identification.evidence.gains import build_nominal_gains
-from affordance.identification.posterior.empty_check import ApparentPayload, weigh_empty_hand
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from studies.recorded.empty_hand import ApparentPayload, weigh_empty_hand
 
 
 def test_error_of_the_mass_is_that_of_the_first_parameter():
