@@ -84,13 +84,13 @@ class _BlowEntry(DataModel):
 
     offset: Annotated[
         Annotated[tuple[float, float, float], Vector(3, Within(-2.0, 2.0))],
-        Field(description="Of the nail's head, from where the point that strikes is at the start, [m]."),
+        Field(description="Position of the nail's head relative to the striking point at the start, [m]."),
     ]
     direction: Annotated[
         Annotated[tuple[float, float, float], Vector(3, Within(-1.0, 1.0))],
-        Field(description="Where the nail is driven to."),
+        Field(description="Direction in which the nail is driven."),
     ]
-    duration: Annotated[float, Within(0.2, 10.0), Field(description="From rest to the strike, [s].")]
+    duration: Annotated[float, Within(0.2, 10.0), Field(description="Time from rest to the strike, [s].")]
     start: StartEntry = Field(default_factory=dict)
 
     @model_validator(mode="after")

@@ -86,11 +86,13 @@ class TimedPath:
 class PathEntry(DataModel):
     """Path as given in a file."""
 
-    duration: Annotated[float, _DURATION, Field(description="From rest to rest, [s].")]
-    tolerance: Annotated[float, _TOLERANCE, Field(description="How far from it counts as on it, [m].")]
+    duration: Annotated[float, _DURATION, Field(description="Time from rest to rest, [s].")]
+    tolerance: Annotated[
+        float, _TOLERANCE, Field(description="Distance from the path within which the tip counts as on it, [m].")
+    ]
     points: Annotated[
         list[Annotated[tuple[float, float, float], Vector(3, Within(-_REACH_MAX, _REACH_MAX))]],
-        Field(min_length=1, description="After the start, relative to it: forward, left, up, [m]."),
+        Field(min_length=1, description="Points after the start, relative to it: forward, left, up, [m]."),
     ]
     start: StartEntry = Field(default_factory=dict)
 

@@ -51,11 +51,13 @@ class MaterialEntry(DataModel):
     """Material in a file."""
 
     colour: Annotated[ColourText, Field(description="Red, green and blue in hexadecimal, as '#b5a642'.")]
-    density: Annotated[float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="[kg/m^3]")]
-    density_sd: Annotated[
-        float, Within(0.0, DENSITY_MAX), Field(description="Between things that are made of it, [kg/m^3].")
+    density: Annotated[
+        float, Within(DENSITY_MIN, DENSITY_MAX), Field(description="Density of the material, [kg/m^3].")
     ]
-    source: Annotated[str, Text(), Field(description="Where the density comes from.")] = "no source is given"
+    density_sd: Annotated[
+        float, Within(0.0, DENSITY_MAX), Field(description="Standard deviation between objects made of it, [kg/m^3].")
+    ]
+    source: Annotated[str, Text(), Field(description="Source of the density.")] = "no source is given"
 
     def build(self, name: str) -> Material:
         """Builds the material."""
@@ -65,7 +67,7 @@ class MaterialEntry(DataModel):
 class PoseEntry(DataModel):
     """Position and orientation in the tool's frame T."""
 
-    position: Annotated[Position, Field(description="[m]")]
+    position: Annotated[Position, Field(description="Position of the origin in T, [m].")]
     rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
 
     def build_pose(self) -> Array:
@@ -85,36 +87,37 @@ class ComponentEntry(DataModel):
         RadiusAndLength | None, Field(description="A capsule along z: radius, length between the centres, [m].")
     ] = None
     mesh: Annotated[Name | None, Field(description="A file of closed surfaces: .obj, .ply or .stl.")] = None
-    unit: Annotated[Name | None, Field(description="Of the mesh: m, cm, mm or in.")] = None
+    unit: Annotated[Name | None, Field(description="Unit of the mesh: m, cm, mm or in.")] = None
     shell: Annotated[
-        Annotated[int, Whole(0)] | None, Field(description="Which shell of the mesh; all if left out.")
+        Annotated[int, Whole(0)] | None, Field(description="Index of the shell of the mesh; all if left out.")
     ] = None
     materials: Annotated[
-        Annotated[list[Name], Field(min_length=1)] | None, Field(description="Of the mesh's shells, in their order.")
+        Annotated[list[Name], Field(min_length=1)] | None,
+        Field(description="Materials of the mesh's shells, in their order."),
     ] = None
-    position: Annotated[Position | None, Field(description="[m]")] = None
+    position: Annotated[Position | None, Field(description="Position of the origin in T, [m].")] = None
     rpy_deg: Annotated[Rotations | None, Field(description="Roll, pitch and yaw, [deg].")] = None
-    material: Annotated[Name | None, Field(description="What it is made of.")] = None
+    material: Annotated[Name | None, Field(description="Material of the part.")] = None
     colour: Annotated[
-        Name | None, Field(description="Its colour, or 'file' for the mesh's: its material's if none is given.")
+        Name | None, Field(description="Colour of the part, or 'file' for the mesh's; the material's if left out.")
     ] = None
     looks_like: Annotated[
-        Name | None, Field(description="The material whose colour it shows; its own if left out.")
+        Name | None, Field(description="Material whose colour the part shows; its own if left out.")
     ] = None
 
 
 class StrikeEntry(DataModel):
     """Striking face in a file."""
 
-    point: Annotated[Position, Field(description="Its middle, in T, [m].")]
-    normal: Annotated[Direction, Field(description="Out of the tool, in T; of any length.")]
+    point: Annotated[Position, Field(description="Middle of the face, in T, [m].")]
+    normal: Annotated[Direction, Field(description="Outward direction of the face in T, of any length.")]
 
 
 class ToolEntry(DataModel):
     """Tool in a file."""
 
     name: Name
-    components: Annotated[list[ComponentEntry], Field(min_length=1, description="Its solid parts.")]
+    components: Annotated[list[ComponentEntry], Field(min_length=1, description="Solid parts of the tool.")]
     grips: Annotated[
         Annotated[dict[str, PoseEntry], Field(min_length=1)] | None,
         Field(description="Ways of holding it, by name; Tx points out of the hand."),

@@ -151,13 +151,15 @@ class NailPlacement(NamedTuple):
 class NailEntry(DataModel):
     """Nail as given in a file."""
 
-    diameter: Annotated[float, Within(5e-4, 0.02), Field(description="[m]")]
-    length: Annotated[float, Within(5e-3, 0.3), Field(description="[m]")]
-    density: Annotated[float, Within(500.0, 25_000.0), Field(description="[kg/m^3]")]
-    head_radius: Annotated[float, Within(5e-4, 0.05), Field(description="Of its round head, [m].")]
-    wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Of the wood.")]
-    depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it stands before the blow, [m].")]
-    depth_demanded: Annotated[float, Within(1e-4, 0.3), Field(description="How deep it is to stand after it, [m].")]
+    diameter: Annotated[float, Within(5e-4, 0.02), Field(description="Diameter of the shank, [m].")]
+    length: Annotated[float, Within(5e-3, 0.3), Field(description="Length of the nail, [m].")]
+    density: Annotated[float, Within(500.0, 25_000.0), Field(description="Density, [kg/m^3].")]
+    head_radius: Annotated[float, Within(5e-4, 0.05), Field(description="Radius of the nail's round head, [m].")]
+    wood_specific_gravity: Annotated[float, Within(0.1, 1.3), Field(description="Specific gravity of the wood.")]
+    depth_set: Annotated[float, Within(1e-4, 0.3), Field(description="Depth of the nail before the blow, [m].")]
+    depth_demanded: Annotated[
+        float, Within(1e-4, 0.3), Field(description="Demanded depth of the nail after the blow, [m].")
+    ]
 
     @model_validator(mode="after")
     def check_depths(self) -> Self:

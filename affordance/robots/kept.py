@@ -47,10 +47,10 @@ def import_arm(
     write_lacks(folder, fitted.lacks if fitted is not None else {})
     write_report(folder, imported, options, fitted, looks)
     lines = [
-        f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; at home it bears "
-        f"{format_number(imported.payload)} kg, then {imported.weakest} gives way"
+        f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; static payload at home "
+        f"{format_number(imported.payload)} kg, limited by {imported.weakest}"
     ]
-    lines += [f"beware: {warning}" for warning in list_notes(imported, options).warnings]
+    lines += [f"warning: {warning}" for warning in list_notes(imported, options).warnings]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
         lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]

@@ -51,11 +51,11 @@ def _list_taken(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
     how = (
         "as given" if options.out_axis else "the axis nearest to the line from the last joints; --out-axis overrides"
     )
-    yield f"out of the hand points {arm.out_axis} of {options.tip} ({how})"
+    yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({how})"
     merged = [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]
     if merged:
         yield f"links that move with another were added to it: {', '.join(merged)}"
-    yield f"it weighs {arm.mass:.3g} kg"
+    yield f"mass of the arm: {arm.mass:.3g} kg"
 
 
 def _list_assumed(imported: ImportedArm, options: ImportOptions) -> Iterator[str]:
@@ -101,7 +101,7 @@ def _list_dropped(imported: ImportedArm, options: ImportOptions) -> Iterator[str
     if springs:
         yield f"springs (N m/rad): {', '.join(springs)}"
     if not options.damping:
-        yield "damping of all joints, as asked for"
+        yield "damping of all joints, as requested"
     couplers = [name for name, notes in description.joints.items() if notes.mimic is not None]
     if couplers:
         yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}"
@@ -120,17 +120,17 @@ def _list_warnings(imported: ImportedArm) -> Iterator[str]:
         if np.isfinite(part) and part > _MUCH_DAMPING:
             yield (
                 f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
-                "torque at its full rate; --damping none leaves damping out"
+                "torque limit at its rate limit; --damping none omits damping"
             )
     if imported.payload > _MANY_WEIGHTS * imported.arm.mass:
         yield (
-            f"it bears {format_number(imported.payload)} kg and weighs {imported.arm.mass:.3g} kg: its limits of "
-            "torque may be placeholders; --effort gives others"
+            f"static payload {format_number(imported.payload)} kg, mass of the arm {imported.arm.mass:.3g} kg: the "
+            "torque limits may be placeholders; --effort gives others"
         )
     if imported.home.load > 1.0:
         yield (
-            f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, it holds no level posture within "
-            f"its torque limits: {100.0 * imported.home.load:.0f} % in the best one"
+            f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
+            f"limits: {100.0 * imported.home.load:.0f} % in the best one"
         )
     for remark in imported.tree.remarks:
         yield f"Drake says: {remark}"

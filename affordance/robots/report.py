@@ -78,33 +78,31 @@ def list_parts(
         for link, angle in zip(arm.links, home.q, strict=True)
     ]
     holding = [
-        f"the hand is {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m away from the shoulder",
-        f"its own weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the joint most loaded; "
+        f"distance from shoulder to hand: {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m",
+        f"the arm's weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the most loaded joint; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
-        f"at rest it bears {format_number(imported.payload)} kg there; then {imported.weakest} gives way",
+        f"largest static payload there: {format_number(imported.payload)} kg, limited by {imported.weakest}",
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
-        tasks = Part("Tasks", ["left as they came"])
+        tasks = Part("Tasks", ["not adapted"])
     elif not fitted.changes:
-        tasks = Part(
-            "Tasks", ["path, blow and objects serve as they are" if not fitted.lacks else "nothing was changed"]
-        )
+        tasks = Part("Tasks", ["path, blow and objects are feasible" if not fitted.lacks else "nothing was changed"])
     else:
         table = [
             (change.file, change.key, show(change.old), show(change.new), change.why) for change in fitted.changes
         ]
-        tasks = Part("Tasks", ["changed to what the arm can do:"], [("file", "value", "old", "new", "why"), *table])
+        tasks = Part("Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table])
     lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
     parts = [
-        Part("Taken", notes.taken, [head, *rows]),
-        Part("Posture to hold things in", holding),
+        Part("Imported", notes.taken, [head, *rows]),
+        Part("Home posture", holding),
         Part("Assumed", notes.assumed),
         Part("Left out", notes.dropped),
-        Part("Beware", notes.warnings),
+        Part("Warnings", notes.warnings),
         tasks,
-        Part("What it cannot do", lacks),
-        Part("Looks", looks),
+        Part("Infeasible", lacks),
+        Part("Shapes", looks),
     ]
     return [part for part in parts if part.sentences]
 
