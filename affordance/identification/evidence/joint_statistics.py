@@ -66,7 +66,7 @@ class ChannelSamples(NamedTuple):
 
     def select(self, rows: Mask | slice) -> "ChannelSamples":
         """Returns the samples of some rows."""
-        return ChannelSamples(*(values[rows] for values in self))
+        return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
 
     def build_columns(self) -> Array:
         """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""

@@ -63,7 +63,7 @@ class PreparedRun(NamedTuple):
 
     def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
         """Returns some of the samples."""
-        return PreparedRun(*(values[rows] for values in self[:-1]), self.cutoff)
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
 
 
 def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
