@@ -92,6 +92,13 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
     sd = _spread(after, 0)
     assert sd < 0.5 * before.pi[:, 0].std()
     assert abs(mean - hammer.mass) < 3.0 * sd
+    other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
+    other_evidence = pair_runs(robot, runs[0], other, DEFAULT_SETTINGS)
+    simulator, identifier, context, _ = _replay(robot, other_evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator.AdvanceTo(2.0)
+    unlike = identifier.GetOutputPort("belief").Eval(context)
+    assert unlike.parts is None  # another object is held
+    assert unlike.bodies.weights @ unlike.bodies.pi[:, 0] > 10.0 * hammer.mass
     blind_simulator, blind_identifier, blind_context, _ = _replay(robot, evidence)
     blind_simulator.AdvanceTo(4.0)
     blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)

@@ -139,3 +139,4 @@ def test_gains_cannot_be_changed_in_place():
     gains = build_nominal_gains(("a", "b"), SignalKind.CURRENT, DEFAULT_SETTINGS)
     with pytest.raises(FrozenInstanceError):
         gains.common_sd = 0.5
+    assert repr(gains).startswith("Gains(current: a 1, b 1; ")

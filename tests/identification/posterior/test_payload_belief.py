@@ -85,3 +85,12 @@ def test_what_is_as_wide_as_the_prior_was_not_seen(bodies):
     # The scale saw the mass.
     weighed = build_belief(bodies, np.full(len(bodies), 1 / len(bodies)), calibration=SimpleNamespace())
     assert [sentence.split(" (")[0] for sentence in weighed.unseen] == ["centre of mass", "moments of inertia"]
+
+
+def test_few_independent_samples_are_warned_of_and_a_belief_prints_in_a_line(bodies):
+    weights = np.full(len(bodies), 1e-9)
+    weights[:20] = 1.0
+    belief = build_belief(bodies, weights / weights.sum())
+    assert any("samples count: take intervals with caution" in warning for warning in belief.warnings)
+    assert repr(belief).startswith("PayloadBelief(")
+    assert repr(belief).endswith("400 samples, 1 warnings; run.csv)")

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pinocchio
 from helpers.generated_runs import PAYLOAD
@@ -59,3 +61,16 @@ def test_plant_of_the_chain_agrees_with_the_chain(robot, rng):
     q, v = x[None, :6], x[None, 6:]
     assert_allclose(Y, robot.compute_payload_regressors(q, v, vdot[None])[0], atol=1e-10)
     assert_allclose(model.compute_inverse_dynamics(vdot), robot.compute_arm_torques(q, v, vdot[None])[0], atol=1e-10)
+
+
+def test_a_link_without_mass_is_planted(robot, rng):
+    light = robot.link_parameters * (np.arange(6) != 3)[:, None]
+    x, vdot = rng.standard_normal(12), rng.standard_normal(6)
+    model = ArmModel(build_arm(robot, light))
+    model.set_state(x)
+    expected = replace(robot, link_parameters=light).compute_arm_torques(x[None, :6], x[None, 6:], vdot[None])[0]
+    assert_allclose(model.compute_inverse_dynamics(vdot), expected, atol=1e-10)
+
+
+def test_an_arm_prints_its_joints(robot):
+    assert repr(robot).endswith("to flange: joint_1, joint_2, joint_3, joint_4, joint_5, joint_6)")

@@ -72,6 +72,11 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
             r"column vdot_2: is 57.3 times the rate of v_2, must be",
         ),
         ("joint_torque", {"q": _SWING}, r"column v_2: is 0 times the rate of q_2, must be from 0.2 to 5 times$"),
+        (
+            "joint_torque",
+            {"times": np.where(np.arange(50) == 4, np.nan, _TIMES)},
+            r"row 5, column time: is nan, must be a finite number of seconds",
+        ),
         ("joint_torque", {"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
         ("joint_torque", {"q": np.zeros((50, 3))}, r"q: has shape \(50, 3\), must be \(50, 2\)"),
         ("joint_torque", {"signal": np.zeros((50, 6))}, r"tau: has shape \(50, 6\)"),
@@ -131,3 +136,4 @@ def test_part_of_a_run_keeps_its_rows_of_the_file():
     assert (len(part.times), part.q.shape, part.signal.shape, part.vdot) == (30, (30, 2), (30, 2), None)
     assert part.times[0] == run.times[10]
     assert part.error_at(0, "q_1", "").key == "row 12, column q_1"
+    assert repr(part) == "Run(run.csv: 30 samples of 2 joints at 100 Hz, tau)"

@@ -1,12 +1,14 @@
 """Bags of others: databases that calculate, and metadata that unfold, are refused before they are opened."""
 
 import sqlite3
+import sys
 
+import numpy as np
 import pytest
 
 from affordance.exceptions import BadValueError
 from affordance.files import yaml_reader
-from affordance.identification.recording.run_bag import read_bag
+from affordance.identification.recording.run_bag import JOINT_STATES, read_bag
 
 FOREVER = "CREATE VIEW schema AS WITH RECURSIVE a(x) AS (SELECT 1 UNION ALL SELECT x FROM a) SELECT x FROM a;"
 TABLES = "CREATE TABLE topics(id, name, type); CREATE TABLE messages(id, topic_id, timestamp, data);"
@@ -55,3 +57,31 @@ def test_what_is_no_bag_is_one_line(tmp_path, suffix, content):
     with pytest.raises(BadValueError, match=r"cannot be read as a ROS bag: ") as caught:
         read_bag(path)
     assert "\n" not in str(caught.value)
+
+
+def test_without_the_library_a_bag_names_the_extra(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "rosbags", None)
+    (tmp_path / "bag").mkdir()
+    with pytest.raises(BadValueError, match=r"is a ROS bag, which wants the extra \[bags\]"):
+        read_bag(tmp_path / "bag")
+
+
+def test_a_message_of_other_joints_is_named(tmp_path):
+    rosbag2 = pytest.importorskip("rosbags.rosbag2")
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    JointState, Header, Time = (
+        store.types[name] for name in (JOINT_STATES, "std_msgs/msg/Header", "builtin_interfaces/msg/Time")
+    )
+    path, none = tmp_path / "bag", np.array([])
+    with rosbag2.Writer(path, version=9) as writer:
+        states = writer.add_connection("/joint_states", JOINT_STATES, typestore=store)
+        writer.add_connection("/silent", JOINT_STATES, typestore=store)
+        for second, name in enumerate(("a", "b"), start=1):
+            message = JointState(Header(Time(second, 0), ""), [name], np.zeros(1), none, none)
+            writer.write(states, second * 10**9, store.serialize_cdr(message, JOINT_STATES))
+    with pytest.raises(BadValueError, match="message 2, position: has 1 values of b, must have one for each of a"):
+        read_bag(path, "/joint_states")
+    with pytest.raises(BadValueError, match="/silent: holds no message"):
+        read_bag(path, "/silent")

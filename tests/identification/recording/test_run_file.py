@@ -208,11 +208,20 @@ def test_ros_bags_of_both_kinds(tmp_path, plugin):
     assert run.v is None
     described.write_text("signal: wrench\nwrench_topic: /wrench\n")
     assert_allclose(read_run(path).signal[3], [1.0, 2.0, 6.0, 4.0, 5.0, 6.0])
+    described.write_text("signal: current\n")
+    assert_allclose(read_run(path).signal, _TAU)
     described.write_text("topic: /joint_states\n")
     with pytest.raises(BadValueError, match=r"signal: is missing: efforts of a bag may be"):
         read_run(path)
     described.write_text("signal: current\ntopic: /joints\n")
     with pytest.raises(BadValueError, match=r"topic: is '/joints', must be one of the bag's .*: /joint_states"):
+        read_run(path)
+
+
+def test_joints_of_a_table_are_not_guessed(tmp_path):
+    path = _write(tmp_path, "time,q_1,q_2,tau_1,tau_2", [_TIMES, _Q, _TAU], "")
+    path.with_suffix(".yaml").write_text("signal: joint_torque\n")
+    with pytest.raises(BadValueError, match="joints: is missing: must list the joints in the order of the columns"):
         read_run(path)
 
 

@@ -112,3 +112,14 @@ def test_a_cell_is_shown_up_to_thirty_letters(write):
     with pytest.raises(BadValueError) as caught:
         read_text(write("time,q\n0," + "".join(chr(ord("a") + k % 26) for k in range(40)) + "\n"))
     assert "is 'abcdefghijklmnopqrstuvwxyzabcd', must be" in str(caught.value)
+
+
+def test_holes_in_tables_are_named(write, tmp_path):
+    assert "row 3, column q: is nan, must be a finite number" in refuse(read_text, write("time,q\n0,1\n0.1,nan\n"))
+    path = tmp_path / "run.nc"
+    with netcdf_file(path, "w") as content:
+        content.createDimension("time", 3)
+        content.createDimension("joint", 2)
+        content.createVariable("time", "d", ("time",))[:] = np.arange(3.0)
+        content.createVariable("q", "d", ("joint", "time"))[:] = np.zeros((2, 3))
+    assert r"q: has shape (2, 3), must have the 3 samples of time" in refuse(read_netcdf, path)
