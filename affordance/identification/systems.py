@@ -14,7 +14,6 @@ from affordance.identification.evidence.fitted_arm import FittedArm, predict_fri
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.joint_statistics import (
     NUM_COLUMNS,
-    ChannelSamples,
     JointStatistics,
     RunningSums,
 )
@@ -153,16 +152,18 @@ class PayloadIdentifier(SampledSystem):
         arm_torque = self._model.compute_inverse_dynamics(vdot)
         if self._empty.fitted is not None:
             signal = signal - self._predict_empty(self._empty.fitted, x, vdot, arm_torque)
-        sample = ChannelSamples.of_joints(
-            Y[None],
-            v[None],
-            signal[None],
-            tau_arm=(arm_torque if self._empty.in_signal else np.zeros(n))[None],
-            arm_torque=arm_torque[None],
-            min_speed=self._settings.min_speed,
-        )
+        direction = np.sign(v)
+        used = np.abs(v) >= self._settings.min_speed
+        s = direction * np.sign(arm_torque)
+        # Columns as ChannelSamples builds them for a whole run, written out as every sample waits for them.
+        z = np.empty((n, NUM_COLUMNS))
+        z[:, 0] = arm_torque if self._empty.in_signal else 0.0
+        z[:, 1:11] = Y
+        z[:, 11:22] = s[:, None] * z[:, :11]
+        z[:, 22], z[:, 23], z[:, 24], z[:, 25] = direction, v, 1.0, signal
+        z[~used] = 0.0
         arrays = [discrete_state.get_mutable_vector(group).get_mutable_value() for group in self._groups]
-        self._shape(arrays).add(sample.build_columns()[:, 0], sample.used[0], self._block_length)
+        self._shape(arrays).add(z, used, self._block_length)
 
     def _predict_empty(self, fitted: FittedArm, x: Array, vdot: Array, arm_torque: Array) -> Array:
         self._fitted_model.set_state(x)

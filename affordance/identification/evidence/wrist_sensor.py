@@ -40,7 +40,7 @@ def build_wrist_evidence(
     Args:
         robot: Model of the arm, whose tip is the sensor.
         loaded: Run with the load.
-        empty: Run with an empty hand; none if all that is mounted on the sensor is the load.
+        empty: Runs with an empty hand, at most one; none if all that is mounted on the sensor is the load.
         gains: Gains of the sensor.
         settings: Identification settings.
 
