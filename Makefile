@@ -56,6 +56,7 @@ trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/
 	$(PYTHON) docs/fill_numbers.py
+	$(PYTHON) -m studies.robustness.page
 
 mutants: $(VENV)/dev.stamp ## break the program in 240 randomly drawn places and see whether tests notice: an hour
 	$(PYTHON) -m studies.mutants.run

@@ -2,10 +2,11 @@
 
 A number in a page stands between two comments, which a reader of the rendered page does not see:
 
-    <!--=reach: p_correct[1] | .2f-->0.64<!--/-->
+    <!--=reach: p_correct[1]; .2f-->0.64<!--/-->
 
-They name a folder of results, an expression over its ``metrics.json``, and a format of Python. Values are kept in
-``docs/numbers.json`` with the run that they are from, so that a test can compare the pages with them without results.
+They name a folder of results, an expression over its ``metrics.json``, and a format of Python, without bars, which
+would end the cell of a table. Values are kept in ``docs/numbers.json`` with the run that they are from, so that a
+test can compare the pages with them without results.
 """
 
 import json
@@ -19,7 +20,7 @@ from affordance.reporting.expressions import evaluate
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "numbers.json"
-_MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<expression>[^|]+?) \| (?P<format>[^|>]+?)-->(?P<text>.*?)<!--/-->")
+_MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<expression>[^|;]+?); (?P<format>[^|;>]+?)-->(?P<text>.*?)<!--/-->")
 # What of a run is kept with its values.
 _RUN = ("repeats", "seed", "commit", "finished")
 
