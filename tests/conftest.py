@@ -9,8 +9,8 @@ from helpers.held_stick import HELD
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, load_hammer
-from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import Arm, load_arm
 from affordance.plant.arm_model import ArmModel
@@ -47,12 +47,12 @@ def chain(arm: Arm) -> SerialChain:
 
 
 @pytest.fixture(scope="session")
-def weight() -> HoldExperiment:
+def weight() -> PresentationExperiment:
     return load_hold_experiment("weight")
 
 
 @pytest.fixture(scope="session")
-def runner(weight: HoldExperiment) -> TrialRunner:
+def runner(weight: PresentationExperiment) -> TrialRunner:
     return TrialRunner(weight.settings)
 
 

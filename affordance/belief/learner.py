@@ -21,3 +21,12 @@ class Learner(enum.Enum):
     def pick(self) -> Pick | None:
         """Rule by which it adopts a hypothesis about an object's kinds; None if it has no kinds."""
         return {Learner.KINDS_MAP: Pick.MAP, Learner.KINDS_DRAWN: Pick.DRAWN}.get(self)
+
+    @property
+    def label(self) -> str:
+        """Name in words, for figures and tables."""
+        return {
+            Learner.DENSITY: "one density for each colour",
+            Learner.KINDS_MAP: "kinds, most probable",
+            Learner.KINDS_DRAWN: "kinds, drawn",
+        }[self]

@@ -5,10 +5,10 @@ import argparse
 from affordance.commands.options import add_run_options, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
-from affordance.experiments.shared.learner_predictions import format_predictions
 from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers
+from affordance.reporting.learner_predictions import format_predictions
 from affordance.runs.repeats import check_folder
 from affordance.settings import Settings
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import NO_OPTION
-from affordance.experiments.shared.symmetry import is_symmetric
 from affordance.files.atomic import quarantine, write_json
+from affordance.objects.symmetry import is_symmetric
 from affordance.objects.tool import Tool
 from affordance.reporting.report import remove_section, write_section
 from affordance.reporting.section import render_section

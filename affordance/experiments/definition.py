@@ -1,9 +1,10 @@
-"""Interface of an experiment: one runner serves all, and an experiment defines its own steps."""
+"""Base of all experiments: one runner serves all, and an experiment defines its own steps."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, ClassVar, Self, cast
 
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -40,56 +41,54 @@ class Outputs:
     writers: Mapping[str, Callable[[Path], None]] = field(default_factory=dict)
 
 
-class Experiment(Protocol):
-    """Experiment with its configuration, a frozen dataclass that can be pickled.
+class Experiment(ABC):
+    """Experiment with its configuration; derived classes are frozen dataclasses that can be pickled.
 
-    A run calls ``plan``, ``run_observer`` for every observer, ``compute_metrics`` and ``show``.
+    A run calls ``plan``, ``run_observer`` for every observer, ``compute_metrics`` and ``show``. By default observers
+    share nothing, learn nothing before they are tested, and are one repeat each.
+
+    Attributes:
+        unit: Noun for one repeat in progress bars.
+        name: Name on the command line and of the folder of results.
+        section: Section file or, for a protocol, the protocol's file.
+        report: Report that a protocol describes; None for an experiment with a section file of the program.
+        seed: Root of every random draw.
+        settings: Settings of all simulations.
     """
 
-    @property
-    def name(self) -> str:
-        """Name on the command line and of the folder of results."""
-
-    @property
-    def unit(self) -> str:
-        """Noun for one repeat in progress bars."""
-
-    @property
-    def section(self) -> Path:
-        """Section file or, for a protocol, the protocol's file."""
-
-    @property
-    def report(self) -> PlainReport | None:
-        """Report that a protocol describes; None for an experiment with a section file of the program."""
-
-    @property
-    def seed(self) -> int:
-        """Root of every random draw."""
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of all simulations."""
+    unit: ClassVar[str] = "observer"
+    name: str
+    section: Path
+    report: PlainReport | None = None
+    seed: int
+    settings: Settings
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
         """Objects that the camera sees, for the report."""
+        return ()
 
     @property
     def files_read(self) -> tuple[Path, ...]:
         """Files read during the run, other than the arm's, whose content is not part of the configuration."""
+        return ()
 
-    def with_settings(self, settings: Settings) -> "Experiment":
+    def with_settings(self, settings: Settings) -> Self:
         """Returns the experiment with other settings."""
+        changed: Self = replace(cast(Any, self), settings=settings)
+        return changed
 
-    def split(self) -> "Sequence[tuple[str, Experiment]]":
+    def split(self) -> Sequence[tuple[str, Self]]:
         """Splits the experiment into parts with repeats of their own, each with a prefix for the names of its arrays.
 
         Each part has the observers of one learner, so that commands share repeats; most experiments are a single
         part.
         """
+        return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
         """Returns the number of repeats for a number of observers."""
+        return observers
 
     def plan(self, jobs: int) -> Any:
         """Plans and simulates what all observers share, in processes.
@@ -97,6 +96,7 @@ class Experiment(Protocol):
         Raises:
             BadValueError: A file asks for a task that cannot be planned or carried out; nothing was written.
         """
+        return None
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
         """Lets observers hold objects before they are tested; None if they hold nothing.
@@ -106,16 +106,20 @@ class Experiment(Protocol):
             repeats: Number of observers.
             jobs: Number of processes.
         """
+        return None
 
     def select_shared(self, plan: Any) -> Any:
         """Selects the part of the plan that observers need; it is sent to every process."""
+        return None
 
+    @abstractmethod
     def run_observer(self, shared: Any, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one repeat; its number and the seed determine every random draw.
 
         Returns: Named arrays of a shape that is the same for all repeats.
         """
 
+    @abstractmethod
     def compute_metrics(self, plan: Any, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json.
 
@@ -125,8 +129,10 @@ class Experiment(Protocol):
             arrays: Arrays of all repeats, stacked along the first axis.
         """
 
+    @abstractmethod
     def list_facts(self, plan: Any, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the facts that the section file names in addition to the numbers."""
 
+    @abstractmethod
     def show(self, plan: Any, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
         """Returns the outputs other than the numbers."""

@@ -12,11 +12,11 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_observers
-from affordance.experiments.shared.learner_predictions import Contrast, Prediction, contrast_learners, summarise
-from affordance.experiments.shared.presented import PresentedExperiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.atomic import write_json
 from affordance.named_settings import NO_CHANGES, Changes
-from affordance.protocols.people import Spread, list_spreads
+from affordance.protocols.people import list_spreads
+from affordance.reporting.learner_predictions import Contrast, Prediction, Spread, contrast_learners, summarise
 from affordance.runs.repeats import list_versions, prepare_folder
 from affordance.settings import Settings
 
@@ -72,7 +72,7 @@ def predict_protocol(
             or it gives observers the densities that learners would have to learn.
     """
     experiment = load_protocol_experiment(name, models, seed, settings, changes)
-    if not isinstance(experiment, PresentedExperiment):
+    if not isinstance(experiment, PresentationExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)
     if experiment.told:

@@ -1,122 +1,205 @@
 """Construction of an experiment from its protocol: every file that it names is read and checked, nothing is run."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from affordance.belief.learner import Learner
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
-from affordance.control.timed_path import load_path
-from affordance.exceptions import BadValueError
-from affordance.experiments.hammer.experiment import HammerExperiment
-from affordance.experiments.holding import HoldExperiment
-from affordance.experiments.lifting import LiftExperiment
-from affordance.experiments.reach import ReachExperiment
+from affordance.control.timed_path import TimedPath, load_path
+from affordance.exceptions import BadValueError, describe_choice
+from affordance.experiments.closed_form import ClosedForm
+from affordance.experiments.hammer.experiment import Hammering
+from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
+from affordance.experiments.shared.choice_task import ChoiceTask
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.experience import build_experience
 from affordance.experiments.shared.hold_measures import EXPECTED
-from affordance.experiments.shared.observers import apply_observers, list_told
-from affordance.experiments.shared.presented import QUARTILES
-from affordance.named_settings import NO_CHANGES, Changes
+from affordance.experiments.shared.presented import QUARTILES, Means, PresentationExperiment
+from affordance.experiments.simulated import Simulated
+from affordance.named_settings import NO_CHANGES, Changes, change_settings
+from affordance.objects.colour import Colour
 from affordance.plant.arm import load_arm
 from affordance.proprioception.faults import NO_FAULTS
-from affordance.protocols.block_checks import check_blocks, list_changed
+from affordance.proprioception.torque_noise import WeberNoise
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import Measure
 from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.people import People, check_table
 from affordance.protocols.people_lifts import load_people_lifts
+from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol
 from affordance.protocols.published import load_published
 from affordance.settings import Settings
 from affordance.simulation.static_lifts import check_closed_form
 from affordance.vision.features import FeatureSource
 
+type Told = tuple[tuple[Colour, float], ...]
 
-def build_hold_experiment(
+# Settings that have a key of their own in ``observers``.
+_OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
+
+
+class Parts(NamedTuple):
+    """Parts of the experiment of a protocol that presentations and choices have in common.
+
+    Attributes:
+        protocol: Protocol of the experiment.
+        path: Path of the protocol's file.
+        models: Folder of models.
+        objects: Objects that are presented, or held before a choice.
+        learners: Learners that are simulated.
+        told: Densities that observers know, by colour, [kg/m^3].
+        seed: Root of every random draw.
+        settings: Settings of all simulations.
+    """
+
+    protocol: Protocol
+    path: Path
+    models: Path
+    objects: ProtocolObjects
+    learners: tuple[Learner, ...]
+    told: Told
+    seed: int
+    settings: Settings
+
+
+def build_experiment(
     protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> HoldExperiment:
-    """Builds the experiment of a protocol with simulated presentations.
+) -> PresentationExperiment | ChoiceExperiment:
+    """Builds the experiment of a protocol.
 
     Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
+        BadValueError: A file is wrong, the objects are not as the protocol requires, or the closed form does not
+            support what the protocol asks for.
         ModelFileError: The arm cannot be loaded or is not usable.
     """
+    if protocol.is_closed_form and protocol.observers.vision == FeatureSource.PIXELS.value:
+        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
     settings, learners = apply_observers(protocol, path, models, settings, changes)
-    check_durations(protocol, path, settings)
-    common = build_common(protocol, path, models, settings, learners)
-    quantiles = {entry.quantile for entry in protocol.numbers.values()}
-    paths = {}
-    for index, block in enumerate(protocol.blocks):
-        if block.do.reach is not None:
-            key = f"blocks[{index}].do.reach.path"
-            file = find_file(block.do.reach.path, key, path, models)
-            paths[index] = load_path(file)
-            check_start(file, "start", paths[index].start, load_arm(settings.arm))
-    check_one_course(path, protocol.blocks)
-    return HoldExperiment(
-        **common,
-        seed=seed,
-        quantiles=tuple(sorted({*QUARTILES, *quantiles})),
-        expects=any(entry.measure in EXPECTED for entry in protocol.numbers.values()),
-        paths=paths,
+    if protocol.is_closed_form:
+        check_suits_closed_form(protocol, settings)
+    else:
+        check_durations(protocol, path, settings)
+    objects = build_objects(protocol.objects, path, models)
+    check_blocks(path, protocol.blocks, objects)
+    told = list_told(protocol, path, objects, learners)
+    parts = Parts(protocol, path, models, objects, learners, told, seed, settings)
+    return build_choices(parts) if protocol.has_choices else build_presentations(parts)
+
+
+def apply_observers(
+    protocol: Protocol, path: Path, models: Path, settings: Settings, changes: Changes = NO_CHANGES
+) -> tuple[Settings, tuple[Learner, ...]]:
+    """Returns the settings with the arm, noise and vision that a protocol asks for, and its learners.
+
+    Args:
+        protocol: Protocol, whose ``settings`` are applied first.
+        path: File of the protocol.
+        models: Folder of models.
+        settings: Settings to start from.
+        changes: Settings by name that a user asks for, applied last.
+
+    Raises:
+        BadValueError: A setting is wrong, or given twice.
+    """
+    observers = protocol.observers
+    named = [*protocol.settings, *changes]
+    for own, name in _OWN_WORDS.items():
+        if getattr(observers, own) is not None and any(each.partition(".")[0] == name for each in named):
+            problem = f"is given with observers.{own}, only one of them must be"
+            raise BadValueError(path, f"settings.{name}", problem)
+    if observers.vision is not None:
+        settings = replace(settings, feature_source=FeatureSource(observers.vision))
+    if observers.noise is not None:
+        settings = replace(settings, noise=WeberNoise(**observers.noise.model_dump()))
+    if observers.arm is not None:
+        settings = replace(settings, arm=find_file(observers.arm, "observers.arm", path, models))
+    settings = change_settings(change_settings(settings, protocol.settings, path), changes)
+    learners = tuple(observers.learners or [settings.learner])
+    return replace(settings, learner=learners[0]), learners
+
+
+def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners: Sequence[Learner]) -> Told:
+    """Lists the densities that observers know from the start, by colour of the material, [kg/m^3].
+
+    Raises:
+        BadValueError: No object is of such a material, or observers learn by kinds.
+    """
+    materials = {part.material.name: part.material for tool in objects.tools for part in tool.components}
+    for index, name in enumerate(protocol.observers.told):
+        if name not in materials:
+            raise BadValueError(path, f"observers.told[{index}]", describe_choice(name, materials))
+        if tuple(learners) != (Learner.DENSITY,):
+            raise BadValueError(path, "observers.told", "is given, must not be where observers learn by kinds")
+    return tuple((materials[name].colour, materials[name].density) for name in protocol.observers.told)
+
+
+def build_presentations(parts: Parts) -> PresentationExperiment:
+    """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
+    protocol, path, models, objects, learners, told, seed, settings = parts
+    check_tools_can_be_held(objects.path, objects.tools, settings)
+    if changed := list_changed(protocol.blocks, objects):
+        check_tools_can_be_held(path, changed, settings)
+    numbers = protocol.numbers.values()
+    if protocol.is_closed_form:
+        means: Means = ClosedForm()
+        quantiles = {entry.quantile for entry in numbers if entry.measure is Measure.DENSITY}
+    else:
+        paths = load_paths(protocol, path, models, settings)
+        check_one_course(path, protocol.blocks)
+        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths)
+        quantiles = {*QUARTILES, *(entry.quantile for entry in numbers)}
+    return PresentationExperiment(
+        protocol.name,
+        path,
+        objects,
+        tuple(protocol.blocks),
+        learners,
+        told,
+        models,
+        seed,
+        settings,
+        tuple(sorted(quantiles)),
+        means,
+        protocol.build_report(path),
+        protocol.numbers,
+        protocol.figures,
+        load_people(protocol, path, models, objects),
     )
 
 
-def build_lift_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> LiftExperiment:
-    """Builds the experiment of a protocol of lifts in closed form.
+def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
+    """Refuses settings that the closed form does not support.
 
     Raises:
-        BadValueError: A file is wrong, or the closed form does not support what the protocol asks for.
-        ModelFileError: The arm cannot be loaded or is not usable.
+        BadValueError: There is such a setting.
     """
-    if protocol.observers.vision == FeatureSource.PIXELS.value:
-        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
-    settings, learners = apply_observers(protocol, path, models, settings, changes)
     check_closed_form(settings)
     if settings.feature_source is not FeatureSource.FEATURES:
         raise BadValueError("--vision", "", f"is 'pixels', must be 'features' of {protocol.name}, in closed form")
     if settings.faults != NO_FAULTS:
-        raise BadValueError(
-            "--fault", "", f"is given, must not be of {protocol.name}, whose lifts in closed form know none"
-        )
-    asked = {entry.quantile for entry in protocol.numbers.values() if entry.measure is Measure.DENSITY}
-    common = build_common(protocol, path, models, settings, learners)
-    return LiftExperiment(**common, seed=seed, quantiles=tuple(sorted(asked)))
+        problem = f"is given, must not be of {protocol.name}, whose lifts in closed form know none"
+        raise BadValueError("--fault", "", problem)
 
 
-def build_common(
-    protocol: Protocol, path: Path, models: Path, settings: Settings, learners: tuple[Learner, ...]
-) -> dict[str, Any]:
-    """Reads and checks everything that experiments with presented objects have in common.
+def load_paths(protocol: Protocol, path: Path, models: Path, settings: Settings) -> Mapping[int, TimedPath]:
+    """Loads the paths of reaches, by the index of their block.
 
     Raises:
-        BadValueError: A file is wrong, or the objects are not as the protocol requires.
-        ModelFileError: The arm cannot be loaded or is not usable.
+        BadValueError: A path is missing, invalid, or starts where the arm cannot be.
     """
-    objects = build_objects(protocol.objects, path, models)
-    check_blocks(path, protocol.blocks, objects)
-    check_tools_can_be_held(objects.path, objects.tools, settings)
-    if changed := list_changed(protocol.blocks, objects):
-        check_tools_can_be_held(path, changed, settings)
-    return {
-        "name": protocol.name,
-        "section": path,
-        "objects": objects,
-        "blocks": tuple(protocol.blocks),
-        "learners": learners,
-        "told": list_told(protocol, path, objects, learners),
-        "models": models,
-        "settings": settings,
-        "report": protocol.build_report(path),
-        "numbers": protocol.numbers,
-        "figures": protocol.figures,
-        "people": load_people(protocol, path, models, objects),
-    }
+    paths = {}
+    for index, block in enumerate(protocol.blocks):
+        if block.do.reach is not None:
+            file = find_file(block.do.reach.path, f"blocks[{index}].do.reach.path", path, models)
+            paths[index] = load_path(file)
+            check_start(file, "start", paths[index].start, load_arm(settings.arm))
+    return paths
 
 
 def load_people(protocol: Protocol, path: Path, models: Path, objects: ProtocolObjects) -> People:
@@ -155,19 +238,13 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
         raise BadValueError(path, f"blocks[{other}].do", problem)
 
 
-def build_choice_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> ReachExperiment | HammerExperiment:
-    """Builds the experiment of a protocol of choices.
+def build_choices(parts: Parts) -> ChoiceExperiment:
+    """Builds the experiment of a protocol of choices; see ``build_experiment``.
 
     Raises:
         BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
-        ModelFileError: The arm cannot be loaded or is not usable.
     """
-    settings, learners = apply_observers(protocol, path, models, settings, changes)
-    check_durations(protocol, path, settings)
-    objects = build_objects(protocol.objects, path, models)
-    told = list_told(protocol, path, objects, learners)
+    protocol, path, models, objects, learners, told, seed, settings = parts
     *_, last = protocol.blocks
     experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
     if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:
@@ -177,18 +254,28 @@ def build_choice_experiment(
     key = f"blocks[1].do.choose.{'reach' if choice.reach else 'hammer'}"
     task_file = find_file(choice.reach or choice.hammer or "", key, path, models)
     task: Reach | Hammer = Reach(load_path(task_file)) if choice.reach else load_hammer(task_file)
+    adapter: ChoiceTask = Reaching(task) if isinstance(task, Reach) else Hammering(task)
     start = task.path.start if isinstance(task, Reach) else task.start
     check_start(task_file, "start" if choice.reach else "blow.start", start, load_arm(settings.arm))
     assert protocol.novel is not None  # a choice is about them
     novel = build_objects(protocol.novel, path, models, "novel")
     check_colours_known(novel, objects)
     check_tools_can_be_held(objects.path, experience.tools, settings)
+    check_several_grips(novel)
     held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
     check_tools_can_be_held(novel.path, held, settings, start)
-    files = (models, task_file, novel.path)
-    names = (*files, protocol.blocks[0].name)
-    common = (protocol.name, path, experience, novel.tools, *names, protocol.build_report(path))
-    return ReachExperiment(*common, task) if isinstance(task, Reach) else HammerExperiment(*common, task)
+    return ChoiceExperiment(
+        protocol.name,
+        path,
+        experience,
+        novel.tools,
+        models,
+        task_file,
+        novel.path,
+        protocol.blocks[0].name,
+        protocol.build_report(path),
+        adapter,
+    )
 
 
 def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:
@@ -203,3 +290,15 @@ def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> Non
         if unknown:
             problem = f"looks like {', '.join(sorted(unknown))}, must look like what {objects.path.name} is made of"
             raise BadValueError(novel.path, f"tools: {tool.name}", problem)
+
+
+def check_several_grips(novel: ProtocolObjects) -> None:
+    """Refuses novel objects with a single grip, of which nothing could be chosen.
+
+    Raises:
+        BadValueError: A novel object has fewer than two grips.
+    """
+    for tool in novel.tools:
+        if len(tool.grips) < 2:
+            problem = f"has {len(tool.grips)} entries, must have at least 2 to choose from"
+            raise BadValueError(novel.path, f"tools: {tool.name}.grips", problem)

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.experiments.shared.lift_drawings import LIFTS
-from affordance.experiments.shared.presented import PresentedExperiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.number_entries import Measure
 from affordance.protocols.people import list_people
 from affordance.protocols.rehearsal import imagine, rehearse
@@ -24,7 +23,7 @@ _OF_SIMULATION, _OF_PICTURES = "diagram", "seen"
 _SUFFIXES = (".png", ".svg")
 
 
-def check_number_names(experiment: PresentedExperiment, given: Collection[str]) -> None:
+def check_number_names(experiment: PresentationExperiment, given: Collection[str]) -> None:
     """Refuses numbers whose name is already taken.
 
     Args:
@@ -45,7 +44,7 @@ def check_number_names(experiment: PresentedExperiment, given: Collection[str]) 
             raise BadValueError(experiment.section, key, problem)
 
 
-def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
+def rehearse_experiment(experiment: PresentationExperiment) -> dict[str, Any]:
     """Computes figures and numbers of made-up measurements.
 
     Returns: Numbers as metrics.json will have them, with the right shapes and meaningless values.
@@ -68,7 +67,7 @@ def rehearse_experiment(experiment: PresentedExperiment) -> dict[str, Any]:
         return experiment.assemble({learner.value: numbers for learner in experiment.learners})
 
 
-def rehearse_claims(experiment: PresentedExperiment, numbers: Mapping[str, Any]) -> None:
+def rehearse_claims(experiment: PresentationExperiment, numbers: Mapping[str, Any]) -> None:
     """Evaluates every criterion on made-up numbers.
 
     Args:
@@ -97,7 +96,7 @@ def rehearse_claims(experiment: PresentedExperiment, numbers: Mapping[str, Any])
                 raise BadValueError(experiment.section, key, str(error)) from error
 
 
-def check_figures(experiment: PresentedExperiment) -> None:
+def check_figures(experiment: PresentationExperiment) -> None:
     """Refuses figures that cannot be drawn, and captions of figures that are not drawn.
 
     Raises:
@@ -106,13 +105,13 @@ def check_figures(experiment: PresentedExperiment) -> None:
     layout = experiment.layout
     for name, entry in experiment.figures.items():
         key = f"figures.{name}"
-        if entry.draw not in experiment.drawn:
-            how = "lifts in closed form" if experiment.is_closed_form else "simulated presentations"
-            problem = f"of {how} is {entry.draw!r}, must be one of {', '.join(experiment.drawn)}"
+        if entry.draw not in experiment.means.drawn:
+            how = "lifts in closed form" if experiment.means.is_closed_form else "simulated presentations"
+            problem = f"of {how} is {entry.draw!r}, must be one of {', '.join(experiment.means.drawn)}"
             raise BadValueError(experiment.section, f"{key}.draw", problem)
         if entry.draw == "objects":
             continue
-        needed = Measure.FORCE if entry.draw == LIFTS else Measure.DROP
+        needed = Measure.FORCE if entry.draw == "lifts" else Measure.DROP
         done = layout.block[layout.find_measured(needed)]
         presented = {tool for block in done for tool in experiment.objects.groups[layout.blocks[block].objects]}
         for at, group in (("of", entry.of), ("decoy", entry.decoy), ("predicted_from", entry.predicted_from)):
@@ -123,7 +122,7 @@ def check_figures(experiment: PresentedExperiment) -> None:
     _check_captions(experiment, moves=bool(layout.find_measured(Measure.DROP).any()))
 
 
-def _check_captions(experiment: PresentedExperiment, *, moves: bool) -> None:
+def _check_captions(experiment: PresentationExperiment, *, moves: bool) -> None:
     """Refuses captions of files that will not exist."""
     names = [*experiment.figures]
     names += [_OF_SIMULATION] if moves else []

@@ -6,17 +6,18 @@ Everything but the repeats of observers is rewritten; ``metrics.json`` is writte
 import datetime
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields
 from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib.figure import Figure
 from tqdm import tqdm
 
 from affordance.exceptions import UnavailableError
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Experiment, Outputs
-from affordance.experiments.shared.camera_views import draw_camera_views_of
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
@@ -24,7 +25,10 @@ from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import write_trajectories
 from affordance.named_settings import describe_changes
+from affordance.objects.tool import Tool
 from affordance.proprioception.faults import Faults
+from affordance.random_streams import Stream
+from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
 from affordance.reporting.formatting import ENOUGH_OBSERVERS
@@ -34,6 +38,7 @@ from affordance.reporting.section import Section, render_section
 from affordance.runs.commit import find_commit
 from affordance.runs.repeats import compute_key, list_versions, run_repeats
 from affordance.vision.features import FeatureSource
+from affordance.vision.pixels.camera_sensor import get_camera_sensor
 
 _LOG = logging.getLogger(__name__)
 
@@ -97,6 +102,16 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "finished": f"{datetime.date.today():%Y-%m-%d}",
     }
     write_json(folder / "metrics.json", {**numbers, **run})
+
+
+def draw_camera_views_of(tools: Sequence[Tool], seed: int) -> Figure:
+    """Takes a picture of each tool and draws the detected parts in it; seed is the root of the camera's noise."""
+    sensor = get_camera_sensor()
+    views = []
+    for index, tool in enumerate(tools):
+        picture = sensor.take_image(tool, np.random.default_rng([seed, Stream.SHOWN, index]))
+        views.append(CameraView(tool.name, picture, sensor.detect_parts(picture)))
+    return draw_camera_views(views, sensor.rig.camera)
 
 
 def run_observers(

@@ -17,15 +17,18 @@ type Seconds = Annotated[float, Within(0.05, _DURATION_MAX)]
 class HoldEntry(DataModel):
     """Action of holding the object in the arm's home posture."""
 
-    duration: Annotated[Seconds, Field(description="[s]")] = 3.0
+    duration: Annotated[Seconds, Field(description="Duration of the hold, [s].")] = 3.0
 
 
 class ClampEntry(DataModel):
     """Action of pushing up against a clamp with the believed weight, and holding the object after release."""
 
-    duration: Annotated[Seconds, Field(description="How long it is held after release, [s].")] = 1.0
+    duration: Annotated[Seconds, Field(description="Time for which the object is held after release, [s].")] = 1.0
     closed_form: Annotated[
-        bool, Field(description="The same arm at rest in closed form, for hundreds of lifts; else it is simulated.")
+        bool,
+        Field(
+            description="True to compute the arm at rest in closed form, for hundreds of lifts; false to simulate it."
+        ),
     ] = True
 
 
@@ -89,37 +92,35 @@ class ActionEntry(DataModel):
 class GradualEntry(DataModel):
     """Object whose weight changes linearly from the first repetition to the last, by its density."""
 
-    object: Annotated[str, Text(), Field(description="Its name.")]
-    mass_from: Annotated[float, Within(1e-3, 100.0), Field(description="In the first repetition, [kg].")]
-    mass_to: Annotated[float, Within(1e-3, 100.0), Field(description="In the last, [kg].")]
+    object: Annotated[str, Text(), Field(description="Name of the object.")]
+    mass_from: Annotated[float, Within(1e-3, 100.0), Field(description="Mass in the first repetition, [kg].")]
+    mass_to: Annotated[float, Within(1e-3, 100.0), Field(description="Mass in the last repetition, [kg].")]
 
 
 class BlockEntry(DataModel):
     """Block of presentations of some objects, each once per repetition."""
 
     name: Annotated[str, Text()]
-    objects: Annotated[str, Text(), Field(description="A group of objects.")] = ALL
+    objects: Annotated[str, Text(), Field(description="Group of objects that are presented.")] = ALL
     repetitions: Annotated[int, Whole(1, _PRESENTATIONS_MAX)] = 1
     order: Annotated[
         Literal["fixed", "shuffled", "latin square"],
         Field(
-            description="Within a repetition: as listed, drawn anew each time, or by the observer's row of a "
+            description="Order within a repetition: as listed, drawn anew each time, or by the observer's row of a "
             "Latin square, in which each object comes once in each place and follows each other one equally often."
         ),
     ] = "fixed"
     first: Annotated[
         Annotated[str, Text()] | None,
-        Field(description="A group that comes before the others in each repetition, whatever their order."),
+        Field(description="Group that comes before the others in each repetition, whatever their order."),
     ] = None
-    times: Annotated[int, Whole(1, 100), Field(description="How often an object is presented in a row.")] = 1
+    times: Annotated[int, Whole(1, 100), Field(description="Number of presentations of an object in a row.")] = 1
     gradual: GradualEntry | None = None
     do: ActionEntry
-    teaches: Annotated[bool, Field(description="Whether what is felt is learned from.")] = True
-    measured: Annotated[
-        bool, Field(description="Whether its presentations are what numbers and figures are about.")
-    ] = True
+    teaches: Annotated[bool, Field(description="True if observers learn from these presentations.")] = True
+    measured: Annotated[bool, Field(description="True if numbers and figures are about these presentations.")] = True
     ask_after_each: Annotated[
-        bool, Field(description="Of a choice: asked before the first and after each presentation before it.")
+        bool, Field(description="True to ask for the choice before the first and after each earlier presentation.")
     ] = False
 
 

@@ -7,8 +7,8 @@ from pydantic import Field, model_validator
 
 from affordance.exceptions import describe_choice
 from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, complain
-from affordance.protocols.expression_entries import Expression
 from affordance.protocols.object_entries import ALL
+from affordance.reporting.expression_entries import Expression
 
 
 class Measure(enum.StrEnum):
@@ -68,45 +68,49 @@ class SpreadEntry(DataModel):
     """Standard deviation of a number between people, in addition to that between simulated observers."""
 
     sd: Annotated[float, Within(0.0), Field(description="Standard deviation between people.")]
-    unit: Annotated[str, Text(), Field(description="That of the number; 1 if it has none.")]
-    source: Annotated[str, Text(), Field(description="Where it is from.")]
+    unit: Annotated[str, Text(), Field(description="Unit of the number; 1 if it has none.")]
+    source: Annotated[str, Text(), Field(description="Source of the number.")]
 
 
 class NumberEntry(DataModel):
     """Entry of a number of metrics.json."""
 
-    measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="What is measured.")] = None
+    measure: Annotated[Annotated[Measure, OneOf(Measure)] | None, Field(description="Measured quantity.")] = None
     expression: Annotated[
         Annotated[str, Expression()] | None,
-        Field(description="In place of a measure: calculated from numbers above it, for every observer."),
+        Field(description="Expression of numbers above it, evaluated for every observer, in place of a measure."),
     ] = None
-    meaning: Annotated[str, Field(description="In words, with its unit.")] = ""
+    meaning: Annotated[str, Field(description="Meaning of the number in words, with its unit.")] = ""
     of: Annotated[str, Text(), Field(description="Presentations of this group of objects only.")] = ALL
     first: Annotated[
-        Annotated[int, Whole(1, 100_000)] | None, Field(description="The mean of the first so many of them.")
+        Annotated[int, Whole(1, 100_000)] | None,
+        Field(description="Number of first presentations whose mean is taken."),
     ] = None
     last: Annotated[
-        Annotated[int, Whole(1, 100_000)] | None, Field(description="The mean of the last so many of them.")
+        Annotated[int, Whole(1, 100_000)] | None,
+        Field(description="Number of last presentations whose mean is taken."),
     ] = None
     predicted_for: Annotated[
         Annotated[str, Text()] | None,
-        Field(description="What a line through measure and volume says for the first object of this group."),
+        Field(description="Group for whose first object the value of a line through measure and volume is given."),
     ] = None
     correlated_with: Annotated[
         Annotated[Measure, OneOf(Measure)] | None,
-        Field(description="The correlation with this measure in place of the mean."),
+        Field(description="Measure with which the correlation is taken, in place of the mean."),
     ] = None
-    growth: Annotated[bool, Field(description="The change from each presentation to the next.")] = False
-    quantile: Annotated[float, Within(0.0, 1.0), Field(description="Of a belief.")] = 0.5
-    single: Annotated[bool, Field(description="Of the first such presentation, not of a list of them.")] = False
+    growth: Annotated[bool, Field(description="True for the change from each presentation to the next.")] = False
+    quantile: Annotated[float, Within(0.0, 1.0), Field(description="Quantile of a belief.")] = 0.5
+    single: Annotated[
+        bool, Field(description="True for the value of the first such presentation, not a list of them.")
+    ] = False
     over: Annotated[
         Literal["mean", "median", "sum", "median of all"],
-        Field(description="How observers are taken together; 'median of all': with all presentations."),
+        Field(description="Statistic over observers; 'median of all': over all presentations too."),
     ] = "mean"
-    interval: Annotated[bool, Field(description="With the 95 % interval of the mean, as NAME_ci95.")] = False
+    interval: Annotated[bool, Field(description="True to add the 95 % interval of the mean, as NAME_ci95.")] = False
     people: Annotated[
         SpreadEntry | None,
-        Field(description="The spread between people, which what learners predict is compared with."),
+        Field(description="Spread between people with which predictions of learners are compared."),
     ] = None
 
     @model_validator(mode="after")
@@ -169,13 +173,13 @@ class FigureEntry(DataModel):
     draw: Literal[
         "objects", "heights", "heights of points", "density and drop", "lifts", "belief within a trial", "sinking"
     ]
-    of: Annotated[str, Text(), Field(description="The group that is drawn.")] = ALL
+    of: Annotated[str, Text(), Field(description="Group that is drawn.")] = ALL
     decoy: Annotated[
         Annotated[str, Text()] | None,
-        Field(description="The group of an object that is made otherwise than it looks."),
+        Field(description="Group of an object that is made otherwise than it looks."),
     ] = None
     predicted_from: Annotated[
-        Annotated[str, Text()] | None, Field(description="Of lifts: the group whose forces predict those drawn.")
+        Annotated[str, Text()] | None, Field(description="Group whose forces predict those drawn, of lifts.")
     ] = None
     title: str = ""
 

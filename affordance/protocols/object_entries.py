@@ -24,10 +24,10 @@ class CylinderEntry(DataModel):
     """A cylinder along the hand's z, held at its middle."""
 
     name: Name
-    radius: Annotated[float, Within(1e-3, 0.5), Field(description="[m]")]
-    height: Annotated[float, Within(1e-3, 1.0), Field(description="[m]")]
-    mass: Annotated[float, Within(1e-3, 100.0), Field(description="[kg]")]
-    colour: Annotated[ColourText, Field(description="What it shows, as '#8c8c8c'.")]
+    radius: Annotated[float, Within(1e-3, 0.5), Field(description="Radius, [m].")]
+    height: Annotated[float, Within(1e-3, 1.0), Field(description="Height, [m].")]
+    mass: Annotated[float, Within(1e-3, 100.0), Field(description="Mass, [kg].")]
+    colour: Annotated[ColourText, Field(description="Colour of the cylinder, as '#8c8c8c'.")]
 
     def build(self) -> Tool:
         """Builds the object from its entry.
@@ -108,7 +108,7 @@ class ObjectsEntry(DataModel):
         Annotated[str, Text()] | None,
         Field(description="Tools file, in the folder of the protocol or of the models."),
     ] = None
-    materials_file: Annotated[str, Text(), Field(description="Where their materials are.")] = "materials.yaml"
+    materials_file: Annotated[str, Text(), Field(description="File of the objects' materials.")] = "materials.yaml"
     materials: Annotated[
         Annotated[dict[str, MaterialEntry], Field(min_length=1)] | None,
         Field(description="Materials of this protocol, in addition to those of the file."),
@@ -122,7 +122,7 @@ class ObjectsEntry(DataModel):
     ] = Field(default_factory=dict)
     require: Annotated[
         list[Annotated[Requirement, OneOf(Requirement)]],
-        Field(description="What the objects must be for the protocol to make sense."),
+        Field(description="Requirements on the objects for the protocol to make sense."),
     ] = Field(default_factory=list)
 
     @model_validator(mode="after")

@@ -17,6 +17,7 @@ from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people_lifts import PeopleLifts, PersonLifts
 from affordance.protocols.published import Published, PublishedTable
 from affordance.reporting.expressions import evaluate, find_names
+from affordance.reporting.learner_predictions import Spread
 from affordance.reporting.statistics import CONFIDENCE, estimate_mean
 
 # Row of a table with the number of people.
@@ -39,25 +40,13 @@ class People(NamedTuple):
     lifts: PeopleLifts | None = None
 
 
-class Spread(NamedTuple):
-    """Standard deviation of a number between people.
-
-    Attributes:
-        sd: Standard deviation between people.
-        source: Source of the value.
-    """
-
-    sd: float
-    source: str
-
-
 def check_table(table: PublishedTable, entries: Mapping[str, NumberEntry]) -> None:
     """Refuses rows of a table that belong to no number.
 
     Raises:
         BadValueError: A row belongs to no number, or the number of people is less than 2.
     """
-    for quantity in table.list_quantities():
+    for quantity in table.values:
         if quantity == NUM_PEOPLE:
             if table.get(quantity).value < 2.0:
                 problem = f"is {table.get(quantity).value:g}, must be at least 2"
@@ -100,7 +89,7 @@ def list_people(
     if people.table is None:
         return known
     for name, entry in entries.items():
-        if people.table.has(name):
+        if name in people.table.values:
             known[name] = people.table.get(name)
         elif entry.expression is not None and name not in known:
             names = find_names(entry.expression)
@@ -169,7 +158,7 @@ def list_spreads(
     measured: dict[str, Array] = {}
     if people.lifts is not None and objects is not None and len(people.lifts.people) > 1:
         measured = measure_people(entries, people.lifts, objects, blocks)
-    table = people.table if people.table is not None and people.table.has(NUM_PEOPLE) else None
+    table = people.table if people.table is not None and NUM_PEOPLE in people.table.values else None
     published = list_people(entries, People(table)) if table is not None else {}
     found: dict[str, Spread] = {}
     for name, entry in entries.items():

@@ -1,6 +1,6 @@
 """Protocol of an experiment as one file: objects, observers, presentations, numbers and claims."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -8,14 +8,13 @@ from pydantic import AfterValidator, Field, model_validator
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, check_content, complain
+from affordance.files.data_model import DataModel, OneOf, Text, Whole, Within, check_content, complain, join_key
 from affordance.files.file_name import FileName
 from affordance.files.model_folder import MODELS
-from affordance.files.yaml_reader import read_yaml
+from affordance.files.yaml_reader import read_yaml, show_value
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ALL, ObjectsEntry
-from affordance.protocols.plain_texts import refuse_templates
 from affordance.protocols.report_entries import ReportEntry
 from affordance.reporting.plain_report import PlainReport
 
@@ -33,6 +32,9 @@ NOVEL = "novel"
 
 # Files that a run writes next to the figures of a protocol.
 _FILES = ("diagram", "replay", "seen", "trajectories")
+
+# Beginnings of templates.
+_MARKS = ("{{", "{%", "{#")
 
 
 def _check_name(name: str) -> str:
@@ -55,7 +57,9 @@ class NoiseEntry(DataModel):
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
     # Not zero: a joint without load would measure its torque without error.
-    threshold: Annotated[float, Within(1e-6, 10.0), Field(description="[N m]")]
+    threshold: Annotated[
+        float, Within(1e-6, 10.0), Field(description="Absolute threshold of the error, [N m].")
+    ]
 
 
 class ObserversEntry(DataModel):
@@ -64,16 +68,21 @@ class ObserversEntry(DataModel):
     number: Annotated[int, Whole(1, 1_000_000)] = 200
     learners: Annotated[
         Annotated[list[Annotated[Learner, OneOf(Learner)]], Field(min_length=1)] | None,
-        Field(description="What they learn by; each is simulated. Else as the command line says."),
+        Field(description="Learners, each of which is simulated; that of the command line if left out."),
     ] = None
     told: Annotated[
         list[Annotated[str, Text()]], Field(description="Materials whose densities they are told beforehand.")
     ] = Field(default_factory=list)
     vision: Annotated[
-        Literal["features", "pixels"] | None, Field(description="How they see; else as the command line says.")
+        Literal["features", "pixels"] | None,
+        Field(description="Source of features; that of the command line if left out."),
     ] = None
-    noise: Annotated[NoiseEntry | None, Field(description="Else that of all simulations.")] = None
-    arm: Annotated[Annotated[str, Text()] | None, Field(description="Model directives, else the models' arm.")] = None
+    noise: Annotated[
+        NoiseEntry | None, Field(description="Errors of measured torques; those of all simulations if left out.")
+    ] = None
+    arm: Annotated[
+        Annotated[str, Text()] | None, Field(description="Model directives of the arm; the models' arm if left out.")
+    ] = None
 
     @model_validator(mode="after")
     def check_learners(self) -> Self:
@@ -92,8 +101,8 @@ class ObserversEntry(DataModel):
 class Protocol(DataModel):
     """Protocol of an experiment, as a file."""
 
-    name: Annotated[str, Text(), AfterValidator(_check_name), Field(description="Of its folder of results.")]
-    question: Annotated[str, Text(), Field(description="What it asks, in a sentence or two.")]
+    name: Annotated[str, Text(), AfterValidator(_check_name), Field(description="Name of the folder of results.")]
+    question: Annotated[str, Text(), Field(description="Question of the protocol, in a sentence or two.")]
     objects: ObjectsEntry
     novel: Annotated[ObjectsEntry | None, Field(description="Objects that are chosen about and never held.")] = None
     observers: ObserversEntry = Field(default_factory=ObserversEntry)
@@ -103,12 +112,14 @@ class Protocol(DataModel):
             description="Settings that are not as they are by default, by name, as `affordance settings` lists them."
         ),
     ] = Field(default_factory=dict)
-    blocks: Annotated[list[BlockEntry], Field(min_length=1, max_length=100, description="In order.")]
-    numbers: Annotated[dict[str, NumberEntry], Field(description="Those of metrics.json.")] = Field(
+    blocks: Annotated[
+        list[BlockEntry], Field(min_length=1, max_length=100, description="Blocks of presentations, in order.")
+    ]
+    numbers: Annotated[dict[str, NumberEntry], Field(description="Numbers of metrics.json.")] = Field(
         default_factory=dict
     )
-    figures: Annotated[dict[FigureName, FigureEntry], Field(description="By the names of their files.")] = Field(
-        default_factory=dict
+    figures: Annotated[dict[FigureName, FigureEntry], Field(description="Figures by the names of their files.")] = (
+        Field(default_factory=dict)
     )
     published: Annotated[
         Annotated[str, Text()] | None,
@@ -211,6 +222,28 @@ def load_protocol(path: Path) -> Protocol:
     content = read_yaml(path)
     refuse_templates(path, content)
     return check_content(path, "", content, Protocol)
+
+
+def refuse_templates(path: Path, content: Any) -> None:
+    """Refuses a parsed file in which a text or a name contains the beginning of a template.
+
+    Raises:
+        BadValueError: A text or a name contains one.
+    """
+    waiting: list[tuple[tuple[int | str, ...], Any]] = [((), content)]
+    while waiting:
+        place, value = waiting.pop()
+        if isinstance(value, Mapping):
+            waiting += [((*place, str(key)), each) for key, each in value.items()]
+            waiting += [((*place, str(key)), key) for key in value]
+        elif isinstance(value, list):
+            waiting += [((*place, index), each) for index, each in enumerate(value)]
+        elif isinstance(value, str) and (found := [mark for mark in _MARKS if mark in value]):
+            problem = (
+                f"is {show_value(value)}, must be plain text without {found[0]!r}: nothing is filled in; the report "
+                "shows every number in a table of its own, and a claim compares numbers by an expression"
+            )
+            raise BadValueError(path, join_key(place), problem)
 
 
 def find_number_of_observers(name: str, models: Path = MODELS) -> int | None:

@@ -1,6 +1,7 @@
 """Published measurements of people, read from small tables that give their source."""
 
 import math
+from collections.abc import Mapping
 from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
@@ -29,21 +30,16 @@ class Published(NamedTuple):
     source: str
 
 
-class PublishedTable:
-    """Published values of a group of people, by quantity."""
+class PublishedTable(NamedTuple):
+    """Published values of a group of people.
 
-    def __init__(self, path: Path, values: dict[str, Published]) -> None:
-        """Stores the path of the file and the values."""
-        self.path = path
-        self._values = values
+    Attributes:
+        path: Path of the table.
+        values: Values by quantity, in the order of the rows.
+    """
 
-    def has(self, quantity: str) -> bool:
-        """Returns whether the table has a value of a quantity."""
-        return quantity in self._values
-
-    def list_quantities(self) -> list[str]:
-        """Lists the quantities in the order of the rows."""
-        return list(self._values)
+    path: Path
+    values: Mapping[str, Published]
 
     def get(self, quantity: str) -> Published:
         """Returns the value of a quantity.
@@ -51,12 +47,12 @@ class PublishedTable:
         Raises:
             BadValueError: The table lacks the quantity; the message gives the nearest name.
         """
-        if quantity not in self._values:
-            near = get_close_matches(quantity, self._values, n=1)
+        if quantity not in self.values:
+            near = get_close_matches(quantity, self.values, n=1)
             hint = f"; nearest is {near[0]!r}" if near else ""
-            known = ", ".join(self._values)
+            known = ", ".join(self.values)
             raise BadValueError(self.path, "quantity", f"has no row {quantity!r}, which is needed; has {known}{hint}")
-        return self._values[quantity]
+        return self.values[quantity]
 
 
 def load_published(path: Path) -> PublishedTable:

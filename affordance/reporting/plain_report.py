@@ -14,8 +14,9 @@ from affordance.exceptions import AffordanceError, BadValueError, describe_choic
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.expressions import find_names
 from affordance.reporting.formatting import format_number
-from affordance.reporting.section import LAST, ReportFigure, Section, Table, render_section
+from affordance.reporting.section import LAST, Section, Table, render_section
 from affordance.reporting.section import find_names as find_names_of_section
+from affordance.reporting.section_entries import ReportFigure
 
 # Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12

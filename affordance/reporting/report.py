@@ -17,7 +17,8 @@ import jinja2
 from affordance.files.atomic import quarantine, write_json, write_text
 from affordance.named_settings import show_setting
 from affordance.reporting.claims import ClaimResult, CriterionResult
-from affordance.reporting.section import ReportFigure, Section, Table
+from affordance.reporting.section import Section, Table
+from affordance.reporting.section_entries import ReportFigure
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"

@@ -1,10 +1,8 @@
 """Sections of the report: prose as templates and claims as data, filled in with the numbers of an experiment.
 
-A section file is YAML: ``order``, ``title``, ``summary``, ``figures`` (``file`` and ``caption``), ``claims``
-(``key``, ``source``, ``text``, ``criteria``, and ``given``, an expression: where it is false the claim is not made),
-``tables`` (``caption``, ``header`` and ``rows``, a line a row, cells between bars) and ``remarks``.
-Every text is a Jinja2 template over the numbers and facts; a figure, table or remark that comes out empty is left
-out.
+A section file is YAML with the keys of ``SectionEntry``. A claim may have ``given``, an expression: where it is
+false the claim is not made. Every text is a Jinja2 template over the numbers and facts; a figure, table or remark
+that comes out empty is left out.
 
 A template is a program, so section files are part of this one; files of users are never read here (SECURITY.md).
 Templates are sandboxed as a second line of defence.
@@ -19,10 +17,11 @@ import jinja2.meta
 import jinja2.sandbox
 
 from affordance.exceptions import AffordanceError, name_object
-from affordance.files.yaml_reader import read_yaml
+from affordance.files.data_model import load_model
 from affordance.reporting import formatting
-from affordance.reporting.claims import Claim, ClaimResult, Criterion, judge_claims
+from affordance.reporting.claims import Claim, ClaimResult, judge_claims
 from affordance.reporting.expressions import evaluate
+from affordance.reporting.section_entries import ReportFigure, SectionEntry
 
 _METRES_TO_CM = 100.0
 # Order of a section that gives none.
@@ -30,18 +29,6 @@ LAST = 100
 # Replaces a bar in a text that is filled into a table, so that it does not end the cell; from Unicode's private use
 # area.
 _BAR = "\ue000"
-
-
-class ReportFigure(NamedTuple):
-    """Figure of the report.
-
-    Attributes:
-        file: File name in the experiment's folder.
-        caption: Caption.
-    """
-
-    file: str
-    caption: str
 
 
 class Table(NamedTuple):
@@ -82,7 +69,7 @@ class Section(NamedTuple):
 
 def load_claims(path: Path) -> tuple[Claim, ...]:
     """Reads the claims of a section file, with their texts as templates."""
-    return tuple(read_claim(entry) for entry in _read(path).get("claims", []))
+    return tuple(entry.build() for entry in load_model(path, SectionEntry).claims)
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
@@ -96,7 +83,7 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
     Raises:
         AffordanceError: A template or an expression uses an unknown name or cannot be evaluated.
     """
-    content, known = _read(path), {**numbers, **facts}
+    content, known = load_model(path, SectionEntry), {**numbers, **facts}
     environment = _build_environment()
 
     def render(text: str) -> str:
@@ -112,22 +99,22 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
         lines = [line for line in render(text).split("\n") if line.strip()]
         return [[" ".join(cell.replace(_BAR, "|").split()) for cell in line.split("|")] for line in lines]
 
-    figures = [ReportFigure(each["file"], fill(each["caption"])) for each in content.get("figures", [])]
+    figures = [ReportFigure(each.file, fill(each.caption)) for each in content.figures]
     tables = [
-        Table(fill(each["caption"]), [fill(title) for title in each["header"]], fill_rows(each["rows"]))
-        for each in content.get("tables", [])
+        Table(fill(each.caption), [fill(title) for title in each.header], fill_rows(each.rows))
+        for each in content.tables
     ]
     claims = [
-        claim._replace(text=fill(claim.text), criteria=tuple(_fill_criterion(each, fill) for each in claim.criteria))
-        for claim in (
-            read_claim(entry) for entry in content.get("claims", []) if evaluate(entry.get("given", True), known)
+        claim._replace(
+            text=fill(claim.text), criteria=tuple(each._replace(name=fill(each.name)) for each in claim.criteria)
         )
+        for claim in (entry.build() for entry in content.claims if evaluate(entry.given, known))
     ]
-    remarks = [fill(text) for text in content.get("remarks", [])]
+    remarks = [fill(text) for text in content.remarks]
     return Section(
-        order=content.get("order", LAST),
-        title=fill(content["title"]),
-        summary=fill(content["summary"]),
+        order=LAST if content.order is None else content.order,
+        title=fill(content.title),
+        summary=fill(content.summary),
         figures=[figure for figure in figures if figure.caption],
         claims=judge_claims(claims, known),
         tables=[table for table in tables if table.rows],
@@ -146,26 +133,8 @@ def find_names(path: Path) -> dict[str, frozenset[str]]:
         text = content if isinstance(content, str) else ""
         return frozenset(jinja2.meta.find_undeclared_variables(environment.parse(text))) - {*environment.globals}
 
-    return {key: find(content) for key, content in _read(path).items()}
-
-
-def _fill_criterion(criterion: Criterion, fill: Any) -> Criterion:
-    return criterion._replace(name=fill(criterion.name))
-
-
-def _read(path: Path) -> dict[str, Any]:
-    content: dict[str, Any] = read_yaml(path)
-    return content
-
-
-def read_claim(entry: Mapping[str, Any]) -> Claim:
-    """Reads a claim from an entry of a section file."""
-    criteria = []
-    for each in entry["criteria"]:
-        fields = dict(each)
-        named = {key: fields.pop(key) for key in ("name", "value", "unit", "scale", "digits") if key in fields}
-        criteria.append(Criterion(**named, bounds=fields))
-    return Claim(entry["key"], entry["source"], entry["text"], tuple(criteria))
+    content = load_model(path, SectionEntry).model_dump(exclude_unset=True)
+    return {key: find(each) for key, each in content.items()}
 
 
 def _build_environment() -> jinja2.Environment:

@@ -19,11 +19,6 @@ from studies.learners.honest_objects import TestedObjects
 FIGURE, MEMORY = "decoy_again", "memory"
 # Index of the observer whose memory is drawn.
 _SHOWN = 0
-LABELS = {
-    Learner.DENSITY: "one density for each colour",
-    Learner.KINDS_MAP: "kinds, most probable",
-    Learner.KINDS_DRAWN: "kinds, drawn",
-}
 SECTION = Path(__file__).with_name("section.yaml")
 
 
@@ -44,7 +39,7 @@ def run(
     """
     start = time.perf_counter()
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)
-    save_figure(decoy_again.draw(weight, arrays, list(LABELS.values())), folder, FIGURE)
+    save_figure(decoy_again.draw(weight, arrays, [learner.label for learner in Learner]), folder, FIGURE)
     save_figure(decoy_again.draw_memory(weight, _SHOWN), folder, MEMORY)
     numbers["honest"] = honest_objects.run(com, models, folder, repeats=repeats, jobs=jobs)
     numbers.update(

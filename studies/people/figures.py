@@ -1,17 +1,14 @@
-"""Figures of human data and simulated observers lift by lift, and of the fit of kappa to them."""
+"""Figures of the fit of kappa to human data, and of a decoy held again."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from affordance.arrays import Array
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
-from affordance.reporting.formatting import count_observers
-from affordance.reporting.statistics import Estimate, estimate_mean
+from affordance.reporting.statistics import Estimate
 
 _PEOPLE, _NEUTRAL = "#000000", "#777777"
 # Most observers that are drawn one by one.
@@ -24,72 +21,6 @@ class Interval(NamedTuple):
     mean: float
     low: float
     high: float
-
-
-class LiftCurve(NamedTuple):
-    """Forces of the observers of one learner.
-
-    Attributes:
-        label: Name of the learner.
-        test: Forces for the test object by cycle, (R, C), [N].
-        family: Forces predicted from the training objects for its size, (R, C), [N].
-    """
-
-    label: str
-    test: Array
-    family: Array
-
-
-def draw_test_object(
-    curves: Sequence[LiftCurve],
-    *,
-    weight: float,
-    first: Interval,
-    end: Interval,
-    family: Interval,
-    num_last: int,
-    title: str,
-) -> Figure:
-    """Draws the force for the test object by cycle: one panel per learner, human intervals in each.
-
-    Args:
-        curves: Forces of each learner.
-        weight: True weight of the test object, [N].
-        first: Human force in the first lift of the test object, [N].
-        end: Mean human force in the last cycles, [N].
-        family: Force that people's training objects predict for its size in the last cycles, [N].
-        num_last: Number of cycles that count as the last.
-        title: Title of the figure.
-    """
-    figure = Figure(figsize=(4.0 * len(curves), 4.3))
-    panels = figure.subplots(1, len(curves), sharex=True, sharey=True, squeeze=False)[0]
-    for axes, curve, colour in zip(panels, curves, OBJECT_COLOURS, strict=False):
-        cycles = np.arange(1, curve.test.shape[1] + 1)
-        for row in curve.test[:_MOST_DRAWN]:
-            axes.plot(cycles, row, color=colour, linewidth=0.5, alpha=0.35)
-        mean = estimate_mean(curve.test)
-        axes.plot(cycles, mean.mean, color=colour, linewidth=2.2)
-        axes.fill_between(cycles, mean.low, mean.high, color=colour, alpha=0.25, linewidth=0.0)
-        predicted = curve.family.mean(axis=0)
-        axes.plot(cycles, predicted, "--", color=colour, linewidth=1.4)
-        axes.axhline(weight, color=_PEOPLE, linewidth=0.9, linestyle=":", label="its weight")
-        last = (cycles[-1] - num_last + 1, cycles[-1])
-        _mark_people(axes, 1.0, first, "o", "people, mean and 95 % interval")
-        _mark_people(axes, float(np.mean(last)), end, "o", "", half_width=0.5 * (last[1] - last[0]))
-        _mark_people(axes, cycles[-1] + 1.5, family, "^", "people, predicted by its family")
-        axes.set_title(f"{curve.label}, {count_observers(len(curve.test))}", fontsize=FONT_SIZE)
-        axes.set_xlabel("cycle with the test object")
-    panels[0].set_ylabel("upward force before release (N)")
-    handles, labels = panels[0].get_legend_handles_labels()
-    ours = [
-        Line2D([], [], color=_NEUTRAL, linewidth=2.2, label="test object, mean of observers"),
-        Line2D([], [], color=_NEUTRAL, linestyle="--", label="predicted by its family"),
-    ]
-    labels = [*(str(line.get_label()) for line in ours), *labels]
-    figure.legend([*ours, *handles], labels, frameon=False, loc="outside lower center", ncols=3)
-    figure.suptitle(title, fontsize=FONT_SIZE + 1)
-    tidy(*panels)
-    return figure
 
 
 def draw_kappa_fit(
@@ -170,21 +101,3 @@ def draw_decoy_again(
     right.legend(frameon=False)
     tidy(left, right)
     return figure
-
-
-def _mark_people(
-    axes: Axes, position: float, found: Interval, marker: str, label: str, half_width: float | None = None
-) -> None:
-    error = [[found.mean - found.low], [found.high - found.mean]]
-    axes.errorbar(
-        position,
-        found.mean,
-        error,
-        half_width,
-        fmt=marker,
-        color=_PEOPLE,
-        capsize=3.0,
-        markersize=5.0,
-        zorder=5,
-        label=label or None,
-    )

@@ -22,9 +22,8 @@ from scipy.stats import chi2
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
-from affordance.experiments.lifting import LiftExperiment
-from affordance.experiments.protocol_building import build_lift_experiment
-from affordance.protocols.protocol import find_protocol, load_protocol
+from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.published import PublishedTable
 from affordance.settings import Settings
 from studies.people.fraction import Fraction
@@ -66,7 +65,7 @@ class KappaFit(NamedTuple):
 
 
 def simulate_fraction(
-    experiment: LiftExperiment, learner: Learner, kappa: float, *, repeats: int, jobs: int
+    experiment: PresentationExperiment, learner: Learner, kappa: float, *, repeats: int, jobs: int
 ) -> tuple[float, float]:
     """Mean learned fraction of simulated observers, at least 2, and its standard error."""
     experiment = replace(experiment.with_learners([learner]), kappa=kappa)
@@ -77,20 +76,16 @@ def simulate_fraction(
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(repeats))
 
 
-def load_groups(models: Path, seed: int, settings: Settings) -> list[LiftExperiment]:
+def load_groups(models: Path, seed: int, settings: Settings) -> list[PresentationExperiment]:
     """Loads the experiment of each group.
 
     Raises:
         BadValueError: A protocol is wrong.
     """
-    experiments = []
-    for name in GROUPS:
-        path = find_protocol(name, models)
-        experiments.append(build_lift_experiment(load_protocol(path), path, models, seed, settings))
-    return experiments
+    return [load_hold_experiment(name, models, seed, settings) for name in GROUPS]
 
 
-def load_people(experiment: LiftExperiment) -> PublishedTable:
+def load_people(experiment: PresentationExperiment) -> PublishedTable:
     """The published values of a group."""
     assert experiment.people.table is not None  # the shipped protocols name one
     return experiment.people.table
@@ -121,7 +116,7 @@ def simulate_and_fit(
     learner: Learner,
     kappas: Array,
     people: list[Fraction],
-    experiments: Sequence[LiftExperiment],
+    experiments: Sequence[PresentationExperiment],
     *,
     repeats: int,
     jobs: int,

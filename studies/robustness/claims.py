@@ -5,12 +5,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
 from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.expressions import find_names
-from affordance.reporting.section import read_claim
+from affordance.reporting.section_entries import ClaimEntry
 
 _HEADLINES = Path(__file__).parent / "headlines.yaml"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
@@ -25,8 +26,9 @@ def list_claims() -> Mapping[str, Claim]:
         for name in EXPERIMENTS
         for claim in load_protocol(find_protocol(name, MODELS)).report.list_claims()
     }
-    headlines = read_yaml(_HEADLINES)
-    claims.update({f"{name}.{entry['key']}": read_claim(entry) for name in headlines for entry in headlines[name]})
+    for name, entries in read_yaml(_HEADLINES).items():
+        headlines = [check_content(_HEADLINES, name, entry, ClaimEntry).build() for entry in entries]
+        claims |= {f"{name}.{claim.key}": claim for claim in headlines}
     return claims
 
 

@@ -3,7 +3,7 @@
 import csv
 import io
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,12 +13,11 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
-from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
-from affordance.objects.tool import Tool
 from affordance.reporting.claims import Claim
 from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -71,7 +70,7 @@ INTERPOLATION_BOUND = TOLERANCE
 
 
 @dataclass(frozen=True)
-class Robustness:
+class Robustness(Experiment):
     """The study of robustness.
 
     Attributes:
@@ -93,38 +92,15 @@ class Robustness:
     name = "robustness"
     unit = "setting"
     section = Path(__file__).with_name("section.yaml")
-    report = None
 
     @property
     def files_read(self) -> tuple[Path, ...]:
         """Materials, path and nail, which a setting changes."""
         return tuple(self.models / name for name in ("materials.yaml", "paths/reach.yaml", "nail.yaml"))
 
-    @property
-    def tools_observed(self) -> tuple[Tool, ...]:
-        """None: features are true ones."""
-        return ()
-
-    def with_settings(self, settings: Settings) -> "Robustness":
-        """Returns the study with other settings to start from."""
-        return replace(self, settings=settings)
-
-    def split(self) -> "list[tuple[str, Robustness]]":
-        """It is one."""
-        return [("", self)]
-
     def count_repeats(self, observers: int) -> int:
         """One repeat a setting of the sample, after the first, which is the setting of the simulations."""
         return observers + 1
-
-    def plan(self, jobs: int) -> None:
-        """Nothing is shared."""
-
-    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> None:
-        """Every setting has observers of its own."""
-
-    def select_shared(self, plan: None) -> None:
-        """Nothing is shared."""
 
     def evaluate(self, index: int | None, *, proves: bool = False) -> tuple[dict[str, float | str], Outcome]:
         """Evaluates a setting of the sample, or that of the simulations, with the random draws that they have.

@@ -14,10 +14,9 @@ from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Arrays
-from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience
-from affordance.experiments.shared.presented import QUARTILES
+from affordance.experiments.shared.presented import QUARTILES, PresentationExperiment
 from affordance.objects.colour import Colour
 from affordance.objects.tool import DENSITIES, Tool
 from affordance.protocols.measured import compute_numbers
@@ -169,7 +168,7 @@ def _hold(world: World, tool: Tool, colours: tuple[Colour, ...], densities: Arra
     return runner.run_hold(tool, memory, duration=HOLD_DURATION, seed=(0,)).height_centre
 
 
-def _compute(experiment: HoldExperiment, arrays: Arrays, heights: Sequence[Array]) -> dict[str, Any]:
+def _compute(experiment: PresentationExperiment, arrays: Arrays, heights: Sequence[Array]) -> dict[str, Any]:
     """The numbers of the protocol, of heights (R, N) of each object."""
     entries = {name: entry for name, entry in experiment.numbers.items() if entry.measure not in _LEFT_OUT}
     return compute_numbers(entries, experiment.measure({**arrays, "height_centre": np.stack(heights, axis=1)}))

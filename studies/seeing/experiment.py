@@ -27,7 +27,7 @@ from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError
-from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
@@ -64,7 +64,7 @@ class Rankings(NamedTuple):
 
 
 @dataclass(frozen=True)
-class VisionExperiment:
+class VisionExperiment(Experiment):
     """Study of features from pictures.
 
     Attributes:
@@ -85,18 +85,7 @@ class VisionExperiment:
 
     name = "vision"
     unit = "object"
-    files_read = ()
     section = Path(__file__).with_name("section.yaml")
-    report = None
-    tools_observed = ()
-
-    def with_settings(self, settings: Settings) -> "VisionExperiment":
-        """Returns the experiment with other settings."""
-        return replace(self, settings=settings)
-
-    def split(self) -> "list[tuple[str, VisionExperiment]]":
-        """Returns the experiment itself, under an empty prefix."""
-        return [("", self)]
 
     def count_repeats(self, observers: int) -> int:
         """Returns the number of objects, for the study of accuracy and for the coverage of intervals."""
@@ -118,12 +107,6 @@ class VisionExperiment:
             raise BadValueError(path, "points", f"cannot be followed: {error}") from error
         if all(reasons):
             raise BadValueError(path, "points", f"cannot be followed: the {held[0].name} {reasons[0]}")
-
-    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> None:
-        """Does nothing, as no experience is needed."""
-
-    def select_shared(self, plan: None) -> None:
-        """Returns None, as observers share nothing."""
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
         """Detects the parts of the random object with the given index in a picture.

@@ -26,8 +26,8 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.control.systems import MpcController
-from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm, add_arm, load_arm
 from affordance.proprioception.systems import DensityEstimator
@@ -152,7 +152,7 @@ def time_methods(*methods: tuple[type, str]) -> Iterator[dict[str, float]]:
             setattr(owner, name, original)
 
 
-def measure_case(experiment: HoldExperiment, tool: Tool, density: float) -> dict[str, float]:
+def measure_case(experiment: PresentationExperiment, tool: Tool, density: float) -> dict[str, float]:
     """Times the loops alternately for one object and one believed density; returns medians, [s], and shares."""
     memory = MaterialMemory(experiment.colours, DensityBelief(np.array([[1e-4]]), np.array([1e-4 * density])))
     every_tick = dataclasses.replace(experiment.settings, log_period=experiment.settings.control_period)

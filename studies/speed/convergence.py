@@ -12,8 +12,8 @@ import numpy as np
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.holding import HoldExperiment
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
@@ -28,7 +28,7 @@ PATIENCE = 10.0
 MAX_STEPS = (2.5e-3, 1.25e-3, 0.5e-3)
 
 
-def run_trials(experiment: HoldExperiment, settings: Settings) -> tuple[list[TrialRecord], float]:
+def run_trials(experiment: PresentationExperiment, settings: Settings) -> tuple[list[TrialRecord], float]:
     """Runs the two trials; returns their records and the wall time of both, without building, [s]."""
     runner = TrialRunner(settings)
     unknown = MaterialMemory()

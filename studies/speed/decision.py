@@ -18,11 +18,12 @@ from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.motion_cost import NUM_NODES, MotionCost
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
+from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.experiment import HammerExperiment
+from affordance.experiments.hammer.experiment import Hammering
 from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.reach import ReachExperiment
+from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
@@ -45,31 +46,32 @@ NEAR_TIE = 0.03
 def measure() -> tuple[list[list[str]], dict[str, float]]:
     """Decides both ways for the same densities; returns rows of a table, and the ratio of decisions per second."""
     reaching, hammering = (load_choice_experiment(name) for name in ("reach", "hammer"))
-    assert isinstance(reaching, ReachExperiment)
-    assert isinstance(hammering, HammerExperiment)
+    assert isinstance(reaching.adapter, Reaching)
+    assert isinstance(hammering.adapter, Hammering)
+    reach, hammer = reaching.adapter.task, hammering.adapter.task
     settings, tool = reaching.settings, reaching.novel[0]
 
     def follow_path(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
-        rollout = roll_out(tool.gripped_by(tool.grips[grip]), reaching.task, densities, settings)
-        return rollout.work, rollout.error <= reaching.task.path.tolerance
+        rollout = roll_out(tool.gripped_by(tool.grips[grip]), reach, densities, settings)
+        return rollout.work, rollout.error <= reach.path.tolerance
 
     start = time.perf_counter()
-    choice = plan_choice(list_options(tool), reaching.task, settings)
+    choice = plan_choice(list_options(tool), reach, settings)
     for_reach, ratio = compare(choice, reaching.experience, follow_path, time.perf_counter() - start)
-    for_reach += [f"{100 * measure_quadrature(choice, reaching):.3f} %"]
+    for_reach += [f"{100 * measure_quadrature(choice, reach, reaching.experience):.3f} %"]
 
     start = time.perf_counter()
-    choice = plan_choice(list_options(tool), hammering.task, settings)
+    choice = plan_choice(list_options(tool), hammer, settings)
     planning = time.perf_counter() - start
     planned = list(list_blow_costs(choice).values())
 
     def strike(grip: int, densities: Mapping[Colour, float]) -> tuple[float, bool]:
         gripped = tool.gripped_by(tool.grips[grip])
         try:
-            done = simulate_blow(gripped, hammering.task, planned[grip], densities, settings)
+            done = simulate_blow(gripped, hammer, planned[grip], densities, settings)
         except AffordanceError:
             return np.inf, False
-        return done.work, abs(done.force / hammering.task.force - 1.0) <= FORCE_TOLERANCE
+        return done.work, abs(done.force / hammer.force - 1.0) <= FORCE_TOLERANCE
 
     for_hammer, _ = compare(choice, hammering.experience, strike, planning)
     labels = [
@@ -142,14 +144,14 @@ def compare(
     return column, brute_seconds / fast_seconds
 
 
-def measure_quadrature(choice: Choice, experiment: ReachExperiment) -> float:
+def measure_quadrature(choice: Choice, task: Reach, experience: ExperienceConfig) -> float:
     """Computes the largest relative error of the work by the quadrature's nodes, under densities of the prior."""
-    memory = MaterialMemory().add_colours(experiment.experience.colours, choice.settings.prior)
+    memory = MaterialMemory().add_colours(experience.colours, choice.settings.prior)
     pi = choice.draw_parameters(memory, np.random.default_rng(2), NUM_ROLLOUTS)
     model = ArmModel(load_arm(choice.settings.arm))
     error = 0.0
     for option, parameters, coarse in zip(choice.options, pi, choice.compute_costs(pi).work, strict=True):
-        motion = experiment.task.build_cost(model, option.gripped, choice.settings).motion
+        motion = task.build_cost(model, option.gripped, choice.settings).motion
         every_tick = MotionCost(model, motion, num_nodes=len(motion.q)).compute(parameters).work
         error = max(error, float(np.abs(coarse / every_tick - 1.0).max()))
     return error

@@ -15,9 +15,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.hammer.experiment import HammerExperiment
+from affordance.experiments.hammer.experiment import Hammering
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
-from affordance.experiments.reach import ReachExperiment
+from affordance.experiments.reach import Reaching
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -70,25 +70,26 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
     yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
     yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
-    assert isinstance(reaching, ReachExperiment)
-    assert isinstance(hammering, HammerExperiment)
+    assert isinstance(reaching.adapter, Reaching)
+    assert isinstance(hammering.adapter, Hammering)
+    reach, hammer = reaching.adapter.task, hammering.adapter.task
     yield (
         "reach",
         lambda settings: [
-            roll_out(gripped, reaching.task, list_densities([tool]), settings).record
+            roll_out(gripped, reach, list_densities([tool]), settings).record
             for tool, gripped in _list_gripped(reaching.novel, num_tools)
         ],
     )
-    task, model = hammering.task, ArmModel(load_arm())
+    model = ArmModel(load_arm())
     # Swings are planned once: the comparison is of the arm that carries them out.
     planned = [
-        (gripped, task.build_cost(model, gripped.components, DEFAULT_SETTINGS), list_densities([tool]))
+        (gripped, hammer.build_cost(model, gripped.components, DEFAULT_SETTINGS), list_densities([tool]))
         for tool, gripped in _list_gripped(reaching.novel, num_tools)
     ]
     yield (
         "hammer",
         lambda settings: [
-            simulate_blow(gripped, task, cost, densities, settings).record for gripped, cost, densities in planned
+            simulate_blow(gripped, hammer, cost, densities, settings).record for gripped, cost, densities in planned
         ],
     )
 

@@ -19,6 +19,7 @@ from scipy.stats import chisquare, norm, truncnorm
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments.within_trial import WHITE
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_materials, load_tools
 from affordance.objects.tool import Tool
@@ -26,7 +27,7 @@ from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, WhiteNoise
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.random_streams import Stream
 from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
@@ -43,8 +44,6 @@ EXACT, IGNORING = "Weber, at rest, exact Bayes on a grid", "Weber, in Drake, pos
 
 NUM_DRAWS = 1000
 DURATION = 3.0  # of a hold, as in all experiments, [s]
-# One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
-WHITE = WhiteNoise(0.7)
 COVERAGES = (0.5, 0.8, 0.9)
 NUM_BINS = 20
 # Ranks from 0 to 999, fifty per bin.

@@ -19,7 +19,6 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.reach import ReachExperiment
 from affordance.experiments.shared.correct_grip import find_cheaper_grip
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig
@@ -108,7 +107,6 @@ def compute_cost(
 def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple[list[list[str]], dict[str, Any]]:
     """Runs every fault; returns rows of a table, and the cost of each by name."""
     experiment = load_choice_experiment("reach")
-    assert isinstance(experiment, ReachExperiment)
     first, config = experiment.novel[0], experiment.experience
     plan = experiment.plan(jobs)
     choice, simulated = plan.choices[first.name], plan.simulated[first.name]

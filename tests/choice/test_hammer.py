@@ -11,9 +11,9 @@ from helpers.slow_arm import make_slow_models
 from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import find_swing, load_hammer, plan_strike, sample_swing
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
+from affordance.choice.work_map import find_crossovers, map_work
 from affordance.control.strike import SHORTEST_HORIZON
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.work_map import find_crossovers, map_work
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM, load_arm
 from affordance.plant.arm_model import ArmModel

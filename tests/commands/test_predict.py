@@ -7,11 +7,10 @@ import pytest
 
 from affordance.belief.learner import Learner
 from affordance.cli import main
-from affordance.experiments.lifting import LiftExperiment
-from affordance.experiments.shared.learner_predictions import contrast_learners, format_predictions, summarise
-from affordance.protocols.people import Spread
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.protocols.protocol import find_number_of_observers
 from affordance.protocols.schema import write_protocol
+from affordance.reporting.learner_predictions import Spread, contrast_learners, format_predictions, summarise
 
 
 @pytest.fixture
@@ -38,7 +37,7 @@ def test_run_simulates_no_observer_that_was_predicted(short, tmp_path, monkeypat
     def refuse(*_):
         raise AssertionError("this observer was simulated already")
 
-    monkeypatch.setattr(LiftExperiment, "run_learner", refuse)
+    monkeypatch.setattr(PresentationExperiment, "run_learner", refuse)
     assert call("run", short, tmp_path) == 0
     numbers = json.loads((tmp_path / "out" / "mine" / "metrics.json").read_text())
     assert numbers["repeats"] == 3
@@ -56,7 +55,7 @@ def test_observers_of_one_learner_serve_a_protocol_that_names_none(short, tmp_pa
         encoding="utf-8",
     )
     assert call("predict", short, tmp_path) == 0
-    monkeypatch.setattr(LiftExperiment, "run_learner", None)
+    monkeypatch.setattr(PresentationExperiment, "run_learner", None)
     for learner in Learner:
         assert call("run", short, tmp_path, "--learner", learner.value) == 0
 

@@ -8,11 +8,12 @@ import pytest
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
-from affordance.experiments.holding import HoldExperiment
-from affordance.experiments.lifting import LiftExperiment
+from affordance.experiments.closed_form import ClosedForm
 from affordance.experiments.prediction import predict_protocol
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.runner import run_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
+from affordance.experiments.simulated import Simulated
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import describe_changes
@@ -86,18 +87,34 @@ def test_wrong_settings_of_a_protocol_are_refused_by_file_and_key(load, settings
 
 
 def test_kinds_of_protocols_are_told_by_what_is_done(load):
-    assert isinstance(load("  - {name: a, do: {hold: {duration: 0.1}}}"), HoldExperiment)
-    assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}"), HoldExperiment)
+    assert isinstance(load("  - {name: a, do: {hold: {duration: 0.1}}}").means, Simulated)
+    assert isinstance(load("  - {name: a, do: {clamp: {closed_form: false}}}").means, Simulated)
     with pytest.raises(
         BadValueError,
         match=r"numbers.far.measure: of presentations such as these in closed form is 'drop', must be one of force",
     ):
         load("  - {name: a, do: {clamp: {closed_form: true}}}", numbers="  far: {measure: drop}")
-    assert isinstance(load_protocol_experiment("linear_plus"), LiftExperiment)
+    assert isinstance(load_protocol_experiment("linear_plus").means, ClosedForm)
     with pytest.raises(
         BadValueError, match=r"blocks\[1\].do: is simulated, must be a clamp in closed form or a look"
     ):
         load("  - {name: a, do: {clamp: {}}}\n  - {name: b, do: {hold: {}}}")
+
+
+@pytest.mark.parametrize("closed_form", ["true", "false"])
+def test_both_means_take_any_learner_and_give_the_same_arrays(load, closed_form):
+    """A run is of one class, whatever presents the objects; a clamp is the one action that both means have."""
+    blocks = f"  - {{name: a, do: {{clamp: {{closed_form: {closed_form}, duration: 0.1}}}}}}"
+    experiment = load(blocks, observers="{learners: [density, kinds_map]}", numbers="  force: {measure: force}")
+    assert type(experiment) is PresentationExperiment
+    arrays = experiment.run_observer(None, None, 0)
+    wanted = {"presented", "force", "weight", "founds_a_kind", "p_value", "density_mode", "row force", "row expected"}
+    for prefix in ("", "kinds_map: "):
+        assert {prefix + name for name in wanted} <= set(arrays)
+        np.testing.assert_allclose(arrays[f"{prefix}force"][0], 9.81 * arrays[f"{prefix}row expected"][0], rtol=0.02)
+    np.testing.assert_array_equal(arrays["presented"], arrays["kinds_map: presented"])
+    numbers = experiment.compute_metrics(None, None, {name: array[None] for name, array in arrays.items()})
+    assert set(numbers["learners"]) == {"density", "kinds_map"}
 
 
 def test_who_only_looks_learns_nothing_and_who_holds_does(load):

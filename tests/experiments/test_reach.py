@@ -75,7 +75,7 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    again = experiment.with_settings(settings).simulate(jobs=1)
+    again = experiment.with_settings(settings).simulate(plan.costs, jobs=1)
     for tool, simulated in plan.simulated.items():
         for grip, rollout in simulated.items():
             assert (again[tool][grip].work, again[tool][grip].error) == (rollout.work, rollout.error)
@@ -231,6 +231,44 @@ def test_object_without_a_cheaper_grip_is_refused(tmp_path):
         BadValueError, match=r"novel.yaml: tools: stick: costs 4.\d+ J in both grips, must have a cheaper"
     ):
         plan_stick(models)
+
+
+def write_own_grips(tmp_path, grips):
+    """Models in which the stick has other grips than two, and the protocol does not ask for two."""
+    models = write_models(tmp_path, "protocols/reach.yaml", "require: [two grips, honest]", "require: [honest]")
+    path = models / "tools" / "novel.yaml"
+    old = (
+        "    grips:\n      wood: {position: [0, 0, 0]}\n      steel: {position: [0.30, 0, 0], rpy_deg: [0, 0, 180]}\n"
+    )
+    path.write_text(path.read_text(encoding="utf-8").replace(old, grips, 1), encoding="utf-8")
+    return models
+
+
+THREE_GRIPS = (
+    "    grips:\n      wood: {position: [0, 0, 0]}\n      steel: {position: [0.30, 0, 0], rpy_deg: [0, 0, 180]}\n"
+    "      near: {position: [0.02, 0, 0]}\n"
+)
+
+
+def test_tool_of_three_grips_makes_the_experiment(tmp_path):
+    models = write_own_grips(tmp_path, THREE_GRIPS)
+    experiment = load_choice_experiment("reach", models)
+    experiment = dataclasses.replace(experiment, novel=experiment.novel[:1])
+    plan = experiment.plan(jobs=1)
+    arrays = {"paper": np.full((2, 1, 7), 2), "bayes": np.full((2, 7), 2), "flips": np.zeros((2, 7))}
+    numbers = experiment.compute_metrics(plan, None, arrays)
+    assert numbers["energy_true"].keys() == {"wood", "steel", "near"}
+    assert numbers["correct_grip"] == min(numbers["energy_true"], key=numbers["energy_true"].get)
+    assert not numbers["tools"]["stick"]["chance_by_symmetry"]
+    assert render(experiment, plan, numbers).tables[0].rows[0][0] == "stick"
+
+
+def test_tool_of_one_grip_is_refused_before_anything_is_planned(tmp_path):
+    models = write_own_grips(tmp_path, "    grips:\n      wood: {position: [0, 0, 0]}\n")
+    with pytest.raises(
+        BadValueError, match=r"novel.yaml: tools: stick.grips: has 1 entries, must have at least 2 to choose from$"
+    ):
+        load_choice_experiment("reach", models)
 
 
 def make_rollout(work, effort, error, limited):

@@ -10,7 +10,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from affordance.exceptions import UnavailableError
-from affordance.experiments.definition import Outputs
+from affordance.experiments.definition import Experiment, Outputs
 from affordance.experiments.runner import describe_faults, describe_few_observers, run_experiment
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.proprioception.faults import NO_FAULTS, Faults
@@ -37,7 +37,7 @@ remarks:
 
 
 @dataclasses.dataclass(frozen=True)
-class MadeUp:
+class MadeUp(Experiment):
     """An experiment in which observers draw a number."""
 
     section: Path
@@ -46,13 +46,7 @@ class MadeUp:
     outliers: tuple[int, ...] = (0, 0)
 
     name = "made_up"
-    files_read = ()
     unit = "draw"
-    tools_observed = ()
-    report = None
-
-    def split(self):
-        return [("", self)]
 
     def count_repeats(self, observers):
         return 2 * observers

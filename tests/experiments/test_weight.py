@@ -14,7 +14,6 @@ import xarray
 from helpers.results_files import DOCS, check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
 
-from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
@@ -192,9 +191,9 @@ def test_seed_decides_the_numbers(short):
 
 
 def test_experience_is_carried_from_trial_to_trial(weight):
-    done, memories, _ = weight.with_duration(0.5).run_presentations(None, 0, Learner.DENSITY)
-    assert len(done) == 5
-    sds = [np.sqrt(memory.belief.covariance[0, 0]) for memory in memories]
+    presented = weight.with_duration(0.5).present(None, 0)
+    assert len(presented) == 5
+    sds = [np.sqrt(memory.belief.covariance[0, 0]) for each in presented for memory in each.memories[1:]]
     assert all(later < earlier for earlier, later in itertools.pairwise(sds))
 
 

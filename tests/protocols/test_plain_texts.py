@@ -5,8 +5,7 @@ import pytest
 from affordance.cli import main
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.protocols.plain_texts import refuse_templates
-from affordance.protocols.protocol import list_shipped, load_protocol
+from affordance.protocols.protocol import list_shipped, load_protocol, refuse_templates
 
 TEXT = (MODELS / "protocols" / "template.yaml.txt").read_text(encoding="utf-8").replace("NAME", "mine")
 ATTACK = "{{ cycler.__init__.__globals__.os.popen('touch %s').read() }}"

@@ -9,7 +9,7 @@ import pytest
 from affordance.exceptions import AffordanceError, BadValueError
 from affordance.reporting.claims import Claim, Criterion
 from affordance.reporting.plain_report import PlainReport, check_names, render_report
-from affordance.reporting.section import ReportFigure
+from affordance.reporting.section_entries import ReportFigure
 
 FACTS = {"repeats": 2, "camera_caption": "", "faults": "", "few_observers": "They are few."}
 NUMBERS = {

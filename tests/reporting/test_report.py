@@ -8,7 +8,8 @@ import pytest
 
 from affordance.reporting.claims import ClaimResult, CriterionResult
 from affordance.reporting.report import remove_section, write_report, write_section
-from affordance.reporting.section import ReportFigure, Section, Table
+from affordance.reporting.section import Section, Table
+from affordance.reporting.section_entries import ReportFigure
 
 
 def make_section(order, title, met=True):

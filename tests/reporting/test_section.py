@@ -5,7 +5,8 @@ import pytest
 import yaml
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.section import ReportFigure, Table, load_claims, render_section
+from affordance.reporting.section import Table, load_claims, render_section
+from affordance.reporting.section_entries import ReportFigure
 
 FILE = """
 order: 4
@@ -133,3 +134,32 @@ def test_section_of_title_and_summary_alone_is_one(file):
     section = render_section(file(yaml.safe_dump({"order": 1, "title": "Bare", "summary": "Nothing."})), {}, {})
     assert section[:3] == (1, "Bare", "Nothing.")
     assert not any(section[3:])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        (
+            'caption: "The {{ first }}."',
+            "captoin: The stick.",
+            r"stick.yaml: figures\[0\].caption: is missing; is 'captoin' misspelt",
+        ),
+        ("remarks:", "remark:", r"stick.yaml: remark: is not a key known here .*; did you mean 'remarks'\?$"),
+        (
+            "at_most: 0.1",
+            "at_msot: 0.1",
+            r"claims\[0\].criteria\[0\]: has no bound, must have one of above, at_least",
+        ),
+        (
+            'value: "size", at_most',
+            'value: "size +", at_most',
+            r"claims\[0\].criteria\[0\].value: the expression 'size \+' cannot be",
+        ),
+        ("order: 4", "order: first", r"stick.yaml: order: is 'first', must be a number$"),
+    ],
+)
+def test_section_files_have_the_schema_of_reports(file, old, new, message):
+    """What is wrong is named by file and key, before any text is filled in."""
+    assert old in FILE
+    with pytest.raises(AffordanceError, match=message):
+        load_claims(file(FILE.replace(old, new, 1)))

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array
+from affordance.choice.work_map import HammeringMap
 from affordance.exceptions import name_object
-from affordance.experiments.hammer.work_map import HammeringMap
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.tool import Tool
 from affordance.reporting.blow_figures import draw_map, draw_renderings
@@ -40,15 +40,17 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
     return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
 
 
-def draw_work_map(work_map: HammeringMap, densities: Array, tool: Tool, force: float) -> Figure:
-    """Draws the cheaper grip of a tool over demanded force and density of its denser part."""
-    grips = [f"hold by {grip.name}" for grip in tool.grips]
+def draw_work_map(
+    work_map: HammeringMap, densities: Array, tool: Tool, force: float, compared: Sequence[str]
+) -> Figure:
+    """Draws the cheaper of two grips of a tool over demanded force and density of its denser part."""
+    rows = {f"hold by {grip.name}": row for row, grip in enumerate(tool.grips) if grip.name in compared}
     densest = max(tool.components, key=lambda part: part.material.density).material
     return draw_map(
         forces=work_map.forces,
         values=densities,
-        work=dict(zip(grips, work_map.work, strict=True)),
-        feasible=dict(zip(grips, work_map.feasible, strict=True)),
+        work={grip: work_map.work[row] for grip, row in rows.items()},
+        feasible={grip: work_map.feasible[row] for grip, row in rows.items()},
         case=(force, densest.density),
         case_label="simulation IV",
         value_label=f"density of the {densest.name} part (kg/m³)",

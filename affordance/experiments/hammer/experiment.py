@@ -1,17 +1,14 @@
-"""Simulation IV (paper, IV-D): choosing a grip for hammering.
+"""Simulation IV (paper, IV-D): choosing a grip for driving a nail with a demanded peak force with least work."""
 
-Observers hold the objects of Simulation II, and after every trial choose the end by which to hold a novel tool so
-that driving a nail with a demanded peak force takes the least absolute work. They never hold that tool. The grip that
-is truly cheaper is found by simulating both blows with the true densities, contact included.
-"""
-
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from pathlib import Path
+from typing import Any
 
+from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
-from affordance.experiments.definition import Arrays, Outputs
+from affordance.experiments.definition import Outputs
 from affordance.experiments.hammer.drawings import (
     draw_start_and_strike,
     draw_work_map,
@@ -27,29 +24,25 @@ from affordance.experiments.hammer.measures import (
     measure_swings,
     measure_yielding,
 )
-from affordance.experiments.hammer.plan import HammerPlan, plan_hammer
+from affordance.experiments.hammer.plan import check_feasible, compute_blow_work
 from affordance.experiments.hammer.study import HammerStudy, study_blows
-from affordance.experiments.shared.choosing import ChoiceExperiment
+from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
 from affordance.experiments.shared.correct_grip import find_grip_of_densest, remove_errors
-from affordance.experiments.shared.decisions import label_choices
-from affordance.experiments.shared.experience import Experience
-from affordance.experiments.shared.proportions import describe_tools, draw_proportions
-from affordance.experiments.shared.trajectories import label_motions
+from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.files.netcdf import Trajectories
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.plant.arm import load_arm
 from affordance.reporting.blow_figures import draw_blow
+from affordance.settings import Settings
+from affordance.simulation.blow import Blow, simulate_blow
+from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.trial import get_runner
 
 
-class PlanAndStudy(NamedTuple):
-    """Plan that all observers share, and the study of the first tool."""
-
-    blows: HammerPlan
-    study: HammerStudy
-
-
 @dataclass(frozen=True)
-class HammerExperiment(ChoiceExperiment):
-    """Experiment of Simulation IV.
+class Hammering(ChoiceTask):
+    """Choice of a grip for a blow, whose contact is simulated.
 
     Attributes:
         task: Task of the blow.
@@ -57,7 +50,13 @@ class HammerExperiment(ChoiceExperiment):
 
     task: Hammer
 
-    names_of_task = (
+    name = "hammer"
+    simulations = "blows"
+    key = "blow"
+    failure = "cannot be carried out"
+    figure = ("figure10", "Choosing a grip for hammering")
+    plans_truth = True
+    names = (
         *OF_BLOWS,
         *("force_ratios", "force_demanded_N", "tip_speed", "energy_planned", "energy_at_equal_tip_speed"),
         *("tip_energy", "tip_energy_from_surface", "force_crossover_N", "force_crossover_reason"),
@@ -66,81 +65,73 @@ class HammerExperiment(ChoiceExperiment):
     )
     names_of_second_tool = tuple(f"{name}_headed_tool" for name in OF_BLOWS)
 
-    def plan(self, jobs: int) -> "PlanAndStudy":
-        """Plans and simulates the blows; see ``plan_hammer``."""
-        plan = plan_hammer(
-            self.novel, self.task, self.settings, self.seed, self.task_file, self.novel_file, jobs=jobs
-        )
-        first, exact = self.novel[0], remove_errors(self.settings)
-        costs, simulated = plan.costs[first.name], plan.simulated[first.name]
-        return PlanAndStudy(plan, study_blows(first, self.task, exact, costs, simulated, jobs=jobs))
+    def check(self, tools: Sequence[Tool], path: Path, costs: Mapping[str, Mapping[str, BlowCost]]) -> None:
+        """Checks that the nail can be driven deep enough with every tool and grip."""
+        check_feasible(path, tools, self.task, costs)
 
-    def get_planned(self, plan: PlanAndStudy) -> HammerPlan:
-        """Returns the choices and blows."""
-        return plan.blows
+    def simulate(self, held: Tool, cost: BlowCost, densities: Mapping[Colour, float], settings: Settings) -> Blow:
+        """Simulates a blow, contact included."""
+        return simulate_blow(held, self.task, cost, densities, settings)
 
-    def compute_metrics(self, plan: PlanAndStudy, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json."""
-        first, *others = self.novel
-        simulated = plan.blows.simulated[first.name]
-        of_headed = measure_blows(plan.blows.simulated[others[0].name], "_headed_tool") if others else {}
+    def describe_error(self, simulated: Blow, tool: str, grip: str, settings: Settings) -> str:
+        """Describes by how much the force differs from the demanded one."""
+        problem = simulated.describe_force_error(self.task.force, load_arm(settings.arm))
+        return problem and f"asks for {self.task.force:.0f} N, {tool} by {grip} {problem}"
+
+    def explain(self, option: str, reason: str) -> str:
+        """Explains why no blow can be carried out with an option, for a reason that is a noun phrase."""
+        return f"{option}: {reason}"
+
+    def compute_work(self, settings: Settings, costs: Mapping[str, Mapping[str, BlowCost]], held: Tool) -> float:
+        """Plans the demanded blow with a gripped tool, and returns its work, [J]."""
+        return compute_blow_work(self.task, settings, costs, held)
+
+    def study(self, tool: Tool, plan: ChoicePlan, settings: Settings, *, jobs: int) -> HammerStudy:
+        """Studies the blows with a tool; see ``study_blows``."""
+        return study_blows(tool, self.task, settings, plan.costs[tool.name], plan.simulated[tool.name], jobs=jobs)
+
+    def measure(self, novel: Sequence[Tool], config: ExperienceConfig, plan: ChoicePlan) -> dict[str, Any]:
+        """Computes cost and outcome of the blows, and the results of their study."""
+        first, *others = novel
+        costs, study = plan.costs[first.name], plan.study
+        exact = remove_errors(config.settings)
         return {
-            **self.compute_choice_metrics(plan, arrays),
             "force_ratios": [
-                blow.force / self.task.force for blows in plan.blows.simulated.values() for blow in blows.values()
+                blow.force / self.task.force for blows in plan.simulated.values() for blow in blows.values()
             ],
-            **measure_blows(simulated),
-            **of_headed,
-            **measure_demand(self.task, first, plan.blows.costs[first.name]),
-            **measure_crossovers(plan.study.crossovers, plan.study.checked, plan.study.map.forces),
-            "swings": measure_swings(plan.study.swings),
-            "yielding_nail": measure_yielding(plan.study.yielding),
-            "p_light_end_held": count_light_ends(
-                first, plan.blows.costs[first.name], self.experience, remove_errors(self.settings)
-            ),
+            **measure_blows(plan.simulated[first.name]),
+            **(measure_blows(plan.simulated[others[0].name], "_headed_tool") if others else {}),
+            **measure_demand(self.task, first, costs),
+            **measure_crossovers(study.crossovers, study.checked, study.map.forces),
+            "swings": measure_swings(study.swings),
+            "yielding_nail": measure_yielding(study.yielding),
+            "p_light_end_held": count_light_ends(first, costs, config, exact),
         }
 
-    def list_facts(self, plan: PlanAndStudy, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns the names of tools and grips, and the properties of the nail."""
-        nail = self.task.nail
+    def list_facts(self, tool: Tool) -> dict[str, Any]:
+        """Returns the grip with the densest material farthest from the hand, and the properties of the nail."""
         return {
-            **describe_tools(self.novel, numbers),
-            "grip_of_densest_far": find_grip_of_densest(self.novel[0], at_hand=False),
-            "nail_stiffness": nail.stiffness,
-            "depth_set": nail.depth_set,
+            "grip_of_densest_far": find_grip_of_densest(tool, at_hand=False),
+            "nail_stiffness": self.task.nail.stiffness,
+            "depth_set": self.task.nail.depth_set,
         }
 
-    def show(
-        self, plan: PlanAndStudy, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
-    ) -> Outputs:
-        """Returns figures 9 and 10, the blow, the map, trajectories, Diagram and replay."""
-        first, arm = self.novel[0], self.settings.arm
-        blows, correct = plan.blows.simulated[first.name], numbers["correct_grip"]
-        strike = blows[correct].strike
-        duration = strike.compute_duration(self.settings.mpc.horizon)
-        trial = get_runner(self.settings).get_diagram(duration, first.list_gripped()[correct], strike.placement)
+    def get_trial(self, settings: Settings, held: Tool, simulated: Blow) -> TrialDiagram:
+        """Returns the Diagram of a blow."""
+        duration = simulated.strike.compute_duration(settings.mpc.horizon)
+        return get_runner(settings).get_diagram(duration, held, simulated.strike.placement)
+
+    def show(self, novel: Sequence[Tool], arm: Path, plan: ChoicePlan, numbers: Mapping[str, Any]) -> Outputs:
+        """Returns figure 9, the blow, the map, and the replay."""
+        first, study = novel[0], plan.study
+        blows = plan.simulated[first.name]
         records = {f"held by {grip}": blow.nail for grip, blow in blows.items()}
-        title = "Choosing a grip for hammering"
         return Outputs(
             figures={
                 "figure9": partial(draw_start_and_strike, arm, first, blows),
-                "figure10": partial(draw_proportions, self.novel, numbers, title, len(arrays["bayes"])),
                 "blow": partial(draw_blow, records, force_demanded=self.task.force),
-                "map": partial(draw_work_map, plan.study.map, plan.study.densities, first, self.task.force),
+                "map": partial(draw_work_map, study.map, study.densities, first, self.task.force, study.compared),
             },
-            trajectories=Trajectories(
-                {
-                    **label_choices(arrays),
-                    **label_blows(list(blows.values()), plan.study.map, plan.study.densities),
-                    **label_motions([blow.record for blow in blows.values()], "simulated, true densities"),
-                },
-                {
-                    "trial": list(blows),
-                    "joint": trial.arm.joint_names,
-                    "tool": [tool.name for tool in self.novel],
-                },
-            ),
-            diagram=lambda: trial.diagram,
+            trajectories=Trajectories(label_blows(list(blows.values()), study.map, study.densities), {}),
             replay=lambda path: write_slow_replay(path, arm, first, blows),
-            writers=self.list_writers(plan, experience, arrays, numbers),
         )

@@ -11,10 +11,10 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
+from affordance.choice.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
 from affordance.control.optimal_swing import SwingComparison, compare_swings
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm import load_arm
 from affordance.plant.arm_model import ArmModel
@@ -35,7 +35,8 @@ class HammerStudy(NamedTuple):
     """Results of the study.
 
     Attributes:
-        crossovers: Forces at which both grips cost the same, [N].
+        compared: Names of the two grips of least simulated work, which the crossovers and the figure compare.
+        crossovers: Forces at which both of them cost the same, [N].
         checked: Blows on either side of the first crossover, by force and grip; forces at which one fails are
             omitted.
         yielding: Demanded blows on a nail of constant resistance, by grip; empty if one of them fails.
@@ -44,6 +45,7 @@ class HammerStudy(NamedTuple):
         densities: Densities of the map's rows, (R,), [kg/m^3].
     """
 
+    compared: tuple[str, ...]
     crossovers: list[float]
     checked: Mapping[float, Mapping[str, Blow]]
     yielding: Mapping[str, Blow]
@@ -81,14 +83,16 @@ def study_blows(
         description="hammer: forces",
     )
     up_to_most = dict(zip(held, planned, strict=True))
-    crossovers = find_crossovers(up_to_most, {grip: each.parameters for grip, each in held.items()}, forces)
+    cheapest = sorted(held, key=lambda grip: simulated[grip].work)[:2]
+    compared = {grip: up_to_most[grip] for grip in held if grip in cheapest}
+    crossovers = find_crossovers(compared, {grip: held[grip].parameters for grip in compared}, forces)
     around: tuple[float, ...] = ()
     if crossovers:
-        exact = [each.parameters[None] for each in held.values()]
+        exact = [held[grip].parameters[None] for grip in compared]
         around = pick_forces_around(
             crossovers,
             forces=forces,
-            feasible=map_work(list(up_to_most.values()), exact, forces).feasible.all(axis=(0, 1)),
+            feasible=map_work(list(compared.values()), exact, forces).feasible.all(axis=(0, 1)),
             least=least,
             demanded=task.force,
         )
@@ -115,7 +119,7 @@ def study_blows(
         for each in held.values()
     ]
     mapped = map_work(list(up_to_most.values()), parameters, forces)
-    return HammerStudy(crossovers, checked, yielding, swings, mapped, densities)
+    return HammerStudy(tuple(compared), crossovers, checked, yielding, swings, mapped, densities)
 
 
 def list_densities_of_map(true: float) -> Array:

@@ -1,49 +1,46 @@
 """Protocols of choices: observers learn from objects, and after each trial choose a grip of a novel tool.
 
-A task adds how choices are planned and what each grip truly costs; everything that tasks share is here.
+They never hold that tool. The grip that is truly cheaper is found by simulating each with the true densities. How a
+task is planned, simulated and shown is handed in; everything that tasks share is here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, ClassVar, Protocol
+from typing import Any
 
 import numpy as np
 
-from affordance.choice.inner_simulation import Choice
+from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
+from affordance.choice.observed_options import list_options
+from affordance.choice.off_axis import measure_changes
+from affordance.choice.options import Option
+from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
 from affordance.experiments.agreement import save_choices
-from affordance.experiments.definition import Arrays
-from affordance.experiments.shared.correct_grip import Simulated, find_cheaper_grip
-from affordance.experiments.shared.decisions import let_observer_choose
+from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
+from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
+from affordance.experiments.shared.decisions import label_choices, let_observer_choose
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.presentation_rows import describe_experience, stack_rows, write_rows
-from affordance.experiments.shared.proportions import compute_proportions
-from affordance.objects.tool import Tool
+from affordance.experiments.shared.proportions import compute_proportions, describe_tools, draw_proportions
+from affordance.experiments.shared.trajectories import label_motions
+from affordance.files.netcdf import Trajectories
+from affordance.objects.tool import Tool, list_densities
+from affordance.plant.arm import load_arm
+from affordance.plant.arm_model import ArmModel
+from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting.plain_report import PlainReport
+from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 
 
-class PlannedChoices(Protocol):
-    """Part of a plan that all tasks have in common."""
-
-    @property
-    def choices(self) -> Mapping[str, Choice]:
-        """Choice of a grip, by tool."""
-
-    @property
-    def simulated(self) -> Mapping[str, Mapping[str, Simulated]]:
-        """Simulations of the task under the true densities, by tool and grip."""
-
-    @property
-    def off_axis(self) -> Mapping[str, float]:
-        """Largest relative change of the work if a part is shifted by 2 mm, by tool."""
-
-
 @dataclass(frozen=True)
-class ChoiceExperiment:
-    """A protocol of choices.
+class ChoiceExperiment(Experiment):
+    """Experiment of a protocol of choices; Simulations III and IV of the paper (IV-C and IV-D) are two of them.
 
     Attributes:
         name: Name of the protocol.
@@ -55,6 +52,9 @@ class ChoiceExperiment:
         novel_file: File of the novel tools, for errors.
         block: Name of the block in which objects are held first.
         report: Report that the protocol describes.
+        adapter: Task, and how it is planned, simulated and shown.
+        seed: Root of every random draw, that of the experience.
+        settings: Settings of all simulations, those of the experience.
     """
 
     name: str
@@ -66,73 +66,162 @@ class ChoiceExperiment:
     novel_file: Path
     block: str
     report: PlainReport = field(metadata={"reports": True})
+    adapter: ChoiceTask
+    seed: int = field(init=False, metadata={"reports": True})
+    settings: Settings = field(init=False, metadata={"reports": True})
 
-    unit = "observer"
-    files_read = ()
-    # Names of the numbers and facts that the task adds to those of every choice, and of its numbers of a second tool.
-    names_of_task: ClassVar[tuple[str, ...]] = ()
-    names_of_second_tool: ClassVar[tuple[str, ...]] = ()
+    def __post_init__(self) -> None:
+        """Takes seed and settings from the experience."""
+        object.__setattr__(self, "seed", self.experience.seed)
+        object.__setattr__(self, "settings", self.experience.settings)
+
+    @property
+    def task(self) -> TaskCostModel:
+        """Model of the task's cost."""
+        return self.adapter.task
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
         """Novel tools, which the camera sees."""
         return self.novel
 
-    @property
-    def seed(self) -> int:
-        """Root of every random draw."""
-        return self.experience.seed
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of all simulations."""
-        return self.experience.settings
-
-    def with_settings[E: "ChoiceExperiment"](self: E, settings: Settings) -> E:
+    def with_settings(self, settings: Settings) -> "ChoiceExperiment":
         """Returns the experiment with other settings."""
         return replace(self, experience=replace(self.experience, settings=settings))
-
-    def split[E: "ChoiceExperiment"](self: E) -> list[tuple[str, E]]:
-        """Returns the experiment itself, under an empty prefix."""
-        return [("", self)]
-
-    def count_repeats(self, observers: int) -> int:
-        """Returns one repeat per observer."""
-        return observers
 
     def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience:
         """Lets observers hold the objects that they learn from."""
         return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
 
-    def get_planned(self, plan: Any) -> PlannedChoices:
-        """Returns the part of a plan that all tasks have in common."""
-        planned: PlannedChoices = plan
-        return planned
+    def plan(self, jobs: int) -> ChoicePlan:
+        """Plans the choices, simulates the task with every grip, and studies it.
 
-    def select_shared(self, plan: Any) -> list[Choice]:
+        Raises:
+            BadValueError: The task cannot be done with a grip, or no grip is cheaper than the others.
+            SeeingError: The features cannot be extracted from a picture of a tool.
+        """
+        plan, exact = self.plan_choices(jobs), remove_errors(self.settings)
+        return plan._replace(study=self.adapter.study(self.novel[0], plan, exact, jobs=jobs))
+
+    def plan_choices(self, jobs: int) -> ChoicePlan:
+        """Plans without the task's own study; see ``plan``."""
+        adapter, exact = self.adapter, remove_errors(self.settings)
+        choices = self._plan(self.settings, "plans", jobs)
+        true = choices
+        if adapter.plans_truth and replace(self.settings, faults=exact.faults) != exact:
+            true = self._plan(exact, "plans, true", jobs)
+        costs = {
+            name: {option.grip: cost for option, cost in zip(choice.options, choice.cost_models, strict=True)}
+            for name, choice in true.items()
+        }
+        adapter.check(self.novel, self.task_file, costs)
+        simulated = self.simulate(costs, jobs)
+        for tool in self.novel:
+            for grip, done in simulated[tool.name].items():
+                if problem := adapter.describe_error(done, name_object(tool.name), grip, self.settings):
+                    raise BadValueError(self.task_file, adapter.key, problem)
+            check_one_grip_is_cheaper(self.novel_file, tool, [done.work for done in simulated[tool.name].values()])
+        work = partial(adapter.compute_work, exact, costs)
+        off_axis = measure_changes(work, self.novel, jobs=jobs, description=f"{adapter.name}: parts moved")
+        return ChoicePlan(choices, costs, simulated, off_axis)
+
+    def _plan(self, settings: Settings, what: str, jobs: int) -> dict[str, Choice]:
+        """Plans the task with each grip of each tool; all observers share one observation of a tool.
+
+        Raises:
+            BadValueError: The task cannot be planned with some grip.
+        """
+        settings = replace(settings, faults=NO_FAULTS)  # the inner simulation assumes none
+        with self._blame_task():
+            options = {
+                tool.name: list_options(tool, seed=self.seed, feature_source=settings.feature_source)
+                for tool in self.novel
+            }
+            tasks = [
+                partial(_build_cost, self.task, option, settings) for each in options.values() for option in each
+            ]
+            costs = iter(run_tasks(tasks, jobs=jobs, description=f"{self.adapter.name}: {what}"))
+        choices = {name: Choice(each, [next(costs) for _ in each], settings) for name, each in options.items()}
+        for choice in choices.values():
+            for option, cost in zip(choice.options, choice.cost_models, strict=True):
+                if cost.infeasible_reason:
+                    problem = f"{self.adapter.failure}: {self.adapter.explain(option.name, cost.infeasible_reason)}"
+                    raise BadValueError(self.task_file, self.adapter.key, problem)
+        return choices
+
+    def simulate(self, costs: Mapping[str, Mapping[str, Any]], jobs: int) -> dict[str, dict[str, Any]]:
+        """Simulates the task under the true densities with every grip of every tool, in processes."""
+        exact = remove_errors(self.settings)
+        held = {tool.name: tool.list_gripped() for tool in self.novel}
+        tasks = [
+            partial(self.adapter.simulate, gripped, costs[tool.name][grip], list_densities([tool]), exact)
+            for tool in self.novel
+            for grip, gripped in held[tool.name].items()
+        ]
+        with self._blame_task():
+            description = f"{self.adapter.name}: {self.adapter.simulations}"
+            done = iter(run_tasks(tasks, jobs=jobs, description=description))
+        return {name: {grip: next(done) for grip in grips} for name, grips in held.items()}
+
+    @contextmanager
+    def _blame_task(self) -> Iterator[None]:
+        """Blames the task's file for errors other than those of seeing or of the machine."""
+        try:
+            yield
+        except (SeeingError, UnavailableError):
+            raise
+        except AffordanceError as error:
+            raise BadValueError(self.task_file, self.adapter.key, f"{self.adapter.failure}: {error}") from error
+
+    def select_shared(self, plan: ChoicePlan) -> list[Choice]:
         """Returns the choices, which every observer needs."""
-        return list(self.get_planned(plan).choices.values())
+        return list(plan.choices.values())
 
     def run_observer(self, shared: list[Choice], experience: Experience | None, repeat: int) -> Arrays:
         """Lets an observer choose before the first and after each trial; see ``let_observer_choose``."""
         assert experience is not None  # the experiment has one
         return let_observer_choose(shared, experience, self.seed, repeat)
 
-    def compute_choice_metrics(self, plan: Any, arrays: Arrays) -> dict[str, Any]:
-        """Computes the numbers of metrics.json that all tasks have."""
-        planned = self.get_planned(plan)
+    def compute_metrics(self, plan: ChoicePlan, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
+        """Computes the numbers of metrics.json."""
         return {
-            **compute_proportions(
-                self.novel,
-                planned.choices,
-                arrays,
-                self.experience,
-                correct={name: find_cheaper_grip(done) for name, done in planned.simulated.items()},
-                simulated=planned.simulated,
-                off_axis=planned.off_axis,
-            ),
+            **compute_proportions(self.novel, plan, arrays, self.experience),
             "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
+            **self.adapter.measure(self.novel, self.experience, plan),
         }
+
+    def list_facts(self, plan: ChoicePlan, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the names of tools and grips, and the facts of the task."""
+        return {**describe_tools(self.novel, numbers), **self.adapter.list_facts(self.novel[0])}
+
+    def show(
+        self, plan: ChoicePlan, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
+    ) -> Outputs:
+        """Returns the figures, trajectories, Diagram and replay of the task, the holds, and the choices."""
+        assert experience is not None  # the experiment has one
+        first, (figure, title) = self.novel[0], self.adapter.figure
+        simulated, correct = plan.simulated[first.name], numbers["correct_grip"]
+        trial = self.adapter.get_trial(self.settings, first.list_gripped()[correct], simulated[correct])
+        shown = self.adapter.show(self.novel, self.settings.arm, plan, numbers)
+        variables, coordinates = shown.trajectories or Trajectories({}, {})
+        motions = label_motions([done.record for done in simulated.values()], "simulated, true densities")
+        tools = [tool.name for tool in self.novel]
+        saved: dict[str, Any] = {"novel": self.novel, "choices": plan.choices, "chosen": arrays["paper"]}
+        saved |= {"numbers": numbers, "settings": self.settings, "seed": self.seed}
+        draw = partial(draw_proportions, self.novel, numbers, title, len(arrays["bayes"]))
+        return replace(
+            shown,
+            figures={**shown.figures, figure: draw},
+            trajectories=Trajectories(
+                {**label_choices(arrays), **variables, **motions},
+                {"trial": list(simulated), "joint": trial.arm.joint_names, **coordinates, "tool": tools},
+            ),
+            diagram=lambda: trial.diagram,
+            writers={
+                "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),
+                "choices": partial(save_choices, **saved),
+            },
+        )
 
     def write_lifts(self, experience: Experience, num_observers: int, folder: Path) -> None:
         """Writes lifts.csv, one row per hold of an object."""
@@ -145,20 +234,6 @@ class ChoiceExperiment:
         learners = {self.settings.learner.value: arrays}
         write_rows(folder / "lifts.csv", learners, self.experience.tools, [self.block])
 
-    def list_writers(
-        self, plan: Any, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]
-    ) -> dict[str, Callable[[Path], None]]:
-        """Returns the functions that write the holds, and the choices for comparison with those of other tasks."""
-        assert experience is not None  # the experiment has one
-        return {
-            "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),
-            "choices": partial(
-                save_choices,
-                novel=self.novel,
-                choices=self.get_planned(plan).choices,
-                chosen=arrays["paper"],
-                numbers=numbers,
-                settings=self.settings,
-                seed=self.seed,
-            ),
-        }
+
+def _build_cost(task: TaskCostModel, option: Option, settings: Settings) -> OptionCost:
+    return task.build_cost(ArmModel(load_arm(settings.arm)), option.gripped, settings)

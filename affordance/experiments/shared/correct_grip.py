@@ -38,14 +38,15 @@ def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
 
 
 def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) -> None:
-    """Refuses a tool whose two grips cost the same, as neither would be correct.
+    """Refuses a tool whose two cheapest grips cost the same, as neither would be correct.
 
     Raises:
-        BadValueError: The two works are equal within the tolerance of a tie.
+        BadValueError: The two least works are equal within the tolerance of a tie.
     """
-    cheaper, dearer = sorted(works)
-    if dearer <= cheaper * (1.0 + TIE):
-        problem = f"costs {cheaper:g} J in both grips, must have a cheaper one"
+    cheapest, second, *others = sorted(works)
+    if second <= cheapest * (1.0 + TIE):
+        grips = "both grips" if not others else f"two of its {len(works)} grips"
+        problem = f"costs {cheapest:g} J in {grips}, must have a cheaper one"
         raise BadValueError(path, f"tools: {tool.name}", problem)
 
 

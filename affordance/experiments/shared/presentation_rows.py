@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from affordance.protocols.measured import compute_volume
 from affordance.protocols.people_lifts import COLUMNS
 from affordance.protocols.presentations import Presentation
 from affordance.settings import Settings
+from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import ComponentFeatures, FeatureSource, VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 
@@ -40,6 +42,28 @@ class SeenObject(NamedTuple):
     mass: float
     features: tuple[ComponentFeatures, ...]
     appearance: Appearance
+
+
+class Presented(NamedTuple):
+    """Presentation to an observer.
+
+    Attributes:
+        presentation: Presentation that was carried out.
+        seen: Object as it was seen.
+        memories: Memories before and after the presentation.
+        expected: Mass at the most probable densities, before the object is held, [kg]; NaN if unknown.
+        p_value: P-value of the measured torques; NaN if nothing is measured.
+        record: Record of the motion; None without a simulated one.
+        numbers: Further measures, by name.
+    """
+
+    presentation: Presentation
+    seen: SeenObject
+    memories: tuple[Memory, Memory]
+    expected: float
+    p_value: float
+    record: TrialRecord | None = None
+    numbers: Mapping[str, Any] = MappingProxyType({})
 
 
 class PresentationRow(NamedTuple):
@@ -70,35 +94,16 @@ class PresentationRow(NamedTuple):
     p_value: float
 
 
-def describe_presentation(
-    presentation: Presentation,
-    seen: SeenObject,
-    memories: tuple[Memory, Memory],
-    *,
-    prior: Prior,
-    force: float,
-    expected: float,
-    p_value: float,
-) -> PresentationRow:
-    """Describes a presentation.
-
-    Args:
-        presentation: Presentation to describe.
-        seen: Object, with its mass in this presentation.
-        memories: Memories before and after the presentation.
-        prior: Prior of materials never met.
-        force: Upward force before release from a clamp, [N].
-        expected: Mass at the most probable densities, [kg].
-        p_value: P-value of the measured torques.
-    """
-    before, after = memories
+def describe_presentation(presented: Presented, prior: Prior) -> PresentationRow:
+    """Describes a presentation; materials never met are believed to have the prior."""
+    presentation, seen, (before, after), expected, p_value, _, numbers = presented
     met, colour = before.recognise(seen.appearance[0].colour, 0.0, prior)
     return PresentationRow(
         presentation.tool,
         presentation.block,
         presentation.cycle,
         seen.mass,
-        force,
+        numbers.get("force", math.nan),
         expected,
         float(met.belief.compute_mode()[colour]),
         find_kind(after, seen.appearance),
@@ -134,16 +139,14 @@ def describe_experience(
     rows = []
     for trial, index in enumerate(experience.order[repeat]):
         seen, before = see(config.tools[index]), experience.recall(repeat, trial)
-        row = describe_presentation(
+        presented = Presented(
             Presentation(places[index], 0, None, 1 + trial // len(config.tools)),
             seen,
             (before, experience.recall(repeat, trial + 1)),
-            prior=config.settings.prior,
-            force=math.nan,
-            expected=expect_mass(seen, before, config.settings),
-            p_value=experience.p_value[repeat, trial] if experience.p_value.size else math.nan,
+            expect_mass(seen, before, config.settings),
+            experience.p_value[repeat, trial] if experience.p_value.size else math.nan,
         )
-        rows.append(row)
+        rows.append(describe_presentation(presented, config.settings.prior))
     return rows
 
 

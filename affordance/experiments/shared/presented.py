@@ -1,5 +1,6 @@
-"""Base of all experiments in which objects are presented: learners, numbers and files."""
+"""Experiments in which objects are presented; the means, simulated or in closed form, are handed in."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -9,35 +10,81 @@ from typing import Any, ClassVar
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.kinds_summary import count_kinds
 from affordance.belief.learner import Learner
-from affordance.experiments.definition import Arrays
-from affordance.experiments.shared.experience import Experience
+from affordance.belief.learners import KAPPA, start_memory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.object_belief import Memory
+from affordance.experiments.definition import Arrays, Experiment, Outputs
+from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
+from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.hold_measures import get_measure, select_learner
-from affordance.experiments.shared.presentation_rows import ROW, write_rows
+from affordance.experiments.shared.presentation_rows import (
+    ROW,
+    Presented,
+    describe_experience,
+    describe_presentation,
+    stack_rows,
+    write_rows,
+)
+from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.block_entries import BlockEntry, change_holds
 from affordance.protocols.layout import Layout, lay_out
 from affordance.protocols.measured import MeasuredObservers, compute_numbers, compute_of_observers
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people import People, describe_people, list_people
-from affordance.protocols.presentations import Presentation, weigh
+from affordance.protocols.presentations import Presentation, draw_presentations, weigh
+from affordance.random_streams import Stream
 from affordance.reporting.plain_report import PlainReport
 from affordance.settings import Settings
+from affordance.simulation.trial_record import TrialRecord
 
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
-LABELS = {
-    Learner.DENSITY: "one density for each colour",
-    Learner.KINDS_MAP: "kinds, most probable",
-    Learner.KINDS_DRAWN: "kinds, drawn",
-}
+
+
+class Means(ABC):
+    """Means by which objects are presented to an observer of one learner; a frozen dataclass.
+
+    Attributes:
+        is_closed_form: True if nothing is simulated.
+        drawn: Names of the figures that can be drawn.
+    """
+
+    is_closed_form: ClassVar[bool]
+    drawn: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def seed_orders(self, seed: int, repeat: int, count: int) -> Sequence[np.random.Generator]:
+        """Returns the random generator of the order of each block."""
+
+    @abstractmethod
+    def present(
+        self, experiment: "PresentationExperiment", memory: Memory, drawn: Sequence[Presentation], repeat: int
+    ) -> list[Presented]:
+        """Presents objects to an observer with a memory, one after another."""
+
+    @abstractmethod
+    def describe_beliefs(self, experiment: "PresentationExperiment", memories: Sequence[Memory]) -> dict[str, Array]:
+        """Returns ``density_mode`` (K + 1,), and quantiles, of the density of the first material at each moment."""
+
+    @abstractmethod
+    def list_facts(self, experiment: "PresentationExperiment", numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns facts that the section file names; those that need numbers are left out while there are none."""
+
+    @abstractmethod
+    def show(self, experiment: "PresentationExperiment", experience: Experience | None, arrays: Arrays) -> Outputs:
+        """Returns the outputs other than the numbers and lifts.csv."""
 
 
 @dataclass(frozen=True)
-class PresentedExperiment:
+class PresentationExperiment(Experiment):
     """Experiment of a protocol in which objects are presented.
+
+    Simulations I and II of the paper (IV-A, IV-B), Linear+ and Linear++ (Cesanek and others 2021) are some of them.
 
     Attributes:
         name: Name of the protocol.
@@ -50,10 +97,12 @@ class PresentedExperiment:
         seed: Root of every random draw.
         settings: Settings of all simulations.
         quantiles: Quantiles of beliefs that are stored.
+        means: Means of presentation, simulated or in closed form.
         report: Report that the protocol describes.
         numbers: Numbers that are reported.
         figures: Figures that are drawn.
         people: Results of people.
+        kappa: Breadth of a category relative to its mean; None for the fitted value.
     """
 
     name: str
@@ -66,16 +115,12 @@ class PresentedExperiment:
     seed: int
     settings: Settings
     quantiles: tuple[float, ...]
+    means: Means
     report: PlainReport = field(metadata={"reports": True})
     numbers: Mapping[str, NumberEntry] = field(metadata={"reports": True})
     figures: Mapping[str, FigureEntry] = field(metadata={"reports": True})
     people: People = field(metadata={"reports": True})
-
-    unit = "observer"
-    files_read = ()
-    # True if nothing is simulated; and the names of the figures that can be drawn.
-    is_closed_form: ClassVar[bool] = False
-    drawn: ClassVar[tuple[str, ...]] = ()
+    kappa: float | None = None
 
     @property
     def tools(self) -> tuple[Tool, ...]:
@@ -84,8 +129,18 @@ class PresentedExperiment:
 
     @property
     def tools_observed(self) -> tuple[Tool, ...]:
-        """Objects that a camera sees."""
-        return ()
+        """All objects, as the camera sees each of them; none in closed form."""
+        return () if self.means.is_closed_form else self.tools
+
+    @property
+    def duration(self) -> float:
+        """Duration of a hold in the last block with holds, [s]; 0 without any."""
+        return next((block.do.duration for block in self.blocks[::-1] if block.do.duration), 0.0)
+
+    @property
+    def experience(self) -> ExperienceConfig | None:
+        """Experience gained in an unmeasured first block, which protocols share; None without such a block."""
+        return build_experience(self.blocks[0], self.objects, self.learners, self.told, self.seed, self.settings)
 
     @property
     def colours(self) -> tuple[Colour, ...]:
@@ -95,48 +150,92 @@ class PresentedExperiment:
     @property
     def layout(self) -> Layout:
         """Layout of the presentations that are measured."""
-        return lay_out(self.blocks, self.objects.groups, is_closed_form=self.is_closed_form)
+        return lay_out(self.blocks, self.objects.groups, is_closed_form=self.means.is_closed_form)
 
-    def with_settings[E: "PresentedExperiment"](self: E, settings: Settings) -> E:
-        """Returns the experiment with other settings."""
-        return replace(self, settings=settings)
-
-    def with_learners[E: "PresentedExperiment"](self: E, learners: Sequence[Learner]) -> E:
+    def with_learners(self, learners: Sequence[Learner]) -> "PresentationExperiment":
         """Returns the experiment with other learners."""
         return replace(self, learners=tuple(learners), settings=replace(self.settings, learner=learners[0]))
 
-    def split[E: "PresentedExperiment"](self: E) -> list[tuple[str, E]]:
+    def with_tools(self, tools: Sequence[Tool], groups: Mapping[str, Sequence[int]]) -> "PresentationExperiment":
+        """Returns the experiment with other objects."""
+        return replace(self, objects=ProtocolObjects(tuple(tools), groups, self.objects.path))
+
+    def with_duration(self, duration: float, repetitions: int | None = None) -> "PresentationExperiment":
+        """Returns the experiment with holds of another duration, [s], and other repetitions of the first block."""
+        return replace(self, blocks=change_holds(self.blocks, duration, repetitions))
+
+    def split(self) -> list[tuple[str, "PresentationExperiment"]]:
         """Returns one experiment per learner, with the prefix of the names of its arrays; see ``select_learner``."""
         return [
             (f"{learner.value}: " if place else "", self.with_learners([learner]))
             for place, learner in enumerate(self.learners)
         ]
 
-    def count_repeats(self, observers: int) -> int:
-        """Returns one repeat per observer."""
-        return observers
-
-    def plan(self, jobs: int) -> None:
-        """Does nothing, as observers share nothing."""
-
-    def select_shared(self, plan: None) -> None:
-        """Returns None, as observers share nothing."""
+    def gain_experience(self, folder: Path, *, repeats: int, jobs: int) -> Experience | None:
+        """Lets observers learn in a first block that is not measured; returns None without such a block."""
+        config = self.experience
+        return None if config is None else collect_experience(config, folder, repeats=repeats, jobs=jobs)
 
     def draw_measured(self, repeat: int) -> list[Presentation]:
         """Draws the measured presentations of an observer."""
         return [each for each in self.draw_presentations(repeat) if self.blocks[each.block].measured]
 
     def draw_presentations(self, repeat: int) -> list[Presentation]:
-        """Draws the presentations of an observer, the same for each learner."""
-        raise NotImplementedError
+        """Draws the presentations of an observer, block by block, the same for each learner."""
+        rngs = self.means.seed_orders(self.seed, repeat, len(self.blocks))
+        return [
+            presentation
+            for index, (block, rng) in enumerate(zip(self.blocks, rngs, strict=True))
+            for presentation in draw_presentations(block, index, self.objects, rng, repeat)
+        ]
+
+    def present(self, experience: Experience | None, repeat: int) -> list[Presented]:
+        """Presents the objects to an observer of the first learner; those of the first block only if not yet learned.
+
+        Returns: Presentations in their order, measured or not.
+        """
+        drawn = self.draw_presentations(repeat)
+        if experience is not None:
+            drawn = [each for each in drawn if each.block]
+            return self.means.present(self, experience.recall(repeat, experience.num_trials), drawn, repeat)
+        memory = start_memory(self.learners[0], (self.seed, repeat, Stream.KINDS), self.kappa)
+        if self.told:
+            memory = MaterialMemory.from_densities(dict(self.told))
+        if not self.means.is_closed_form:  # which reports the densities of all colours
+            memory = memory.add_colours(self.colours, self.settings.prior)
+        return self.means.present(self, memory, drawn, repeat)
+
+    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
+        """Presents the objects of all blocks but the first under the given memory; returns the records."""
+        drawn = [each for each in self.draw_presentations(repeat) if each.block]
+        presented = self.means.present(self, memory, drawn, repeat)
+        return [each.record for each in presented if each.record is not None]
 
     def run_learner(self, experience: Experience | None, repeat: int) -> Arrays:
-        """Runs one observer with the first learner; see ``run_observer``."""
-        raise NotImplementedError
+        """Runs one observer with the first learner.
 
-    def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
-        """Returns facts that the section file names in addition to the numbers."""
-        raise NotImplementedError
+        Returns: Arrays over the K measured presentations: if simulated ``times`` (N,), heights (K, N) and counts;
+            measures and ``presented``, the index of the object, (K,); over the K + 1 moments between them
+            ``density_mode`` (K + 1,) and ``density_quantiles`` (K + 1, Q) of the first material; and rows of all
+            presentations, whose names begin with ROW.
+        """
+        presented = self.present(experience, repeat)
+        rows = [describe_presentation(each, self.settings.prior) for each in presented]
+        if experience is not None:
+            config = self.experience
+            assert config is not None  # or there would be none
+            places = self.objects.groups[self.blocks[0].objects]
+            rows = [*describe_experience(config, experience, places, repeat), *rows]
+        measured = [each for each in presented if self.blocks[each.presentation.block].measured]
+        founds = [count_kinds(after) > count_kinds(before) for before, after in (each.memories for each in measured)]
+        numbers = [{**each.numbers, "founds_a_kind": founded} for each, founded in zip(measured, founds, strict=True)]
+        moments = [presented[0].memories[0], *(each.memories[1] for each in measured)]
+        return {
+            **stack_presentations([each.record for each in measured], numbers),
+            "presented": np.array([each.presentation.tool for each in measured], dtype=np.intp),
+            **self.means.describe_beliefs(self, moments),
+            **stack_rows(rows),
+        }
 
     def run_observer(self, shared: None, experience: Experience | None, repeat: int) -> Arrays:
         """Runs one observer with each learner; all are given the same presentations and errors of measurement.
@@ -158,17 +257,16 @@ class PresentedExperiment:
         return self.assemble(learners)
 
     def assemble(self, learners: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
-        """Assembles the numbers of metrics.json from those of each learner."""
-        people = self.describe_people()
+        """Assembles the numbers of metrics.json from those of each learner; in closed form all keys are given."""
+        every = self.means.is_closed_form
+        people = describe_people(list_people(self.numbers, self.people, self.objects, self.blocks))
+        kappa = {learner.value: KAPPA[learner.pick] for learner in self.learners if learner.pick is not None}
         return {
             **learners[self.learners[0].value],
-            **({"learners": dict(learners)} if len(learners) > 1 else {}),
-            **({"people": people} if people else {}),
+            **({"learners": dict(learners)} if every or len(learners) > 1 else {}),
+            **({"people": people} if every or people else {}),
+            **({"kappa": kappa} if every else {}),
         }
-
-    def describe_people(self) -> dict[str, Any]:
-        """Summarises people's results for the numbers of the protocol."""
-        return describe_people(list_people(self.numbers, self.people, self.objects, self.blocks))
 
     def compute_of_observers(self, arrays: Arrays) -> dict[Learner, dict[str, Array]]:
         """Computes the numbers of each observer, by learner."""
@@ -194,6 +292,15 @@ class PresentedExperiment:
             return arrays
         measured = np.array([self.blocks[index].measured for index in arrays[f"{ROW}block"][0]])
         return {name: array[:, measured] if name in rows else array for name, array in arrays.items()}
+
+    def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the names of the objects, and further facts of the means."""
+        return {"names": [tool.name for tool in self.tools], **self.means.list_facts(self, numbers)}
+
+    def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
+        """Returns figures, trajectories, Diagram and replay, as the means have them, and lifts.csv."""
+        shown = self.means.show(self, experience, arrays)
+        return replace(shown, writers={"lifts": partial(self.write_presentations, arrays), **shown.writers})
 
     def write_presentations(self, arrays: Arrays, folder: Path) -> None:
         """Writes lifts.csv, one row per presentation."""

@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.choice.inner_simulation import Choice
 from affordance.experiments.definition import Arrays
-from affordance.experiments.shared.correct_grip import Simulated
+from affordance.experiments.shared.choice_task import ChoicePlan
+from affordance.experiments.shared.correct_grip import Simulated, find_cheaper_grip
 from affordance.experiments.shared.decisions import choose_before_experience, estimate_correct
 from affordance.experiments.shared.experience import ExperienceConfig
-from affordance.experiments.shared.symmetry import is_symmetric
+from affordance.objects.symmetry import is_symmetric
 from affordance.objects.tool import Tool
 from affordance.reporting import figures
 from affordance.reporting.formatting import count_observers
@@ -19,26 +19,18 @@ from affordance.reporting.statistics import Estimate
 
 
 def compute_proportions(
-    novel: Sequence[Tool],
-    choices: Mapping[str, Choice],
-    arrays: Arrays,
-    experience: ExperienceConfig,
-    *,
-    correct: Mapping[str, str],
-    simulated: Mapping[str, Mapping[str, Simulated]],
-    off_axis: Mapping[str, float],
+    novel: Sequence[Tool], plan: ChoicePlan, arrays: Arrays, experience: ExperienceConfig
 ) -> dict[str, Any]:
     """Computes the proportions of correct choices.
 
     Args:
         novel: Novel tools; the first is the paper's.
-        choices: Choice of a grip, by tool.
+        plan: Plan that all observers share.
         arrays: Choices of all observers; see ``let_observer_choose``.
         experience: Configuration of the experience.
-        correct: Names of the correct grips, by tool.
-        simulated: Simulations of the task under the true densities, by tool and grip.
-        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
     """
+    choices, simulated = plan.choices, plan.simulated
+    correct = {name: find_cheaper_grip(done) for name, done in simulated.items()}
     tools = {}
     estimates: dict[str, Estimate] = {}
     for index, (name, choice) in enumerate(choices.items()):
@@ -53,7 +45,7 @@ def compute_proportions(
             "chance": estimates[name].mean[0],
             "chance_by_symmetry": is_symmetric(novel[index]),
             "energy_ratio_true": compute_energy_ratio(simulated[name]),
-            "off_axis_2mm_change": off_axis[name],
+            "off_axis_2mm_change": plan.off_axis[name],
         }
     first, *others = choices
     grips = [option.grip for option in choices[first].options]
@@ -67,7 +59,7 @@ def compute_proportions(
         "correct_grip": correct[first],
         "energy_ratio_true": tools[first]["energy_ratio_true"],
         "tools": tools,
-        "off_axis_2mm_change": max(off_axis.values()),
+        "off_axis_2mm_change": max(plan.off_axis.values()),
     }
     if others:
         numbers["p_correct_headed_tool"] = estimates[others[0]].mean

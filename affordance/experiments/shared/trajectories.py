@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from affordance.experiments.definition import OBSERVER_SHOWN, Arrays
 from affordance.files.netcdf import LabelledArray
 from affordance.simulation.trial_record import TrialRecord
 
@@ -84,3 +85,23 @@ def label_motions(records: Sequence[TrialRecord | None], whose: str) -> dict[str
         )
     }
     return {"time": LabelledArray(("time",), held.times, "s", "time since the trial began"), **motions}
+
+
+def label_results(
+    arrays: Arrays, quantiles: Sequence[float], records: Sequence[TrialRecord | None]
+) -> dict[str, LabelledArray]:
+    """Labels the arrays of all observers, and the motions of the one that is shown."""
+    moments = "percentile of the believed density of the first material, before the first and after each presentation"
+    labelled = {
+        **label_heights(arrays),
+        "density": LabelledArray(("repeat", "moment", "percentile"), arrays["density_quantiles"], "kg/m^3", moments),
+        "percentile": LabelledArray(("percentile",), 100.0 * np.array(quantiles), "%", "percentile"),
+        **label_motions(records, f"observer {OBSERVER_SHOWN}"),
+    }
+    for name, unit, meaning in (("force", "N", "upward force before release"), ("work", "J", "mechanical work")):
+        if name in arrays:
+            labelled[name] = LabelledArray(("repeat", "trial"), arrays[name], unit, meaning)
+    if "parameters_predicted" in arrays:
+        masses = arrays["parameters_predicted"][..., 0]
+        labelled["mass_predicted"] = LabelledArray(("repeat", "trial"), masses, "kg", "mass predicted before each")
+    return labelled

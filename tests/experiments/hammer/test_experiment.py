@@ -15,9 +15,8 @@ from affordance.choice.ranking import NO_OPTION
 from affordance.control.optimal_swing import compare_swings
 from affordance.exceptions import AffordanceError, BadValueError, StallError
 from affordance.experiments.hammer import study
-from affordance.experiments.hammer.drawings import label_blows
+from affordance.experiments.hammer.drawings import draw_work_map, label_blows
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
-from affordance.experiments.hammer.plan import plan_hammer
 from affordance.experiments.hammer.study import list_densities_of_map
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.runner import run_experiment
@@ -25,6 +24,7 @@ from affordance.experiments.shared.correct_grip import remove_errors
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
+from affordance.objects.tool import Grip
 from affordance.proprioception.faults import Faults
 from affordance.vision.features import FeatureSource
 
@@ -122,7 +122,7 @@ def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_for
     (crossover,) = plan.study.crossovers
     weaker = dataclasses.replace(experiment.task, force=0.95 * crossover)
     first, settings = experiment.novel[0], remove_errors(experiment.settings)
-    costs, simulated = (each[first.name] for each in (plan.blows.costs, plan.blows.simulated))
+    costs, simulated = (each[first.name] for each in (plan.costs, plan.simulated))
     found = study.study_blows(first, weaker, settings, costs, simulated, jobs=1)
     assert found.crossovers == pytest.approx([crossover], abs=0.05)
     (below, dealt_below), (above, dealt_above) = found.checked.items()
@@ -139,8 +139,8 @@ def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan
         raise AffordanceError("no motion keeps the limits")
 
     monkeypatch.setattr(study, "compare_swings", find_none)
-    tool, blows = experiment.novel[0], plan.blows.simulated["stick"]
-    found = study._compare_swings(tool.list_gripped(), plan.blows.costs["stick"], blows, experiment.settings, 1)
+    tool, blows = experiment.novel[0], plan.simulated["stick"]
+    found = study._compare_swings(tool.list_gripped(), plan.costs["stick"], blows, experiment.settings, 1)
     assert found == {}
     assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
 
@@ -151,14 +151,14 @@ def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, numb
     def stall(*arguments, nail=None, **changes):
         if nail is not None:
             raise StallError("stick", 0.8, 200_000, ())
-        return plan.blows.simulated["stick"]["wood"]
+        return plan.simulated["stick"]["wood"]
 
     monkeypatch.setattr(study, "simulate_blow", stall)
     monkeypatch.setattr(study, "_MAP_FORCES", 20)
     monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
     monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
     first, settings = experiment.novel[0], remove_errors(experiment.settings)
-    costs, simulated = (each[first.name] for each in (plan.blows.costs, plan.blows.simulated))
+    costs, simulated = (each[first.name] for each in (plan.costs, plan.simulated))
     found = study.study_blows(first, experiment.task, settings, costs, simulated, jobs=1)
     assert found.yielding == {}
     assert len(found.checked) == 2
@@ -172,25 +172,23 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    files = experiment.task_file, experiment.novel_file
-    again = plan_hammer(experiment.novel[:1], experiment.task, settings, 0, *files, jobs=1)
-    for grip, blow in plan.blows.simulated["stick"].items():
+    again = dataclasses.replace(experiment.with_settings(settings), novel=experiment.novel[:1]).plan_choices(jobs=1)
+    for grip, blow in plan.simulated["stick"].items():
         other = again.simulated["stick"][grip]
         assert (other.work, other.force) == (blow.work, blow.force)
-        np.testing.assert_array_equal(again.costs["stick"][grip].speeds, plan.blows.costs["stick"][grip].speeds)
-    seen, told = again.choices["stick"], plan.blows.choices["stick"]
+        np.testing.assert_array_equal(again.costs["stick"][grip].speeds, plan.costs["stick"][grip].speeds)
+    seen, told = again.choices["stick"], plan.choices["stick"]
     assert (len(seen.options[0].features[0].deformations), len(told.options[0].features[0].deformations)) == (9, 0)
 
 
 def test_blows_are_those_of_each_tool(plan):
     speeds = {
-        tool: {grip: planned.speeds.tolist() for grip, planned in costs.items()}
-        for tool, costs in plan.blows.costs.items()
+        tool: {grip: planned.speeds.tolist() for grip, planned in costs.items()} for tool, costs in plan.costs.items()
     }
     assert list(speeds) == TOOLS
     assert speeds["stick"] != speeds["hammer"]
-    for tool, costs in plan.blows.costs.items():
-        for grip, cost_model in zip(costs, plan.blows.choices[tool].cost_models, strict=True):
+    for tool, costs in plan.costs.items():
+        for grip, cost_model in zip(costs, plan.choices[tool].cost_models, strict=True):
             assert costs[grip] is cost_model or (costs[grip].speeds == cost_model.speeds).all()
 
 
@@ -211,7 +209,7 @@ def test_share_of_light_ends_is_of_what_was_chosen():
 
 
 def test_trajectories_last_until_the_nail_of_a_heavy_arm_is_at_rest(plan):
-    blows = list(plan.blows.simulated["stick"].values())
+    blows = list(plan.simulated["stick"].values())
     usual = label_blows(blows, plan.study.map, plan.study.densities)["time_since_touch"].values
     assert usual[-1] == pytest.approx(0.012, abs=1e-4)
     nail = blows[0].nail
@@ -299,7 +297,7 @@ def test_experience_gained_for_reaching_serves_hammering(experiment, plan, tmp_p
     arrays = experiment.run_observer(experiment.select_shared(plan), found, 0)
     for chosen in (arrays["paper"][0], arrays["bayes"]):
         assert chosen.shape == (7,)
-        assert plan.blows.choices["stick"].options[chosen[-1]].grip == "wood"
+        assert plan.choices["stick"].options[chosen[-1]].grip == "wood"
 
 
 @pytest.mark.parametrize(
@@ -339,17 +337,38 @@ def plan_stick(models):
     return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
 
 
+def test_study_of_three_grips_compares_the_two_cheapest(experiment, plan, monkeypatch):
+    """A third grip a little further on than the first, whose blow is taken to cost what the first's does."""
+
+    def find_none(*arguments):
+        raise AffordanceError("no other swing")
+
+    blows = plan.simulated["stick"]
+    monkeypatch.setattr(study, "compare_swings", find_none)
+    monkeypatch.setattr(study, "_simulate", lambda *arguments, **changes: blows["wood"])
+    stick, near = experiment.novel[0], np.eye(4)
+    near[0, 3] = 0.02
+    three = dataclasses.replace(stick, grips=(*stick.grips, Grip("near", near)))
+    costs = {**plan.costs["stick"], "near": plan.costs["stick"]["wood"]}
+    settings = remove_errors(experiment.settings)
+    found = study.study_blows(three, experiment.task, settings, costs, {**blows, "near": blows["wood"]}, jobs=1)
+    assert blows["wood"].work < blows["steel"].work
+    assert found.compared == ("wood", "near")
+    assert found.map.work.shape[0] == 3
+    assert draw_work_map(found.map, found.densities, three, experiment.task.force, found.compared).axes
+
+
 def test_one_tool_makes_the_experiment(experiment, plan):
     """Of the others there is nothing to say then."""
     alone = dataclasses.replace(experiment, novel=experiment.novel[:1])
-    only = {"stick": plan.blows.choices["stick"]}
-    blows = plan.blows._replace(choices=only, simulated={"stick": plan.blows.simulated["stick"]})
+    only = {"stick": plan.choices["stick"]}
+    plan = plan._replace(choices=only, simulated={"stick": plan.simulated["stick"]})
     arrays = {
         "paper": np.zeros((3, 1, 7), dtype=int),
         "bayes": np.zeros((3, 7), dtype=int),
         "flips": np.zeros((3, 7)),
     }
-    numbers = alone.compute_metrics(plan._replace(blows=blows), None, arrays)
+    numbers = alone.compute_metrics(plan, None, arrays)
     assert numbers["tools"].keys() == {"stick"}
     assert not any("headed" in key for key in numbers)
     section = render(alone, plan, numbers)

@@ -28,6 +28,13 @@ def test_tool_without_a_cheaper_grip_is_rejected(works):
         BadValueError, match=r"novel.yaml: tools: stick: costs 8 J in both grips, must have a cheaper"
     ):
         check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, works)
+
+
+def test_of_more_than_two_grips_the_two_cheapest_must_differ():
+    path = MODELS / "tools" / "novel.yaml"
+    check_one_grip_is_cheaper(path, STICK, (9.0, 8.0, 9.0))
+    with pytest.raises(BadValueError, match=r"stick: costs 8 J in two of its 3 grips, must have a cheaper one$"):
+        check_one_grip_is_cheaper(path, STICK, (8.0, 9.0, 8.0))
     check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, (8.0, 8.001))
 
 

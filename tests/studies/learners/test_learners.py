@@ -21,8 +21,9 @@ def observed(weight):
 
 
 def test_until_the_decoy_comes_again_it_is_simulation_one_to_the_last_bit(weight, observed):
-    done, memories, _ = weight.run_presentations(None, 1, Learner.DENSITY)
-    records = [each.record for each in done]
+    presented = weight.present(None, 1)
+    records = [each.record for each in presented]
+    memories = [presented[0].memories[0], *(each.memories[1] for each in presented)]
     ours, again = observed[Learner.DENSITY]
     for one, other in zip(records, again, strict=False):
         np.testing.assert_array_equal(one.q, other.q)

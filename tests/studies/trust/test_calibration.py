@@ -7,6 +7,7 @@ import pytest
 from scipy.stats import binom, chi2, norm
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.experiments.within_trial import WHITE
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
@@ -86,9 +87,9 @@ def is_calibrated(positions):
     ("noise", "calibrated"),
     [
         pytest.param(DEFAULT_SETTINGS.noise, True, id="weber"),
-        pytest.param(calibration.WHITE, True, id="white"),
+        pytest.param(WHITE, True, id="white"),
         pytest.param(Overconfident(0.07, 0.097), False, id="weber with errors halved"),
-        pytest.param(OverconfidentWhite(calibration.WHITE.sd), False, id="white with errors halved"),
+        pytest.param(OverconfidentWhite(WHITE.sd), False, id="white with errors halved"),
     ],
 )
 def test_loop_in_drake_is_calibrated(noise, calibrated, monkeypatch):
@@ -145,7 +146,7 @@ def test_bound_is_the_posteriors_variance_where_every_sample_has_its_own_error()
     np.testing.assert_allclose(bound, np.diag(posterior.covariance), rtol=1e-9)
 
 
-@pytest.mark.parametrize("noise", [WeberNoise(0.0, 0.5), calibration.WHITE])
+@pytest.mark.parametrize("noise", [WeberNoise(0.0, 0.5), WHITE])
 def test_bound_follows_the_arm_as_it_moved(noise, monkeypatch):
     """Without the part from the size of errors the loop's variance is the bound, found from its log alone."""
     monkeypatch.setattr(calibration, "DURATION", 1.0)

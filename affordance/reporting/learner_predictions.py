@@ -10,7 +10,6 @@ from scipy.stats import norm
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
-from affordance.protocols.people import Spread
 from affordance.reporting.statistics import Estimate, estimate_mean
 
 # Smallest difference that is reported, in standard deviations between people (Cohen 1988: "small").
@@ -39,6 +38,18 @@ class Prediction(NamedTuple):
     low: float
     high: float
     values: Array
+
+
+class Spread(NamedTuple):
+    """Standard deviation of a number between people.
+
+    Attributes:
+        sd: Standard deviation between people.
+        source: Source of the value.
+    """
+
+    sd: float
+    source: str
 
 
 class Contrast(NamedTuple):

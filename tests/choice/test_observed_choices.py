@@ -7,8 +7,9 @@ import pytest
 from helpers.two_tools import REACH, STICK
 
 from affordance.belief.material_memory import MaterialMemory
+from affordance.choice.inner_simulation import plan_choice
+from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import rank_options
-from affordance.experiments.shared.grip_choices import plan_choices
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import FeatureSource
 
@@ -19,7 +20,8 @@ def test_stick_seen_in_a_picture_is_all_but_a_matter_of_chance():
     What is left beside sampling is that one half may look a percent larger than the other.
     """
     settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
-    (choice,) = plan_choices([STICK], REACH, settings, 1, jobs=1, description="test").values()
+    options = list_options(STICK, seed=1, feature_source=settings.feature_source)
+    choice = plan_choice(options, REACH, settings)
     assert all(part.X_TE[1, 3] != 0.0 for part in choice.options[0].features)
     ranking = rank_options(choice, MaterialMemory(), np.random.default_rng(0), 5_000)
     assert ranking.best.p_best == pytest.approx(0.5, abs=0.01 + 3 * 0.5 / np.sqrt(5_000))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from affordance.belief.learner import Learner
-from affordance.experiments.shared import learner_predictions as prediction
+from affordance.reporting import learner_predictions as prediction
 
 
 def test_contrasts_are_those_of_two_normal_samples():

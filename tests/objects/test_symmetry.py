@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from affordance.experiments.shared.symmetry import is_symmetric
 from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import load_materials, load_tools
+from affordance.objects.symmetry import is_symmetric
 
 STICK, *OTHERS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 

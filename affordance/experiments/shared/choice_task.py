@@ -1,0 +1,106 @@
+"""Task for which observers choose a grip: how it is planned, simulated and shown, apart from who chooses."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, ClassVar, NamedTuple
+
+from affordance.choice.inner_simulation import Choice, TaskCostModel
+from affordance.exceptions import name_object
+from affordance.experiments.definition import Outputs
+from affordance.experiments.shared.experience import ExperienceConfig
+from affordance.objects.colour import Colour
+from affordance.objects.tool import Tool
+from affordance.settings import Settings
+
+
+class ChoicePlan(NamedTuple):
+    """Plan that all observers share.
+
+    Attributes:
+        choices: Choice of a grip by tool, with features as they are observed.
+        costs: Costs planned for the true tools, by tool and grip, if the task plans them; else for those observed.
+        simulated: Simulations of the task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
+        study: Further results about the first tool; None for none.
+    """
+
+    choices: Mapping[str, Choice]
+    costs: Mapping[str, Mapping[str, Any]]
+    simulated: Mapping[str, Mapping[str, Any]]
+    off_axis: Mapping[str, float]
+    study: Any = None
+
+
+class ChoiceTask(ABC):
+    """Task for which a grip is chosen; derived classes are frozen dataclasses.
+
+    Attributes:
+        name: Name of the task in progress bars.
+        simulations: Noun for its simulations in progress bars.
+        key: Key of the task's file that is blamed if the task cannot be done.
+        failure: Words for a task that cannot be done.
+        figure: Name of the figure of proportions, and its title.
+        names: Names of the numbers and facts that the task adds to those of every choice.
+        names_of_second_tool: Names of the numbers that it adds about a second tool.
+        plans_truth: True to plan with the true features too, where others are observed.
+        task: Model of the task's cost.
+    """
+
+    name: ClassVar[str]
+    simulations: ClassVar[str]
+    key: ClassVar[str]
+    failure: ClassVar[str]
+    figure: ClassVar[tuple[str, str]]
+    names: ClassVar[tuple[str, ...]]
+    names_of_second_tool: ClassVar[tuple[str, ...]] = ()
+    plans_truth: ClassVar[bool] = False
+    task: TaskCostModel
+
+    @abstractmethod
+    def simulate(self, held: Tool, cost: Any, densities: Mapping[Colour, float], settings: Settings) -> Any:
+        """Simulates the task with a gripped tool; returns its work, motion and outcome."""
+
+    @abstractmethod
+    def describe_error(self, simulated: Any, tool: str, grip: str, settings: Settings) -> str:
+        """Describes the error of a simulation, possibly with remedies; empty if it is within the tolerance."""
+
+    def explain(self, option: str, reason: str) -> str:
+        """Explains why the task cannot be done with an option, for a reason that says what the option does."""
+        return f"{name_object(option)} {reason}"
+
+    @abstractmethod
+    def compute_work(self, settings: Settings, costs: Mapping[str, Mapping[str, Any]], held: Tool) -> float:
+        """Plans the task with a gripped tool of known inertia, and returns its work, [J].
+
+        Raises:
+            AffordanceError: The task cannot be done with that tool.
+        """
+
+    @abstractmethod
+    def measure(self, novel: Sequence[Tool], config: ExperienceConfig, plan: ChoicePlan) -> dict[str, Any]:
+        """Computes the numbers of metrics.json that the task adds to those of every choice."""
+
+    @abstractmethod
+    def list_facts(self, tool: Tool) -> dict[str, Any]:
+        """Returns the facts that the task adds to those of every choice; tool is the first novel one."""
+
+    @abstractmethod
+    def show(self, novel: Sequence[Tool], arm: Path, plan: ChoicePlan, numbers: Mapping[str, Any]) -> Outputs:
+        """Returns figures, replay, and trajectories other than choices and joint motions, of the first tool."""
+
+    @abstractmethod
+    def get_trial(self, settings: Settings, held: Tool, simulated: Any) -> Any:
+        """Returns the Diagram in which a gripped tool was simulated."""
+
+    def check(self, tools: Sequence[Tool], path: Path, costs: Mapping[str, Mapping[str, Any]]) -> None:
+        """Checks the planned costs of tools under their true densities, before anything is simulated.
+
+        Raises:
+            BadValueError: The task's file asks for what a grip cannot do.
+        """
+        return None
+
+    def study(self, tool: Tool, plan: ChoicePlan, settings: Settings, *, jobs: int) -> Any:
+        """Studies the task further with the first tool; settings have no errors."""
+        return None

@@ -1,0 +1,204 @@
+"""Simulated presentations: objects are held, released from a clamp, moved or looked at."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.motion_cost import measure_cost
+from affordance.choice.reach import Reach
+from affordance.control.timed_path import TimedPath
+from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
+from affordance.experiments.shared.experience import Experience
+from affordance.experiments.shared.presentation_rows import Presented, expect_mass, see
+from affordance.experiments.shared.presented import Means, PresentationExperiment
+from affordance.experiments.shared.protocol_figures import draw_figures
+from affordance.experiments.shared.trajectories import label_results
+from affordance.experiments.within_trial import WHITE, WithinTrialStudy, draw_within_trial
+from affordance.files.netcdf import Trajectories
+from affordance.objects.tool import Tool
+from affordance.protocols.block_entries import BlockEntry
+from affordance.protocols.presentations import Presentation
+from affordance.random_streams import Stream
+from affordance.reporting.replay import Scene, write_replay
+from affordance.settings import Settings
+from affordance.simulation.clamp_trial import run_clamp_and_release
+from affordance.simulation.trial import Observer, TrialRunner, get_runner
+from affordance.simulation.trial_record import TrialRecord
+from affordance.vision.observe import observe
+from affordance.vision.visual_prior import predict_object
+
+_PREDICTED = 9  # in a seed, for objects observed and not held; the draws of a trial count from 0
+
+
+@dataclass(frozen=True)
+class Simulated(Means):
+    """Presentations by simulation of the Diagram.
+
+    Attributes:
+        expects: True to store the inertial parameters that an observer predicts from sight.
+        paths: Paths of reaches, by the index of their block.
+    """
+
+    expects: bool = False
+    paths: Mapping[int, TimedPath] = field(default_factory=dict)
+
+    is_closed_form = False
+    drawn = (
+        "objects",
+        "heights",
+        "heights of points",
+        "density and drop",
+        "lifts",
+        "belief within a trial",
+        "sinking",
+    )
+
+    def seed_orders(self, seed: int, repeat: int, count: int) -> list[np.random.Generator]:
+        """Returns a random generator for each block; that of the first also orders experience."""
+        return [
+            np.random.default_rng([seed, repeat, Stream.ORDER, *([index] if index else [])]) for index in range(count)
+        ]
+
+    def present(
+        self, experiment: PresentationExperiment, memory: Memory, drawn: Sequence[Presentation], repeat: int
+    ) -> list[Presented]:
+        """Presents objects to an observer; holds of a block that teach are those of one ``Observer``."""
+        settings = experiment.settings
+        # Where all objects share one colour, everything that is seen is taken to have it.
+        remembered = experiment.colours if len(experiment.colours) > 1 else ()
+        observers: dict[int, Observer] = {}
+        presented: list[Presented] = []
+        taught, tested = 0, 0
+        for presentation in drawn:
+            block, tool, before = experiment.blocks[presentation.block], experiment.weigh(presentation), memory
+            seed: tuple[int, ...] = (experiment.seed, repeat, taught)
+            if not block.teaches:
+                seed = (experiment.seed, repeat, Stream.TEST, tested)
+            numbers = self._expect(experiment, tool, memory, seed) if block.measured else {}
+            record: TrialRecord | None = None
+            if block.do.hold is not None and block.teaches:
+                if presentation.block not in observers:
+                    observers[presentation.block] = Observer(
+                        get_runner(settings), memory, duration=block.do.duration, remembered=remembered
+                    )
+                record = observers[presentation.block].hold(tool, seed)
+                memory = observers[presentation.block].memory
+            elif block.do.look is None:
+                record, more = self._run(settings, presentation.block, block, tool, memory, seed)
+                numbers |= more
+                memory = record.memory if block.teaches else memory
+            taught, tested = taught + block.teaches, tested + (not block.teaches)
+            seen, p_value = see(tool), np.nan if record is None else record.p_value
+            expected = expect_mass(seen, before, settings)
+            presented.append(Presented(presentation, seen, (before, memory), expected, p_value, record, numbers))
+        return presented
+
+    def describe_beliefs(self, experiment: PresentationExperiment, memories: Sequence[Memory]) -> dict[str, Array]:
+        """Returns mode and quantiles of the first density at each moment, and ``densities``, (Q, M), at the first."""
+        quantiles = [memory.belief.compute_percentiles(experiment.quantiles) for memory in memories]
+        return {
+            "density_quantiles": np.stack([each[:, 0] for each in quantiles]),
+            "density_mode": np.array([memory.belief.compute_mode()[0] for memory in memories]),
+            "densities": quantiles[0],
+        }
+
+    def list_facts(self, experiment: PresentationExperiment, numbers: Mapping[str, Any]) -> dict[str, Any]:
+        """Returns the conditions of the presentations, and the materials."""
+        tools, config = experiment.tools, experiment.experience
+        *_, before, last = (tools[0], *tools)
+        looks_like = last.components[0].looks_like.name
+        return {
+            "run_shown": OBSERVER_SHOWN,
+            "white_sd": WHITE.sd,
+            "first": tools[0].name,
+            "second": tools[min(1, len(tools) - 1)].name,
+            "duration": experiment.duration,
+            "num_trials": 0 if config is None else config.num_trials,
+            "material": tools[0].components[0].material.name,
+            "decoy_looks_like": "the last one" if last.appearance == before.appearance else looks_like,
+            "decoy_materials": " and ".join(dict.fromkeys(part.material.name for part in last.components)),
+        }
+
+    def show(self, experiment: PresentationExperiment, experience: Experience | None, arrays: Arrays) -> Outputs:
+        """Returns figures, trajectories, Diagram and replay."""
+        settings, tools = experiment.settings, experiment.tools
+        figures = draw_figures(experiment, arrays)
+        done = [
+            (tools[each.presentation.tool], each.record)
+            for each in experiment.present(experience, OBSERVER_SHOWN)
+            if experiment.blocks[each.presentation.block].measured
+        ]
+        held = [(tool, record) for tool, record in done if record is not None]
+        if not held:
+            return Outputs(figures=figures)
+        duration = experiment.duration
+        study = WithinTrialStudy(settings, tools[0], duration=duration, seed=(experiment.seed, OBSERVER_SHOWN, 0))
+        more, writers = draw_within_trial(experiment.figures, study)
+        trial = get_runner(settings).get_diagram(duration)
+        scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
+        title = f"{experiment.name}, seed {experiment.seed}"
+        return Outputs(
+            figures={**figures, **more},
+            trajectories=Trajectories(
+                label_results(arrays, experiment.quantiles, [record for _, record in done]),
+                {"trial": [tool.name for tool, _ in done], "joint": trial.arm.joint_names},
+            ),
+            diagram=lambda: trial.diagram,
+            replay=lambda path: write_replay(path, settings.arm, scenes, title=title),
+            writers=writers,
+        )
+
+    def _run(
+        self, settings: Settings, index: int, block: BlockEntry, tool: Tool, memory: Memory, seed: tuple[int, ...]
+    ) -> tuple[TrialRecord, dict[str, Any]]:
+        """Runs a presentation of the block with an index, and returns its record and further measures."""
+        runner, action = get_runner(settings), block.do
+        if action.clamp is not None:
+            record, clamp = run_clamp_and_release(runner, tool, memory, duration=action.duration, seed=seed)
+            return record, {"force": clamp.force}
+        if action.reach is not None:
+            return present_reach(runner, tool, Reach(self.paths[index]), memory, seed)
+        return runner.run_hold(tool, memory, duration=action.duration, seed=seed), {}
+
+    def _expect(
+        self, experiment: PresentationExperiment, tool: Tool, memory: Memory, seed: tuple[int, ...]
+    ) -> dict[str, Any]:
+        """Returns an object's weight, [N], and, if requested, its predicted and true inertial parameters, (10,)."""
+        settings = experiment.settings
+        numbers: dict[str, Any] = {"weight": tool.mass * get_runner(settings).gravity}
+        if self.expects:
+            rng = np.random.default_rng([*seed, _PREDICTED])
+            features = observe(tool, settings.feature_source, settings.vision_error, rng)
+            belief = predict_object(features, memory, settings.prior)
+            numbers["parameters_predicted"] = belief.compute_parameters(belief.densities.compute_mode())
+            numbers["parameters_true"] = tool.parameters
+        return numbers
+
+
+def present_reach(
+    runner: TrialRunner, tool: Tool, task: Reach, memory: Memory, seed: tuple[int, ...]
+) -> tuple[TrialRecord, dict[str, Any]]:
+    """Simulates a reach.
+
+    Args:
+        runner: Runner of the trial.
+        tool: Object, as it is gripped.
+        task: Path to follow.
+        memory: Memory before the presentation.
+        seed: Seed of every random draw.
+
+    Returns: Record of the motion; and ``work``, [J], and ``path_error``, the largest distance of the free end from
+        the path, [m].
+    """
+    settings = runner.settings
+    runner = get_runner(replace(settings, log_period=settings.control_period))  # work is a sum over them
+    trial = runner.get_diagram(task.duration, tool)
+    following = task.begin(trial.model, tool.p_TTfree)
+    record = runner.run(tool, following, memory, duration=task.duration, seed=seed)
+    error = trial.chain.compute_positions(record.q, tool.p_TTfree) - following.list_places(record.times)
+    work, _ = measure_cost(record.tau, record.v, settings.control_period)
+    return record, {"work": work, "path_error": float(np.linalg.norm(error, axis=1).max())}
