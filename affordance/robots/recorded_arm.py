@@ -15,7 +15,7 @@ from pydrake.systems.framework import Context
 from affordance.arguments import StrPath, check_path
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
 from affordance.plant.arm import HAND_FRAME, parse_arm
 from affordance.plant.chain_kinematics import SerialChain
