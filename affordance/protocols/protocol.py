@@ -57,9 +57,7 @@ class NoiseEntry(DataModel):
 
     weber_fraction: Annotated[float, Within(0.0, 1.0)]
     # Not zero: a joint without load would measure its torque without error.
-    threshold: Annotated[
-        float, Within(1e-6, 10.0), Field(description="Absolute threshold of the error, [N m].")
-    ]
+    threshold: Annotated[float, Within(1e-6, 10.0), Field(description="Absolute threshold of the error, [N m].")]
 
 
 class ObserversEntry(DataModel):

@@ -91,3 +91,17 @@ def test_beliefs_along_a_line_take_nodes_along_it():
     motions = interpolate_motions(Simulator(smooth), believed, TRUE)
     assert motions.num_simulated < 12
     assert np.abs(motions.heights - Simulator(smooth).list_all(believed)).max() < TOLERANCE
+
+
+def test_a_limit_that_only_extreme_beliefs_meet_is_found():
+    """A corner of the beliefs, far from the nodes, where the arm's limit changes the motion."""
+    believed = np.random.default_rng(3).multivariate_normal([700.0, 3500.0], [[6400.0, 0.0], [0.0, 22_500.0]], 200)
+    corner = believed[((believed - believed.mean(axis=0)) / believed.std(axis=0) @ [-1.0, 1.0]).argmax()]
+
+    def simulate(rho):
+        off = 1e-3 if (rho == corner).all() else 0.0
+        return np.outer(np.ones(4), [1e-6, -2e-6]) @ rho + off
+
+    motions = interpolate_motions(simulate, believed)
+    truth = np.array([simulate(rho) for rho in believed])
+    np.testing.assert_allclose(motions.heights, truth, atol=2.0 * TOLERANCE)
