@@ -13,11 +13,11 @@ from .control.timed_path import load_path
 from .exceptions import AffordanceError, BadArgumentError, BadValueError, ModelFileError
 from .experiments.suite import load_experiment, run_suite
 from .files.model_folder import MODELS
-from .identification.gains import Gains, read_gains, write_gains
+from .identification.evidence.gains import Gains, read_gains, write_gains
 from .identification.identify import Runs, identify
-from .identification.payload_belief import PayloadBelief
-from .identification.run import Run
-from .identification.run_file import read_run
+from .identification.posterior.payload_belief import PayloadBelief
+from .identification.recording.run import Run
+from .identification.recording.run_file import read_run
 from .named_settings import change_settings
 from .objects.load import load_tools
 from .objects.material import Material

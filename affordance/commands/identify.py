@@ -5,8 +5,6 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
-
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.kind_memory import KindMemory
@@ -17,24 +15,21 @@ from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
-from affordance.identification.gains import read_gains, write_gains
-from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Runs, check_reference_mass, identify_in_detail
-from affordance.identification.inference import Identification
-from affordance.identification.part_posterior import SeenObject, find_box
-from affordance.identification.payload_belief import UNITS, PayloadBelief
-from affordance.identification.payload_settings import list_payload_settings
-from affordance.identification.robot_chain import RobotChain
-from affordance.identification.run import Run
-from affordance.identification.run_file import read_run
+from affordance.identification.evidence.gains import read_gains, write_gains
+from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
+from affordance.identification.posterior.half_check import HalfCheck, check_calibration
+from affordance.identification.posterior.part_posterior import SeenObject
+from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief
+from affordance.identification.posterior.payload_settings import list_payload_settings
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run
+from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
 from affordance.robots.recorded_arm import load_robot
-from affordance.vision.features import VisionError, measure_features
-from affordance.vision.visual_prior import predict_object
 
 HELP = "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings"
 # Nuisances that can be switched off, and their names in the settings.
@@ -98,7 +93,7 @@ def run(arguments: argparse.Namespace) -> int:
     mass = arguments.reference_mass
     if mass is not None:
         check_reference_mass("--reference-mass", mass)
-    found = identify_in_detail(
+    belief = identify(
         robot,
         Runs(loaded, empty),
         paired=not arguments.unpaired,
@@ -108,15 +103,12 @@ def run(arguments: argparse.Namespace) -> int:
         deviation_sd=prior.deviation_sd,
         settings=settings,
     )
-    belief = found.belief
-    halves = None
-    if belief.calibration is not None and belief.reference_mass is not None:
-        halves = check_halves(found.fit.evidence, belief.reference_mass, settings)
+    halves = check_calibration(belief, settings)
     content = belief.to_dict() | {"payload_settings": list_payload_settings(belief.parameters)}
     if halves is not None:
         content["halves"] = halves._asdict()
     if arguments.out is not None:
-        _write(arguments.out, found, content)
+        _write(arguments.out, belief, content)
     learned = arguments.learned or arguments.memory
     if (
         belief.seen is not None
@@ -172,22 +164,18 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
 
 
 def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
-    """Predicts the object in a tools file from its exact features, as a camera would see them."""
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     names = [tool.name for tool in tools]
     name = arguments.object_name or names[0]
     if name not in names:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(names)}")
-    tool = tools[names.index(name)]
-    features = measure_features(tool, VisionError(), np.random.default_rng(0))
-    return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
+    return see_tool(tools[names.index(name)], memory, prior)
 
 
-def _write(folder: Path, found: Identification, content: dict[str, object]) -> None:
-    belief = found.belief
-    save_figure(draw_fit(found.fit), folder, "fit")
+def _write(folder: Path, belief: PayloadBelief, content: dict[str, object]) -> None:
+    save_figure(draw_fit(belief.fit), folder, "fit")
     save_figure(draw_posteriors(belief), folder, "posteriors")
-    save_figure(draw_whiteness(found.fit), folder, "whiteness")
+    save_figure(draw_whiteness(belief.fit), folder, "whiteness")
     if belief.calibration is not None:
         write_gains(folder / "gains.yaml", belief.calibration)
     meaning = "mass, first moment, moments and products of inertia about the tip"

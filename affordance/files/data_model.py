@@ -131,12 +131,13 @@ def _describe_unknown(name: str, known: Sequence[str]) -> str:
 def _describe_bound(error: ErrorDetails) -> str:
     """Describes the bound of a value in the words of our own checks."""
     kind, context = error["type"], error.get("ctx", {})
+    least = context.get("min_length", 1)
     bounds = {
         "model_type": "must be a mapping of keys to values",
         "dict_type": "must be a mapping of keys to values",
         "list_type": "must be a list with at least one entry",
         "tuple_type": "must be a list with at least one entry",
-        "too_short": "must be a list with at least one entry",
+        "too_short": f"must be a list with at least {f'{least} entries' if least > 1 else 'one entry'}",
         "too_long": f"must have at most {context.get('max_length')} entries",
         "string_type": "must be a text",
         "bool_type": "must be true or false",

@@ -21,7 +21,7 @@ _MOST_DIGITS = 1000
 
 
 def read_yaml(path: Path) -> Any:
-    """Parses a YAML file; the content must be checked by ``files.data_model`` or read from a ``Record``.
+    """Parses a YAML file; the content must be checked by ``files.data_model``.
 
     Raises:
         BadValueError: The file cannot be read, is not YAML, repeats a key, or exceeds the limits on entries or depth.

@@ -1,27 +1,36 @@
 """Identification of a held payload from recorded q, v, vdot and tau."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from affordance.arguments import check_kind, check_number
-from affordance.exceptions import BadValueError
-from affordance.identification.calibration import calibrate_gains
-from affordance.identification.evidence import Evidence
-from affordance.identification.file_arm import build_file_evidence, estimate_gains
-from affordance.identification.gains import Gains, arrange_gains, build_nominal_gains
-from affordance.identification.inference import Identification, infer
-from affordance.identification.joint_samples import restore_compensated
-from affordance.identification.paired_runs import pair_runs
-from affordance.identification.part_posterior import SeenObject
-from affordance.identification.payload_belief import PayloadBelief
-from affordance.identification.preparation import find_cutoff, prepare
-from affordance.identification.robot_chain import RobotChain
-from affordance.identification.run import Run
-from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
-from affordance.identification.solid_prior import SolidPrior
-from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
-from affordance.identification.wrist_sensor import build_wrist_evidence, build_wrist_gains
+import numpy as np
 
+from affordance.arguments import check_kind, check_number
+from affordance.belief.density_belief import Prior
+from affordance.belief.object_belief import Memory
+from affordance.exceptions import BadValueError
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.file_arm import build_file_evidence
+from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
+from affordance.identification.evidence.paired_runs import build_paired_evidence
+from affordance.identification.evidence.unpaired_runs import build_unpaired_evidence
+from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
+from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, estimate_gains
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.part_posterior import SeenObject, find_box
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.preparation import prepare
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import WRENCH_COLUMNS, Run
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+from affordance.objects.tool import Tool
+from affordance.vision.features import VisionError, measure_features
+from affordance.vision.visual_prior import predict_object
+
+# Analysis of a loaded run, given runs with an empty hand and the gains as known before.
+type _Analysis = Callable[[RobotChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
 _DEVIATION_MAX = 1e6
@@ -71,57 +80,39 @@ def identify(
         BadArgumentError: An argument is of the wrong kind or out of bounds.
         BadValueError: A run does not fit the arm, or does not repeat the other.
     """
-    return identify_in_detail(
-        arm,
-        runs,
-        paired=paired,
-        gains=gains,
-        reference_mass=reference_mass,
-        seen=seen,
-        solid_prior=solid_prior,
-        deviation_sd=deviation_sd,
-        settings=settings,
-    ).belief
-
-
-def identify_in_detail(
-    arm: RobotChain,
-    runs: Runs,
-    *,
-    paired: bool = True,
-    gains: Gains | None = None,
-    reference_mass: float | None = None,
-    seen: SeenObject | None = None,
-    solid_prior: SolidPrior | None = None,
-    deviation_sd: float = 100.0,
-    settings: IdentificationSettings = DEFAULT_SETTINGS,
-) -> Identification:
-    """Identifies a payload like ``identify``, and returns the fit as well."""
     _check_arguments(arm, runs, gains, seen, settings)
     check_number("deviation_sd", deviation_sd, 0.0, _DEVIATION_MAX, "kg/m^3")
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
-    arm = arm.with_gravity(loaded.description.gravity)
+    description = loaded.description
+    arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
-        reference_mass = loaded.description.reference_mass
+        reference_mass = description.reference_mass
     if reference_mass is not None:
         check_reference_mass("reference_mass", reference_mass)
-    evidence, before = _build_evidence(arm, loaded, empty, paired, gains, reference_mass, settings)
+    before = _find_gains(arm, (*empty, loaded)[0], gains, settings)
+    evidence = _choose_analysis(loaded, empty, paired)(arm, loaded, empty, before, settings)
+    solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
     calibration = None
-    if gains is None and reference_mass is not None and loaded.description.kind is SignalKind.CURRENT:
+    if gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT:
         calibration = before = calibrate_gains(evidence, reference_mass, settings)
-    return infer(
+        solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
+    belief = infer(
         evidence,
         before,
-        calibration=calibration,
-        reference_mass=reference_mass,
-        seen=seen,
-        X_GT=loaded.description.object_pose,
-        solid_prior=solid_prior,
+        solid=solid,
+        placed=None if seen is None else seen.place(description.object_pose),
         deviation_sd=deviation_sd,
         settings=settings,
     )
+    return replace(belief, calibration=calibration, reference_mass=reference_mass)
+
+
+def see_tool(tool: Tool, memory: Memory, prior: Prior) -> SeenObject:
+    """Predicts a tool from its exact features, as a camera without errors would see it."""
+    features = measure_features(tool, VisionError(), np.random.default_rng(0))
+    return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
 
 
 def check_reference_mass(name: str, mass: float) -> None:
@@ -148,51 +139,24 @@ def _check_arguments(
     check_kind("settings", settings, IdentificationSettings)
 
 
-def _build_evidence(
-    arm: RobotChain,
-    loaded: Run,
-    empty: Sequence[Run],
-    paired: bool,
-    gains: Gains | None,
-    reference_mass: float | None,
-    settings: IdentificationSettings,
-) -> tuple[Evidence, Gains]:
-    """Builds the evidence, and the gains as known before the loaded run."""
-    kind = loaded.description.kind
-    if kind is SignalKind.WRENCH:
-        cutoff = max(find_cutoff(run, settings) for run in (loaded, *empty))
-        without = prepare(empty[0], settings, cutoff=cutoff) if empty else None
-        with_load = prepare(loaded, settings, cutoff=cutoff)
-        return build_wrist_evidence(arm, loaded, with_load, without, settings), build_wrist_gains(settings)
-    if empty and paired:
-        if len(empty) > 1:
-            raise BadValueError("--empty", "", f"names {len(empty)} runs, must name one for a paired analysis")
-        evidence = pair_runs(arm, empty[0], loaded, settings)
-        return evidence, _find_gains(arm, empty[0], gains, reference_mass, settings)
-    before = _find_gains(arm, (*empty, loaded)[0], gains, None, settings)
-    cutoff = max(find_cutoff(run, settings) for run in (loaded, *empty))
-    with_load = prepare(loaded, settings, cutoff=cutoff)
+def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analysis:
+    if loaded.description.kind is SignalKind.WRENCH:
+        return build_wrist_evidence
     if not empty:
-        return build_file_evidence(arm, loaded, with_load, before, settings), before
-    prepared = [prepare(run, settings, cutoff=cutoff) for run in empty]
-    signals = [
-        restore_compensated(arm, run, part, before.mean[:, 0]) for run, part in zip(empty, prepared, strict=True)
-    ]
-    fitted = fit_empty_arm(arm, prepared, signals, before, settings)
-    return build_unpaired_evidence(arm, fitted, loaded, with_load, settings), before
+        return build_file_evidence
+    return build_paired_evidence if paired else build_unpaired_evidence
 
 
-def _find_gains(
-    arm: RobotChain, run: Run, gains: Gains | None, reference_mass: float | None, settings: IdentificationSettings
-) -> Gains:
+def _find_gains(arm: RobotChain, run: Run, gains: Gains | None, settings: IdentificationSettings) -> Gains:
     """Returns the gains as known before the loaded run."""
     kind = run.description.kind
+    names = WRENCH_COLUMNS if kind is SignalKind.WRENCH else arm.joint_names
     if gains is not None:
         if gains.kind is not kind:
             raise BadValueError(run.source, "signal", f"is {kind.value}, must be {gains.kind.value} as the gains' is")
-        return arrange_gains(gains, arm.joint_names, "the gains").with_drift(settings)
+        return arrange_gains(gains, names, "the gains").with_drift(settings)
     if kind is not SignalKind.CURRENT:
-        return build_nominal_gains(arm.joint_names, kind, settings)
+        return build_nominal_gains(names, kind, settings)
     return estimate_gains(arm, run, prepare(run, settings), settings)
 
 

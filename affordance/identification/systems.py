@@ -9,23 +9,27 @@ from pydrake.trajectories import PiecewisePolynomial
 
 from affordance.arrays import Array
 from affordance.drake.sampled_system import SampledSystem
-from affordance.identification.body_posterior import WeightedBodies, draw_bodies
-from affordance.identification.evidence import Evidence, describe_errors
-from affordance.identification.fitted_arm import FittedArm, predict_friction
-from affordance.identification.gains import Gains
-from affordance.identification.joint_statistics import NUM_COLUMNS, JointStatistics, RunningSums
-from affordance.identification.part_posterior import (
+from affordance.identification.evidence.evidence import Evidence, describe_errors
+from affordance.identification.evidence.fitted_arm import FittedArm, predict_friction
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_statistics import (
+    NUM_COLUMNS,
+    JointStatistics,
+    RunningSums,
+)
+from affordance.identification.evidence.payload_likelihood import ChannelPrior
+from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies
+from affordance.identification.posterior.part_posterior import (
     NotTheSeenObjectError,
     PartPosterior,
     PlacedObject,
     infer_parts,
 )
-from affordance.identification.payload_fit import fit_statistics
-from affordance.identification.payload_likelihood import ChannelPrior
-from affordance.identification.robot_chain import RobotChain
-from affordance.identification.robot_plant import build_arm
+from affordance.identification.posterior.payload_fit import fit_statistics
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.robot_plant import build_arm
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
-from affordance.identification.solid_prior import SolidPrior
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 
 # Largest number of rounds of body and noise.
@@ -150,6 +154,7 @@ class PayloadIdentifier(SampledSystem):
         direction = np.sign(v)
         used = np.abs(v) >= self._settings.min_speed
         s = direction * np.sign(arm_torque)
+        # Columns as ChannelSamples builds them for a whole run, written out as every sample waits for them.
         z = np.empty((n, NUM_COLUMNS))
         z[:, 0] = arm_torque if self._empty.in_signal else 0.0
         z[:, 1:11] = Y

@@ -120,6 +120,13 @@ def build_inertia_map(
     return Phi
 
 
+def compute_point_parameters(p: Array) -> Array:
+    """Computes the ten parameters of point masses of 1 kg at positions p, shape (..., 3), [m], shape (..., 10)."""
+    x, y, z = np.moveaxis(p, -1, 0)
+    second = [y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z]
+    return np.stack([np.ones_like(x), x, y, z, *second], axis=-1)
+
+
 def build_transform_map(X_GT: Array) -> Array:
     """Builds the map from parameters about To, expressed in T, to those about Go, expressed in G, shape (10, 10)."""
     J = pseudo_inertia_from_parameters(np.eye(NUM_PARAMETERS))

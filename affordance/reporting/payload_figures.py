@@ -4,9 +4,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from affordance.arrays import Array, Mask
-from affordance.identification.joint_statistics import SIGNAL
-from affordance.identification.payload_belief import PayloadBelief, describe_bodies
-from affordance.identification.payload_fit import PayloadFit
+from affordance.identification.evidence.joint_statistics import SIGNAL
+from affordance.identification.posterior.payload_belief import PayloadBelief, describe_bodies
+from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 
 _MODEL, _MEASURED, _RESIDUAL = OBJECT_COLOURS[2], "#999999", OBJECT_COLOURS[0]

@@ -15,7 +15,7 @@ from pydrake.systems.framework import Context
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.files.constraints import StrPath, check_path
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
 from affordance.plant.chain_kinematics import SerialChain
 from affordance.plant.load import HAND_FRAME, parse_arm

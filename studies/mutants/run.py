@@ -27,7 +27,16 @@ import affordance.experiments.suite  # noqa: F401  loads the libraries
 from studies.speed.tables import format_table
 
 SAMPLE, PAGE = Path("studies/mutants/sample.json"), Path("docs/mutants.md")
-FOLDERS = ("belief", "proprioception", "plant", "control", "choice", "identification", "studies/robustness")
+FOLDERS = (
+    "belief",
+    "proprioception",
+    "plant",
+    "control",
+    "choice",
+    "identification",
+    "studies/robustness",
+    "studies/recorded",
+)
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"
 # Generous: a mutant that is only slow on a loaded machine shall not count as noticed. [s]
@@ -44,8 +53,9 @@ class SuiteFile(NamedTuple):
 
 
 def get_folder(mutant: Mutant) -> str:
-    """Names the folder of a mutant's module, and of its tests."""
-    return str(Path(mutant["module"]).parent.as_posix()).removeprefix("affordance/")
+    """Names the folder of a mutant's module and of its tests, with the folders inside it."""
+    module = mutant["module"].removeprefix("affordance/")
+    return next(folder for folder in FOLDERS if module.startswith(f"{folder}/"))
 
 
 def mutate(text: str, mutant: Mutant) -> str | None:
@@ -120,7 +130,7 @@ def _note_lines(tree: Path, executed: dict[str, list[int]]) -> None:
 def measure_tests(tree: Path, folder: str) -> list[SuiteFile]:
     """Runs each file of a folder's tests as it is, the quickest first in what is returned."""
     found, lines = [], tree / "lines.json"
-    for path in sorted((tree / "tests" / folder).glob("test_*.py")):
+    for path in sorted((tree / "tests" / folder).rglob("test_*.py")):
         name, started = path.relative_to(tree).as_posix(), time.monotonic()
         failed = _run(tree, [name], 3600.0, lines)
         if failed:

@@ -10,9 +10,9 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.robot_chain import RobotChain
-from affordance.identification.run import Run, RunDescription
-from affordance.identification.run_file import read_run
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run, RunDescription
+from affordance.identification.recording.run_file import read_run
 from affordance.identification.settings import SignalKind
 from affordance.robots.recorded_arm import load_robot
 

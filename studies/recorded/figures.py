@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from affordance.reporting.figures import FONT_SIZE, OBJECT_COLOURS, tidy
 from studies.recorded.panda import PandaResult
+from studies.recorded.peers import TO_90
 
-_TO_90 = 1.645
 _PEER_LABELS = {"least_squares": "least squares", "semidefinite": "semidefinite\nprogram", "ours": "ours"}
 
 
@@ -64,7 +64,7 @@ def draw_injections(result: PandaResult) -> Figure:
         error = 1e3 * (each.mean[:, 0] - each.truth[:, 0])
         colour = OBJECT_COLOURS[k]
         left.plot(each.truth[:, 0], error, ".", color=colour, alpha=0.6, label=f"{length} s")
-        sd = 1e3 * _TO_90 * float(np.median(each.sd[:, 0]))
+        sd = 1e3 * TO_90 * float(np.median(each.sd[:, 0]))
         left.axhline(sd, color=colour, linewidth=0.8, linestyle="--")
         left.axhline(-sd, color=colour, linewidth=0.8, linestyle="--")
     left.set_xscale("log")

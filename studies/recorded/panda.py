@@ -11,16 +11,16 @@ import numpy as np
 from tqdm import tqdm
 
 from affordance.arrays import Array
-from affordance.identification.evidence import Evidence
-from affordance.identification.fitted_arm import CELL
-from affordance.identification.gains import Gains, build_nominal_gains
-from affordance.identification.inference import infer
-from affordance.identification.payload_belief import describe_bodies
-from affordance.identification.preparation import PreparedRun, prepare
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.fitted_arm import CELL
+from affordance.identification.evidence.gains import Gains, build_nominal_gains
+from affordance.identification.evidence.unpaired_runs import EmptyArm, fit_empty_arm, subtract_arm
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.payload_belief import describe_bodies
+from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.identification.unpaired_runs import EmptyArm, build_unpaired_evidence, fit_empty_arm
 from studies.recorded.clones import PandaData
-from studies.recorded.peers import solve_least_squares
+from studies.recorded.peers import TO_90, solve_least_squares
 from studies.recorded.random_payloads import draw_payload
 
 LENGTHS = (2, 5, 10)  # durations of the windows, [s]
@@ -129,7 +129,7 @@ class _PandaStudy:
             evidence, phantom = self._build_evidence(first, length, payload, settings)
             if not settings.correlated_noise:
                 evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
-            marginals = infer(evidence, self._gains, settings=settings).belief.marginals
+            marginals = infer(evidence, self._gains, settings=settings).marginals
             truth = describe_bodies(payload[None])[0]
             truths.append(truth)
             means.append(marginals.mean)
@@ -151,7 +151,7 @@ class _PandaStudy:
             evidence, _ = self._build_evidence(first, length, payload, IdentificationSettings())
             estimate = solve_least_squares(evidence, self._gains)
             error = estimate.parameters[0] - payload[0]
-            found.append([error, float(abs(error) <= 1.645 * estimate.mass_sd)])
+            found.append([error, float(abs(error) <= TO_90 * estimate.mass_sd)])
         return np.array(found)
 
     @property
@@ -167,7 +167,7 @@ class _PandaStudy:
         rows = slice(first * self._length, (first + cells) * self._length)
         part: PreparedRun = self._prepared.select(rows)
         part = part._replace(signal=part.signal + self._regressors[rows] @ payload)
-        return build_unpaired_evidence(self._robot, arm, self._run, part, settings), arm.phantom_mass
+        return subtract_arm(self._robot, arm, self._run, part, settings), arm.phantom_mass
 
     def _fit_outside(self, first: int, cells: int, settings: IdentificationSettings) -> EmptyArm:
         key = (first, cells, settings)

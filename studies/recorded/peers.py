@@ -11,9 +11,12 @@ from pydrake.solvers import ClarabelSolver, MathematicalProgram
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
-from affordance.identification.evidence import Evidence
-from affordance.identification.gains import Gains
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
 from affordance.objects.inertia import NUM_PARAMETERS, pseudo_inertia_from_parameters
+
+# Half the width of a normal 90 % interval, in standard deviations.
+TO_90 = 1.645
 
 
 class PointPayload(NamedTuple):

@@ -14,17 +14,17 @@ from affordance.arrays import Array, Mask
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
-from affordance.identification.body_posterior import WeightedBodies, draw_bodies, find_mode
-from affordance.identification.evidence import no_phantom
-from affordance.identification.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.part_posterior import SeenObject, infer_parts
-from affordance.identification.payload_belief import describe_bodies, summarise
-from affordance.identification.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.preparation import PreparedRun
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.posterior.part_posterior import SeenObject, infer_parts
+from affordance.identification.posterior.payload_belief import describe_bodies, summarise
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.identification.solid_prior import SolidPrior
 from affordance.objects.geometry import Geometry
+from affordance.objects.inertia import compute_point_parameters
 from studies.recorded.random_payloads import RandomPayload, draw_payload
 
 _LENGTH = 5.0  # [s]
@@ -63,7 +63,6 @@ class _World:
             np.tile(np.diag([prior.gain_sd**2, 0.0]), (n, 1, 1)),
             np.zeros((n, 3)),
             np.full((n, 3), prior.friction_sd),
-            *no_phantom(),
         )
         return PayloadLikelihood(compute_statistics(samples, rows), known, self.variance)
 
@@ -113,7 +112,7 @@ def _hide_and_find(world: _World, rng: np.random.Generator) -> float:
     """Computes the coverage of the centre's coordinates, with a fifth of the mass in an unseen lump."""
     seen = draw_payload(rng, _MASSES)
     share = world.settings.unseen_share
-    lump = _build_lump(rng.uniform(seen.low, seen.high))
+    lump = compute_point_parameters(rng.uniform(seen.low, seen.high))
     pi = (1.0 - share) * seen.parameters + share * seen.parameters[0] * lump
     parts = infer_parts(
         world.hold(pi, rng),
@@ -134,12 +133,6 @@ def _see(payload: RandomPayload) -> SeenObject:
     densities = memory.belief.add_object_variation(_MATERIAL_PRIOR.deviation_sd)
     geometry = Geometry(payload.Phi, np.zeros((0, 10, num_parts)))
     return SeenObject(ObjectBelief(memory, densities, geometry), payload.low, payload.high)
-
-
-def _build_lump(p: Array) -> Array:
-    """Computes the parameters of a point mass of one kilogram at a position, shape (3,), [m]."""
-    x, y, z = p
-    return np.array([1.0, x, y, z, y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z])
 
 
 def _find_inside(bodies: WeightedBodies, pi: Array) -> Mask:

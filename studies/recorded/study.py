@@ -9,10 +9,10 @@ from typing import Any, NamedTuple
 from matplotlib.figure import Figure
 
 from affordance.files.atomic import write_json
-from affordance.identification.gains import build_nominal_gains
-from affordance.identification.preparation import prepare
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.unpaired_runs import fit_empty_arm
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.identification.unpaired_runs import fit_empty_arm
 from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
 from affordance.reporting.report import write_section
@@ -27,13 +27,13 @@ from studies.recorded.clones import (
 )
 from studies.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
+from studies.recorded.peers import TO_90
 from studies.recorded.simulated_truths import measure_coverage
 from studies.recorded.timing import measure_times
 from studies.recorded.ur10e import Ur10eResult, study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, WeighedResult, study_weighed_objects
 
 NAME = "recorded"
-_TO_90 = 1.645  # standard deviations of a normal 90 % interval
 SECTION = Path(__file__).with_name("section.yaml")
 
 
@@ -97,9 +97,9 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
         "masses": lambda: draw_masses(*list_weighings(ur10e, weighed, objects)),
         "injections": lambda: draw_injections(injected),
         "peers": lambda: draw_peers(times["peers"]),
-        "fit": lambda: draw_fit(ur10e.identification.fit),
-        "whiteness": lambda: draw_whiteness(ur10e.identification.fit),
-        "posteriors": lambda: draw_posteriors(ur10e.identification.belief),
+        "fit": lambda: draw_fit(ur10e.belief.fit),
+        "whiteness": lambda: draw_whiteness(ur10e.belief.fit),
+        "posteriors": lambda: draw_posteriors(ur10e.belief),
     }
     for name, draw in figures.items():
         save_figure(draw(), folder, name)
@@ -116,7 +116,7 @@ def list_weighings(
     halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
 
     def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:
-        return Weighing(name, mean, mean - _TO_90 * sd, mean + _TO_90 * sd, truth)
+        return Weighing(name, mean, mean - TO_90 * sd, mean + TO_90 * sd, truth)
 
     pair = [
         weigh("first half", halves.mass[0], halves.sd[0], UR10E_LOAD),

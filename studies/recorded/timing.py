@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from pydrake.systems.analysis import Simulator
 
-from affordance.identification.calibration import calibrate_gains
-from affordance.identification.evidence import Evidence
-from affordance.identification.gains import Gains
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
 from affordance.identification.identify import Runs, identify
-from affordance.identification.inference import infer
-from affordance.identification.payload_fit import build_channel_prior
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.posterior.calibration import calibrate_gains
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings
 from affordance.identification.systems import build_replay
 from studies.recorded.clones import UR10E_LOAD, load_ur10e
@@ -53,7 +53,7 @@ def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[
     methods: dict[str, Callable[..., float]] = {
         "least_squares": lambda half, gains: float(solve_least_squares(half, gains).parameters[0]),
         "semidefinite": lambda half, gains: float(solve_semidefinite(half, gains).parameters[0]),
-        "ours": lambda half, gains: infer(half, gains.with_drift(settings), settings=settings).belief.mass,
+        "ours": lambda half, gains: infer(half, gains.with_drift(settings), settings=settings).mass,
     }
     return {
         name: {

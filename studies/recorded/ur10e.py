@@ -6,16 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.calibration import calibrate_gains
-from affordance.identification.empty_check import weigh_empty_hand
-from affordance.identification.evidence import Evidence
-from affordance.identification.gains import Gains
-from affordance.identification.half_check import HalfCheck, check_halves
-from affordance.identification.identify import Runs, identify, identify_in_detail
-from affordance.identification.inference import Identification
-from affordance.identification.paired_runs import pair_runs
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.paired_runs import pair_runs
+from affordance.identification.identify import Runs, identify
+from affordance.identification.posterior.calibration import calibrate_gains
+from affordance.identification.posterior.half_check import HalfCheck, check_halves
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, Ur10eData
+from studies.recorded.empty_hand import weigh_empty_hand
 
 # Joints whose load friction is reported, counted from 1.
 _LOADED_JOINTS = (2, 3)
@@ -31,7 +31,7 @@ class Ur10eResult(NamedTuple):
         evidence: Evidence of the pair of runs.
         gains: Gains of the whole run.
         halves: Check with gains from one half and the mass from the other.
-        identification: Identification of the pair with these gains, for figures.
+        belief: Posterior of the load by the pair with these gains, for figures.
     """
 
     numbers: dict[str, Any]
@@ -39,7 +39,7 @@ class Ur10eResult(NamedTuple):
     evidence: Evidence
     gains: Gains
     halves: HalfCheck
-    identification: Identification
+    belief: PayloadBelief
 
 
 def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResult:
@@ -52,7 +52,7 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
     runs = Runs(data.loaded, (data.empty,))
     fitted = identify(robot, runs, paired=False, gains=gains, settings=settings)
     by_file = identify(robot, runs, settings=settings)
-    weighed = identify_in_detail(robot, runs, reference_mass=UR10E_LOAD, settings=settings)
+    weighed = identify(robot, runs, reference_mass=UR10E_LOAD, settings=settings)
     numbers = {
         "half_error": halves.error,
         "half_inside": halves.inside,
@@ -67,15 +67,15 @@ def study_ur10e(data: Ur10eData, settings: IdentificationSettings) -> Ur10eResul
         "newton_metres_per_ampere": 1.0 / gains.mean[:, 0],
         "gain_sd_relative": np.sqrt(gains.covariance[:, 0, 0]) / gains.mean[:, 0],
         "load_friction_all": gains.load_friction,
-        "gain_scatter_in_windows": _measure_drift(evidence, weighed.belief.parameters, settings),
+        "gain_scatter_in_windows": _measure_drift(evidence, weighed.parameters, settings),
         "unpaired_mass_kg": fitted.mass,
         "unpaired_mass_sd_kg": fitted.mass_sd,
         "gains_by_arm_weight_mass_kg": by_file.mass,
         "gains_by_arm_weight_mass_sd_kg": by_file.mass_sd,
         "gains_by_arm_weight_interval90": by_file.mass_interval90,
     }
-    identification = identify_in_detail(robot, runs, gains=gains, settings=settings)
-    return Ur10eResult(numbers, details, evidence, gains, halves, identification)
+    belief = identify(robot, runs, gains=gains, settings=settings)
+    return Ur10eResult(numbers, details, evidence, gains, halves, belief)
 
 
 def _measure_drift(evidence: Evidence, pi: Array, settings: IdentificationSettings) -> Array:

@@ -12,15 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.calibration import calibrate_gains
-from affordance.identification.evidence import Evidence, no_phantom
-from affordance.identification.inference import infer
-from affordance.identification.joint_statistics import ChannelSamples
-from affordance.identification.model_error import build_phantom_covariance, estimate_phantom_mass
-from affordance.identification.payload_belief import PayloadBelief
-from affordance.identification.payload_fit import build_channel_prior
-from affordance.identification.payload_likelihood import PayloadLikelihood
-from affordance.identification.preparation import Motion
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.joint_statistics import ChannelSamples
+from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.posterior.calibration import calibrate_gains
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.recording.preparation import Motion
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from studies.recorded.clones import WeighedObject
 
@@ -53,7 +53,7 @@ def study_weighed_objects(objects: dict[str, WeighedObject], settings: Identific
         gains = calibrate_gains(_build_known(others), None, settings).with_drift(settings)
         floor = build_phantom_covariance(_estimate_floor(others, settings))
         evidence = replace(_build_unknown(weighed), phantom_covariance=floor)
-        belief = infer(evidence, gains, settings=settings).belief
+        belief = infer(evidence, gains, settings=settings)
         floors[name] = 1e3 * float(np.sqrt(floor[0, 0]))
         low, high = belief.mass_interval90
         beliefs[name] = belief
@@ -112,7 +112,6 @@ def _build_unknown(weighed: WeighedObject) -> Evidence:
 
 
 def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evidence:
-    phantom, covariance = no_phantom()
     num_samples, num_joints = torque.shape
     samples = ChannelSamples(
         Y, torque, direction * np.sign(torque), direction, np.zeros_like(torque), deviation, direction != 0.0
@@ -130,6 +129,4 @@ def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evide
         rate=_RATE,
         cutoff=_RATE / 2.0,
         least_variance=np.zeros(num_joints),
-        phantom=phantom,
-        phantom_covariance=covariance,
     )

@@ -4,8 +4,9 @@ How an object moves that is held depends on the believed densities alone, and sm
 too: what has a kink there is the lowest and the highest point of a motion, which are read from it afterwards. So
 motions are interpolated as a whole, by polynomials through observers of whom they are simulated (discrete Leja
 points: Bos, De Marchi, Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a
-node it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance; where
-a limit of the arm makes motions less than smooth, that does not come to pass, and all of them are simulated.
+node it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance. Limits
+of the arm, where motions are less than smooth, are met by those first whose beliefs are extreme: these are simulated
+too and compared. Where the tolerance is not kept, all motions are simulated.
 """
 
 import itertools
@@ -25,6 +26,8 @@ from affordance.arrays import Array
 TOLERANCE = 5e-5
 # So many new motions in succession must be met: a single one may be by accident, as of an odd function.
 _NUM_MET = 2
+# Number of observers with the most extreme beliefs whose motions are compared before polynomials are accepted.
+_NUM_EXTREME = 6
 # A share of the spread along the widest direction, below which a direction has none.
 _NO_SPREAD = 1e-9
 # With more nodes polynomials are given up: degree 9 of two densities, as much as pays of one.
@@ -71,6 +74,7 @@ def interpolate_motions(
             found[index] = simulate(candidates[index])
         return found[index]
 
+    extremes = [offset + int(index) for index in _find_extremes(distinct)]
     said: Array | None = None  # of all candidates, by the nodes so far
     met: list[float] = []  # errors of new motions since the last that was missed
     for before, size in zip([0, *sizes], sizes, strict=False):
@@ -83,7 +87,11 @@ def interpolate_motions(
             met = [*met, *errors] if errors.max() <= tolerance else []
         said = basis[:, :size] @ np.linalg.solve(basis[nodes, :size], motions)
         if len(met) >= _NUM_MET:
-            return Motions(said[offset:][owners], max(met), sum(index >= offset for index in found), len(distinct))
+            missed = max(float(np.abs(said[index] - hold(index)).max()) for index in extremes)
+            if missed <= tolerance:
+                error = max(*met, missed)
+                return Motions(said[offset:][owners], error, sum(index >= offset for index in found), len(distinct))
+            met = []
     motions = np.array([hold(offset + index) for index in range(len(distinct))])
     return Motions(motions[owners], 0.0, len(distinct), len(distinct))
 
@@ -116,3 +124,11 @@ def _order_nodes(basis: Array) -> NDArray[np.intp]:
     for row, pivot in enumerate(lu_factor(basis, check_finite=False)[1]):
         order[[row, pivot]] = order[[pivot, row]]
     return order
+
+
+def _find_extremes(points: Array) -> NDArray[np.intp]:
+    """Finds the points furthest from the mean, distances counted in standard deviations along each direction."""
+    centred = points - points.mean(axis=0)
+    outer, spreads, _ = np.linalg.svd(centred, full_matrices=False)
+    kept = spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
+    return np.argsort(-np.square(outer[:, kept]).sum(axis=1), kind="stable")[:_NUM_EXTREME]

@@ -8,12 +8,15 @@ import enum
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+from pydantic import ConfigDict, Field
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.files.record import read_record
+from affordance.files.constraints import Vector, Within
+from affordance.files.data_model import DataModel, load_model
 from affordance.objects.load import load_tools
 from affordance.objects.material import Material
 from affordance.objects.tool import Tool
@@ -37,6 +40,7 @@ _SIMULATIONS = Path("data", "Simulations")
 _SEGMENTATIONS = Path("data", "Segmentations")
 _RESULTS = Path("inertial-parameters-identification", "Experiments", "results.pkl")
 _LENGTH_MAX, _MASS_MAX = 1.0, 20.0
+type _Triple = tuple[float, float, float]
 
 
 class Half(enum.Enum):
@@ -59,6 +63,24 @@ class TrueInertia:
     mass: float
     p_FBcm: Array
     I_BBcm_F: Array
+
+
+class _InertiaEntry(DataModel):
+    """Inertia of a tool as the data set states it, among other things."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    MASS: Annotated[float, Within(1e-6, _MASS_MAX)]
+    COM_WRT_MESH: Annotated[_Triple, Vector(3, Within(-_LENGTH_MAX, _LENGTH_MAX))]
+    INERTIA_WRT_COM: Annotated[list[Annotated[_Triple, Vector(3, Within())]], Field(min_length=3, max_length=3)]
+
+
+class _InertiaFile(DataModel):
+    """Inertia.yaml of a tool."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    OBJECT: _InertiaEntry
 
 
 @dataclass(frozen=True)
@@ -117,12 +139,8 @@ class DataSet:
         Raises:
             BadValueError: The file or one of its values is wrong.
         """
-        record = read_record(self.folder / _MESHES / name / "Inertia.yaml").record("OBJECT")
-        return TrueInertia(
-            record.number("MASS", low=1e-6, high=_MASS_MAX),
-            record.vector("COM_WRT_MESH", 3, low=-_LENGTH_MAX, high=_LENGTH_MAX),
-            np.array(record.vectors("INERTIA_WRT_COM", 3)),
-        )
+        entry = load_model(self.folder / _MESHES / name / "Inertia.yaml", _InertiaFile).OBJECT
+        return TrueInertia(entry.MASS, np.array(entry.COM_WRT_MESH), np.array(entry.INERTIA_WRT_COM))
 
     def find_mesh(self, name: str) -> Path:
         """Returns the path of the mesh of a tool."""

@@ -10,7 +10,7 @@ from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from affordance.commands import identify
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.identification.run import Run
+from affordance.identification.recording.run import Run
 from affordance.identification.settings import SignalKind
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -76,12 +76,14 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path, capsys):
     ):
         assert (tmp_path / name).stat().st_size > 0
     gains = str(tmp_path / "gains.yaml")
-    assert _run(folder, "--empty", empty, "--loaded", loaded, "--gains", gains, "--json") == 0
+    slow = ("--min-speed", "0.05")
+    assert _run(folder, "--empty", empty, "--loaded", loaded, "--gains", gains, *slow, "--json") == 0
     found = json.loads(capsys.readouterr().out)
     assert abs(found["mass_kg"] - PAYLOAD[0]) < 3.0 * found["mass_sd_kg"]
     assert found["mass_interval90"][0] < PAYLOAD[0] < found["mass_interval90"][1]
     assert len(found["com_m"]) == len(found["com_sd_m"]) == 3
     assert found["mass_sd_kg"] < 0.1
+    assert "samples of a joint slower than 0.05 rad/s are left out" in found["assumed"]
 
 
 def test_a_seen_object_teaches_a_memory(folder, tmp_path, capsys):

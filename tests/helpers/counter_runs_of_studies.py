@@ -16,9 +16,9 @@ from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
-from affordance.identification.calibration import calibrate_gains
-from affordance.identification.paired_runs import pair_runs
-from affordance.identification.preparation import prepare
+from affordance.identification.evidence.paired_runs import pair_runs
+from affordance.identification.posterior.calibration import calibrate_gains
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.tool import Grip, Tool

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.log_cholesky import parameters_from_theta
-from affordance.identification.robot_chain import RobotChain
-from affordance.identification.run import Run, RunDescription
+from affordance.identification.posterior.log_cholesky import parameters_from_theta
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import SignalKind
 from affordance.plant.wrench_regressor import compute_wrench_regressors
 from affordance.robots.recorded_arm import load_robot

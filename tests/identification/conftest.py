@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from helpers.generated_runs import build_robot
 
-from affordance.identification.robot_chain import RobotChain
+from affordance.identification.recording.robot_chain import RobotChain
 
 
 @pytest.fixture(scope="session")

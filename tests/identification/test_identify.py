@@ -8,9 +8,10 @@ from helpers.generated_runs import PAYLOAD, Truth, generate_run, rename
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import BadValueError
+from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.identify import Runs, identify
-from affordance.identification.log_cholesky import is_possible
-from affordance.identification.payload_belief import describe_bodies
+from affordance.identification.posterior.log_cholesky import is_possible
+from affordance.identification.posterior.payload_belief import describe_bodies
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 _SETTINGS = IdentificationSettings(num_samples=1000)
@@ -147,6 +148,23 @@ def test_runs_that_do_not_belong_together_are_refused(robot, rng):
         identify(robot, Runs(torque, (current,)))
     with pytest.raises(BadValueError, match=r"gravity: is \(0.0, 0.0, 9.81\), must be \(0.0, 0.0, -9.81\)"):
         identify(robot, Runs(torque, (rename(torque, gravity=(0.0, 0.0, 9.81)),)))
+
+
+def test_what_a_wrist_sensor_would_not_use_is_refused(robot, rng):
+    empty = generate_run(robot, 0.5 * PAYLOAD, truth=_TORQUE, rng=rng, kind=SignalKind.WRENCH, source="empty")
+    loaded = generate_run(robot, PAYLOAD, truth=_TORQUE, rng=rng, kind=SignalKind.WRENCH, source="loaded")
+    with pytest.raises(BadValueError, match="--empty: names 2 runs, must name one for a wrist sensor's tare"):
+        identify(robot, Runs(loaded, (empty, empty)), paired=False, settings=_SETTINGS)
+    gains = build_nominal_gains(robot.joint_names, SignalKind.CURRENT, _SETTINGS)
+    with pytest.raises(BadValueError, match="empty: signal: is wrench, must be current as the gains' is"):
+        identify(robot, Runs(loaded, (empty,)), gains=gains, settings=_SETTINGS)
+
+
+def test_a_belief_keeps_the_fit_behind_it(robot, rng):
+    empty, loaded = (generate_run(robot, pi, truth=_TORQUE, rng=rng, source="run") for pi in (None, PAYLOAD))
+    belief = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
+    assert belief.fit.evidence.source == belief.source == "run"
+    assert abs(belief.fit.mode.pi[0] - belief.mass) < belief.mass_sd
 
 
 def test_an_arm_at_rest_says_nothing_of_friction(robot, rng):

@@ -8,16 +8,16 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
-from affordance.identification.gains import build_nominal_gains
-from affordance.identification.inference import infer
-from affordance.identification.log_cholesky import is_possible
-from affordance.identification.paired_runs import pair_runs
-from affordance.identification.part_posterior import SeenObject, find_box
-from affordance.identification.payload_fit import build_channel_prior
-from affordance.identification.preparation import prepare
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.paired_runs import pair_runs
+from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
+from affordance.identification.posterior.inference import infer
+from affordance.identification.posterior.log_cholesky import is_possible
+from affordance.identification.posterior.part_posterior import SeenObject, find_box
+from affordance.identification.posterior.payload_fit import build_channel_prior
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
-from affordance.identification.unpaired_runs import build_unpaired_evidence, fit_empty_arm
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.vision.features import VisionError, measure_features
@@ -67,7 +67,7 @@ def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, pair):
         spreads.append(np.sqrt(bodies.weights @ (log_mass - bodies.weights @ log_mass) ** 2))
     assert spreads[3] < spreads[2] < spreads[0]
     mass = bodies.weights @ bodies.pi[:, 0]
-    batch = infer(pair, gains).belief
+    batch = infer(pair, gains)
     assert abs(mass - batch.mass) < 2.0 * batch.mass_sd
 
 
@@ -93,6 +93,13 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
     sd = _spread(after, 0)
     assert sd < 0.5 * before.pi[:, 0].std()
     assert abs(mean - hammer.mass) < 3.0 * sd
+    other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
+    other_evidence = pair_runs(robot, runs[0], other, DEFAULT_SETTINGS)
+    simulator, identifier, context, _ = _replay(robot, other_evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator.AdvanceTo(2.0)
+    unlike = identifier.GetOutputPort("belief").Eval(context)
+    assert unlike.parts is None  # another object is held
+    assert unlike.bodies.weights @ unlike.bodies.pi[:, 0] > 10.0 * hammer.mass
     blind_simulator, blind_identifier, blind_context, _ = _replay(robot, evidence)
     blind_simulator.AdvanceTo(4.0)
     blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)
@@ -120,7 +127,7 @@ def test_a_fitted_arm_is_taken_off_live_signals(robot, rng):
     gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     before, after = prepare(empty, DEFAULT_SETTINGS), prepare(loaded, DEFAULT_SETTINGS)
     arm = fit_empty_arm(robot, [before], [before.signal], gains, DEFAULT_SETTINGS)
-    evidence = build_unpaired_evidence(robot, arm, loaded, after, DEFAULT_SETTINGS)
+    evidence = subtract_arm(robot, arm, loaded, after, DEFAULT_SETTINGS)
     identifier = PayloadIdentifier(
         robot,
         build_channel_prior(evidence, gains, DEFAULT_SETTINGS),

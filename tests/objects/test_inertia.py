@@ -1,12 +1,13 @@
 import numpy as np
 import pytest
 from pydrake.math import RigidTransform, RotationMatrix
-from pydrake.multibody.tree import SpatialInertia
+from pydrake.multibody.tree import SpatialInertia, UnitInertia
 from scipy.spatial.transform import Rotation
 
 from affordance.objects.inertia import (
     Ellipsoid,
     build_inertia_map,
+    compute_point_parameters,
     parameters_from_pseudo_inertia,
     parameters_from_spatial_inertia,
     spatial_inertia_from_parameters,
@@ -103,3 +104,12 @@ def test_rigid_transform_order_is_drakes(rng):
     X = RigidTransform(RotationMatrix(Rotation.random(rng=rng).as_matrix()), rng.normal(size=3))
     Phi = build_inertia_map([Ellipsoid((0.1, 0.2, 0.3))], [X.GetAsMatrix4()], [0], 1)
     np.testing.assert_allclose(Phi[1:4, 0] / Phi[0, 0], X.translation())
+
+
+def test_point_masses_have_the_inertia_that_drake_says():
+    points = np.random.default_rng(3).standard_normal((2, 4, 3))
+    found = compute_point_parameters(points)
+    assert found.shape == (2, 4, 10)
+    for p, pi in zip(points.reshape(-1, 3), found.reshape(-1, 10), strict=True):
+        drake = parameters_from_spatial_inertia(SpatialInertia(1.0, p, UnitInertia.PointMass(p)))
+        np.testing.assert_allclose(pi, drake, atol=1e-12)

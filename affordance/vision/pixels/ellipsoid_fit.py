@@ -38,7 +38,8 @@ _NUM_PRIORS = 4  # residuals of priors: three sizes, and the outline's shift
 # found to be 0.03 to 0.09 where the model predicts 0.07, and rods of 20 pixels' width come out 0.1 too wide with that
 # (docs/decisions/0015), [pixels].
 _SHIFT_SD = 0.05
-_INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+# Places of xx, yy, zz, xy, xz, yz in a symmetric matrix.
+INDICES = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 # Least ratio of the squared axes of a first ellipsoid: the thickness is at least a thousandth of the length.
@@ -101,7 +102,7 @@ def deform(ellipsoid: SeenEllipsoid, numbers: Array) -> SeenEllipsoid:
 def build_strain(numbers: Array) -> Array:
     """Builds the symmetric E from six numbers xx, yy, zz, xy, xz, yz, shape (3, 3)."""
     E = np.zeros((3, 3))
-    for (i, j), value in zip(_INDICES, numbers, strict=True):
+    for (i, j), value in zip(INDICES, numbers, strict=True):
         E[i, j] = E[j, i] = value
     return E
 
@@ -143,7 +144,7 @@ def differentiate_surface(ellipsoid: SeenEllipsoid, start: SeenEllipsoid, number
     """
     g = seen.normals
     h = g @ (np.eye(3) + build_strain(numbers[3:9])) @ start.shape_matrix
-    strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in _INDICES]
+    strains = [g[:, i] * h[:, j] + (g[:, j] * h[:, i] if i != j else 0.0) for i, j in INDICES]
     return np.column_stack([-2.0 * g, *(-2.0 * strain for strain in strains)])
 
 
@@ -271,7 +272,7 @@ class _Problem:
         self._log_sizes = 0.5 * np.log(squares)
         # To first order a size changes by u^T E u, for u along its axis.
         self._prior = np.zeros((_NUM_PRIORS, NUM_NUMBERS + 1))
-        for column, (i, j) in enumerate(_INDICES):
+        for column, (i, j) in enumerate(INDICES):
             self._prior[:3, 3 + column] = axes[i] * axes[j] * (1.0 if i == j else 2.0) / _PRIOR_LOG_SD
         self._prior[3, NUM_NUMBERS] = 1.0
 

@@ -3,9 +3,7 @@
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.vision.pixels.ellipsoid_fit import NUM_NUMBERS, Fit, SeenEllipsoid, build_strain
-
-_STRAINS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+from affordance.vision.pixels.ellipsoid_fit import INDICES, NUM_NUMBERS, Fit, SeenEllipsoid, build_strain
 
 
 def express_fit(fit: Fit, X_TC: Array) -> Fit:
@@ -21,4 +19,4 @@ def express_fit(fit: Fit, X_TC: Array) -> Fit:
 
 def _list_strains(E: Array) -> list[float]:
     """Lists the elements xx, yy, zz, xy, xz, yz of a symmetric matrix."""
-    return [float(E[i, j]) for i, j in _STRAINS]
+    return [float(E[i, j]) for i, j in INDICES]

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from numpy.testing import assert_allclose
 
 from affordance.exceptions import AffordanceError
-from affordance.identification.gains import build_nominal_gains
-from affordance.identification.log_cholesky import is_possible
-from affordance.identification.paired_runs import pair_runs
-from affordance.identification.preparation import prepare
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.paired_runs import pair_runs
+from affordance.identification.posterior.log_cholesky import is_possible
+from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import pseudo_inertia_from_parameters
 from affordance.reporting.section import load_claims
@@ -32,11 +32,6 @@ from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 
 _DATA = Path(__file__).parents[2] / "data"
 _SETTINGS = IdentificationSettings(num_samples=500)
-
-
-@pytest.fixture(scope="module")
-def robot(tmp_path_factory):
-    return build_robot(tmp_path_factory.mktemp("robot"))
 
 
 @pytest.fixture(scope="module")

@@ -91,3 +91,18 @@ def test_beliefs_along_a_line_take_nodes_along_it():
     motions = interpolate_motions(Simulator(smooth), believed, TRUE)
     assert motions.num_simulated < 12
     assert np.abs(motions.heights - Simulator(smooth).list_all(believed)).max() < TOLERANCE
+
+
+def test_a_limit_that_only_extreme_beliefs_meet_is_found(rng):
+    """Of the six most extreme beliefs one that is no node for a smooth motion: there a limit changes the motion."""
+    believed = rng.multivariate_normal([700.0, 3500.0], [[6400.0, 0.0], [0.0, 22_500.0]], 200)
+    plain = Simulator(lambda rho: 1e-4 * rho.sum())
+    interpolate_motions(plain, believed)
+    centred = believed - believed.mean(axis=0)
+    extreme = believed[np.argsort(-np.einsum("ni,ij,nj->n", centred, np.linalg.inv(np.cov(centred.T)), centred))[:6]]
+    nodes = plain.asked[:6]  # up to degree two, which compares the line with two more
+    corner = next(tuple(rho) for rho in extreme if tuple(rho) not in nodes)
+    limited = Simulator(lambda rho: 1e-4 * rho.sum() + 0.1 * (tuple(rho) == corner))
+    motions = interpolate_motions(limited, believed)
+    assert corner in limited.asked
+    assert np.abs(motions.heights - limited.list_all(believed)).max() <= 2.0 * TOLERANCE

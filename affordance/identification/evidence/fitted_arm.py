@@ -1,0 +1,185 @@
+"""Regression model of the empty arm: link inertias and friction, fitted to runs with an empty hand.
+
+    x_j = g_j (tau_file,j + W_j dpi + F_j f_j) + e
+
+with tau_file the torques by the arm's file, W the links' regressors, dpi the errors of the file's inertias, shared by
+all joints, and F_j the friction columns of joint j. All unknowns have normal priors, so the fit is one linear solve;
+the last link absorbs the apparent payload of an empty hand (the tare). Sums of products are kept in cells of half a
+second, so that a fit without some of them needs no second pass over the samples.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from affordance.arrays import Array, Mask
+from affordance.exceptions import BadValueError
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.settings import IdentificationSettings
+
+CELL = 0.5  # [s]
+# Relative SD of link masses in a file, and the length that scales it to first moments and moments of inertia, [m].
+# Files are right to some ten per cent; prediction errors of a Panda's empty run hardly depend on it from 0.1 to 1.
+_SHARE, _LENGTH = 0.3, 0.2
+# Columns of friction: direction, velocity, constant, load, square and cube root of velocity, rotor inertia.
+_NUM_FRICTION = 7
+_NUM_PASSES = 3
+# Correlation time of errors that is assumed until a first fit gives residuals, [s].
+_FIRST_AGREEMENT = 0.5
+
+
+@dataclass(frozen=True)
+class FittedArm:
+    """Empty arm fitted to runs.
+
+    Attributes:
+        robot: Model of the arm by its file.
+        gain: Gain of each joint, shape (n,), [unit of the signal per N m].
+        link_change: Change dpi of the links' parameters, shape (10 n,).
+        friction: Friction coefficients f, shape (n, 7), [N m per unit of the column].
+        link_root: Square root L of the covariance of dpi, L L^T, shape (10 n, 10 n).
+    """
+
+    robot: RobotChain
+    gain: Array
+    link_change: Array
+    friction: Array
+    link_root: Array
+
+    def predict(self, prepared: PreparedRun) -> Array:
+        """Predicts the signal of the empty arm along a motion, shape (N, n)."""
+        W = self.robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot)
+        tau_file = W @ self.robot.link_parameters.ravel()
+        friction = np.einsum("njf,jf->nj", _list_friction(prepared.v, prepared.vdot, tau_file), self.friction)
+        signal: Array = self.gain * (tau_file + W @ self.link_change + friction)
+        return signal
+
+
+class ArmRegression:
+    """Sums of products of empty runs, to which an arm can be fitted with any cells left out."""
+
+    def __init__(
+        self,
+        robot: RobotChain,
+        runs: Sequence[PreparedRun],
+        signals: Sequence[Array],
+        gains: Gains,
+        settings: IdentificationSettings,
+    ) -> None:
+        """Computes the sums of products of all cells.
+
+        Args:
+            robot: Model of the arm, with gravity as in the runs.
+            runs: Motions with an empty hand.
+            signals: Signals of each run, shape (N, n).
+            gains: Gains of the joints; only their means are used.
+            settings: Identification settings, for the least speed.
+
+        Raises:
+            BadValueError: A joint never moves faster than the least speed.
+        """
+        self.robot = robot
+        self.gain = gains.mean[:, 0]
+        self._scale = build_link_scale(robot)
+        products, sums, counts, run_of_cell = [], [], [], []
+        for number, (run, signal) in enumerate(zip(runs, signals, strict=True)):
+            columns, used = self._build_columns(run, signal, settings)
+            length = round(CELL * run.rate)
+            num_cells = len(signal) // length
+            cells = columns[:, : num_cells * length].reshape(robot.num_joints, num_cells, length, -1)
+            products.append(np.einsum("jkni,jknl->kjil", cells, cells, optimize=True))
+            sums.append(cells.sum(axis=2).transpose(1, 0, 2))
+            counts.append(used[: num_cells * length].reshape(num_cells, length, -1).sum(axis=1))
+            run_of_cell += [number] * num_cells
+        self._products, self._sums = np.concatenate(products), np.concatenate(sums)
+        self._counts = np.concatenate(counts)
+        self.run_of_cell = np.array(run_of_cell)
+        # Rows per cell of each run.
+        self.cell_lengths = [round(CELL * run.rate) for run in runs]
+        if not self._counts.sum(axis=0).all():
+            still = [
+                name for name, count in zip(robot.joint_names, self._counts.sum(axis=0), strict=True) if not count
+            ]
+            problem = f"has no sample in which {', '.join(still)} moves faster than {settings.min_speed:g} rad/s"
+            raise BadValueError("the empty run", "v", problem)
+
+    @property
+    def num_cells(self) -> int:
+        """Number of cells, over all runs."""
+        return len(self.run_of_cell)
+
+    def fit(self, kept: Mask) -> FittedArm:
+        """Fits the arm to the kept cells, a mask of shape (num_cells,)."""
+        products = self._products[kept].sum(axis=0)  # (n, P + 1, P + 1)
+        counts = np.maximum(self._counts[kept].sum(axis=0), 1.0)
+        num_joints, num_links = self.robot.num_joints, len(self._scale)
+        signal = np.sqrt(products[:, -1, -1] / counts)
+        friction_sd = np.maximum(signal, np.finfo(float).tiny)
+        variance = (0.1 * signal) ** 2 * _FIRST_AGREEMENT / CELL * self._count_rows()
+        for _ in range(_NUM_PASSES):
+            size = num_links + num_joints * _NUM_FRICTION
+            A, b = np.eye(size), np.zeros(size)
+            for j, G in enumerate(products / np.maximum(variance, np.finfo(float).tiny)[:, None, None]):
+                own = num_links + j * _NUM_FRICTION + np.arange(_NUM_FRICTION)
+                index = np.concatenate([np.arange(num_links), own])
+                scale = np.concatenate([np.ones(num_links), np.full(_NUM_FRICTION, friction_sd[j])])
+                A[np.ix_(index, index)] += scale[:, None] * G[:-1, :-1] * scale
+                b[index] += scale * G[:-1, -1]
+            solution = np.linalg.solve(A, b)
+            links, friction = (
+                solution[:num_links],
+                solution[num_links:].reshape(num_joints, -1) * friction_sd[:, None],
+            )
+            weights = np.column_stack([np.tile(-links, (num_joints, 1)), -friction, np.ones(num_joints)])
+            variance = self._measure_variance(kept, weights)
+        covariance = np.linalg.inv(A)[:num_links, :num_links]
+        root = self._scale[:, None] * np.linalg.cholesky(0.5 * (covariance + covariance.T))
+        return FittedArm(self.robot, self.gain, self._scale * links, friction, root)
+
+    def _measure_variance(self, kept: Mask, weights: Array) -> Array:
+        """Computes the long-run variance of a residual in blocks of four cells, shape (n,), [(N m)^2]."""
+        sums = np.einsum("kji,ji->kj", self._sums, weights) * kept[:, None]
+        starts = np.arange(0, len(sums), 4)
+        blocks = np.add.reduceat(sums, starts, axis=0)
+        counts = np.maximum(self._counts[kept].sum(axis=0), 1.0)
+        squares = np.einsum("ji,jil,jl->j", weights, self._products[kept].sum(axis=0), weights)
+        variance: Array = np.maximum((blocks**2).sum(axis=0), squares) / counts
+        return variance
+
+    def _count_rows(self) -> float:
+        return float(np.mean(self.cell_lengths))
+
+    def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
+        """Builds columns W, F and signal less file torque by joint, (n, N, P + 1), and the mask of used samples."""
+        W = self.robot.compute_link_regressors(run.q, run.v, run.vdot)
+        tau_file = W @ self.robot.link_parameters.ravel()
+        rest = signal / self.gain - tau_file
+        used = np.abs(run.v) >= settings.min_speed
+        columns = np.concatenate(
+            [W * self._scale, _list_friction(run.v, run.vdot, tau_file), rest[..., None]], axis=2
+        )
+        return (columns * used[..., None]).transpose(1, 0, 2), used
+
+
+def predict_friction(fitted: FittedArm, v: Array, vdot: Array, tau_file: Array) -> Array:
+    """Predicts friction and rotor torques at one state from v, vdot and file torques, shape (n,), [N m]."""
+    torque: Array = (_list_friction(v, vdot, tau_file) * fitted.friction).sum(axis=-1)
+    return torque
+
+
+def _list_friction(v: Array, vdot: Array, tau_file: Array) -> Array:
+    """Builds the columns of friction and rotor inertia, shape (..., n, 7)."""
+    direction = np.sign(v)
+    columns = [direction, v, np.ones_like(v), np.abs(tau_file) * direction, v * np.abs(v), np.cbrt(v), vdot]
+    return np.stack(columns, axis=-1)
+
+
+def build_link_scale(robot: RobotChain) -> Array:
+    """Returns the prior standard deviations of a file's errors of inertia, link by link, shape (10 n,)."""
+    masses = robot.link_parameters[:, 0]
+    masses = _SHARE * np.maximum(masses, 0.1 * masses.mean() + 1e-6)
+    unit = np.array([1.0, *[_LENGTH] * 3, *[_LENGTH**2] * 6])
+    return np.outer(masses, unit).ravel()

@@ -1,0 +1,200 @@
+"""Gains of joints: signal per newton metre, and the share of the load that is lost in friction.
+
+Torque sensors are calibrated by their makers. Gains of motor currents stand in no robot's file: they are found with a
+load of known mass or, less accurately, from the arm's own weight.
+"""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Self
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from affordance.arguments import check_kind
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_text
+from affordance.files.constraints import OneOf, StrPath, Text, Vector, Within, check_path, complain
+from affordance.files.data_model import DataModel, load_model
+from affordance.identification.settings import IdentificationSettings, SignalKind
+
+type _Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Gains:
+    """Gains and friction of an arm's joints.
+
+    Attributes:
+        joint_names: Names of the joints.
+        kind: Kind of the signal.
+        mean: Means of g and h = mu g of each joint, shape (n, 2), [unit of the signal per N m].
+        covariance: Covariance of g and h, joint by joint, shape (n, 2, 2).
+        common_sd: Relative standard deviation of a factor common to all gains.
+        friction: Means of c_C, c_v, c_0 of each joint, shape (n, 3), in the signal's unit.
+        friction_sd: Standard deviations of friction, shape (n, 3); None if friction was not calibrated, so that the
+            prior of the signal's kind applies in its place.
+        least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
+        source: Origin of the gains, in words.
+    """
+
+    joint_names: tuple[str, ...]
+    kind: SignalKind
+    mean: Array
+    covariance: Array
+    common_sd: float
+    friction: Array
+    friction_sd: Array | None
+    least_variance: Array
+    source: str
+
+    def __repr__(self) -> str:
+        means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
+        return f"Gains({self.kind.value}: {means}; {self.source})"
+
+    @property
+    def load_friction(self) -> Array:
+        """Load friction mu of each joint, shape (n,)."""
+        mu: Array = self.mean[:, 1] / self.mean[:, 0]
+        return mu
+
+    def with_drift(self, settings: IdentificationSettings) -> "Gains":
+        """Returns the gains for another run, their uncertainty widened by drift."""
+        prior = settings.get_prior(self.kind)
+        drift = np.zeros_like(self.covariance)
+        g = self.mean[:, 0]
+        drift[:, 0, 0] = (prior.gain_sd * g) ** 2
+        # Only signals that contain gear friction.
+        if self.mean[:, 1].any() or prior.load_friction_sd > 0.0:
+            drift[:, 1, 1] = (settings.load_friction_drift * settings.load_friction * g) ** 2
+        friction_sd = self.friction_sd
+        if friction_sd is not None:
+            friction_sd = np.hypot(friction_sd, settings.friction_drift * np.abs(self.friction))
+        return replace(self, covariance=self.covariance + drift, friction_sd=friction_sd)
+
+
+def build_nominal_gains(joint_names: tuple[str, ...], kind: SignalKind, settings: IdentificationSettings) -> Gains:
+    """Builds the gains of signals that are torques, before any calibration."""
+    prior = settings.get_prior(kind)
+    num = len(joint_names)
+    covariance = np.tile(np.diag([prior.gain_sd**2, prior.load_friction_sd**2]), (num, 1, 1))
+    mean = np.tile([1.0, prior.load_friction], (num, 1))
+    source = f"the signal is a torque; gains good to {100 * prior.gain_sd:g} %"
+    return Gains(joint_names, kind, mean, covariance, 0.0, np.zeros((num, 3)), None, np.zeros(num), source)
+
+
+def write_gains(path: StrPath, gains: Gains) -> None:
+    """Writes gains as YAML, in full precision, for ``read_gains``.
+
+    Raises:
+        BadArgumentError: The argument is not of class Gains.
+    """
+    check_kind("gains", gains, Gains)
+    lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
+    for name, mean, covariance, variance in zip(
+        gains.joint_names, gains.mean, gains.covariance, gains.least_variance, strict=True
+    ):
+        lines += [
+            f"  {name}:",
+            f"    gain: {float(mean[0])!r}  # {gains.kind.unit} per N m",
+            f"    load_friction: {float(mean[1] / mean[0])!r}",
+            f"    covariance: {_list(covariance[[0, 0, 1], [0, 1, 1]])}  # of g, of g and h = mu g, of h",
+            f"    noise_variance: {float(variance)!r}",
+        ]
+        if gains.friction_sd is not None:
+            place = gains.joint_names.index(name)
+            lines += [
+                f"    friction: {_list(gains.friction[place])}  # direction, velocity, offset",
+                f"    friction_sd: {_list(gains.friction_sd[place])}",
+            ]
+    write_text(check_path("path", path), "\n".join(lines) + "\n")
+
+
+def _list(values: Array) -> str:
+    return f"[{', '.join(repr(float(value)) for value in values)}]"
+
+
+def read_gains(path: StrPath) -> Gains:
+    """Reads gains that ``write_gains`` wrote.
+
+    Raises:
+        BadValueError: The file or one of its values is wrong; the message says which and how.
+    """
+    return load_model(check_path("path", path), _GainsEntry).build()
+
+
+class _JointEntry(DataModel):
+    """Gain of a joint, its load friction and its friction."""
+
+    gain: Annotated[float, Within(-1e6, 1e6)]
+    load_friction: Annotated[float, Within(-2.0, 2.0)]
+    covariance: Annotated[_Triple, Vector(3, Within())]
+    noise_variance: Annotated[float, Within(0.0, 1e12)]
+    friction: Annotated[_Triple, Vector(3, Within())] | None = None
+    friction_sd: Annotated[_Triple, Vector(3, Within(0.0))] | None = None
+
+    @model_validator(mode="after")
+    def check_values(self) -> Self:
+        gg, gh, hh = self.covariance
+        if self.gain == 0.0:
+            raise complain("is 0, must be another number", "gain")
+        if gg < 0.0 or hh < 0.0 or gh**2 > gg * hh * (1.0 + 1e-9):
+            raise complain(f"is [{gg:g}, {gh:g}, {hh:g}], must be that of two numbers", "covariance")
+        if (self.friction is None) != (self.friction_sd is None):
+            raise complain("is missing", "friction" if self.friction is None else "friction_sd")
+        return self
+
+
+class _GainsEntry(DataModel):
+    """File of gains."""
+
+    source: Annotated[str, Text()]
+    signal: Annotated[SignalKind, OneOf(SignalKind)]
+    common_sd: Annotated[float, Within(0.0, 1.0)]
+    joints: Annotated[dict[str, _JointEntry], Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def check_friction(self) -> Self:
+        given = sum(joint.friction is not None for joint in self.joints.values())
+        if 0 < given < len(self.joints):
+            problem = f"give friction of {given} joints, must of all {len(self.joints)} or of none"
+            raise complain(problem, "joints")
+        return self
+
+    def build(self) -> Gains:
+        each = list(self.joints.values())
+        friction = [joint.friction for joint in each]
+        is_calibrated = None not in friction
+        return Gains(
+            tuple(self.joints),
+            self.signal,
+            np.array([[joint.gain, joint.load_friction * joint.gain] for joint in each]),
+            np.array([joint.covariance for joint in each])[:, [[0, 1], [1, 2]]],
+            self.common_sd,
+            np.array(friction if is_calibrated else np.zeros((len(each), 3))),
+            np.array([joint.friction_sd for joint in each]) if is_calibrated else None,
+            np.array([joint.noise_variance for joint in each]),
+            self.source,
+        )
+
+
+def arrange_gains(gains: Gains, joint_names: tuple[str, ...], path: Path | str) -> Gains:
+    """Returns the gains in the order of an arm's joints.
+
+    Raises:
+        BadValueError: A joint of the arm has no gain.
+    """
+    missing = [name for name in joint_names if name not in gains.joint_names]
+    if missing:
+        raise BadValueError(path, "joints", f"are {', '.join(gains.joint_names)}, must name {', '.join(missing)}")
+    order = [gains.joint_names.index(name) for name in joint_names]
+    return replace(
+        gains,
+        joint_names=joint_names,
+        mean=gains.mean[order],
+        covariance=gains.covariance[order],
+        friction=gains.friction[order],
+        friction_sd=None if gains.friction_sd is None else gains.friction_sd[order],
+        least_variance=gains.least_variance[order],
+    )

@@ -1,0 +1,173 @@
+"""Sufficient statistics of a run for its payload, joint by joint: sums of products, exact and recursive.
+
+A channel is a joint whose torque (or current) is measured, or one of the six components of a wrist sensor. Its signal
+is modelled as
+
+    x = g (tau_arm + Y pi) + h s (tau_arm + Y pi) + c_C d + c_v v + c_0 + e
+
+with g the gain, h = mu g friction that grows with load, d the direction of motion, s = d sign(load), and c friction.
+Every term is a column of z = [tau_arm, Y, s tau_arm, s Y, d, v, 1, x], 26 numbers, so for any values of the unknowns
+the residual is w^T z, and the sum of its squares w^T S w with S the sum of z z^T. Nothing is linearised and nothing
+is lost. The same sum over blocks of some seconds measures how far errors of neighbouring samples are correlated.
+"""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array, Mask
+
+# Columns of z.
+ARM = 0
+LOAD = slice(0, 22)  # tau_arm and Y, then both times s
+FRICTION = slice(22, 25)
+SIGNAL = 25
+NUM_COLUMNS = 26
+
+
+class ChannelSamples(NamedTuple):
+    """N samples of C channels.
+
+    Attributes:
+        Y: Payload regressors, shape (N, C, 10).
+        tau_arm: Torque of the arm in the signal, shape (N, C), [N m]; zero if it was subtracted.
+        load_sign: Factor s of load friction, shape (N, C), from -1 to 1.
+        direction: Direction of motion d, -1, 0 or 1, shape (N, C).
+        velocity: Joint velocities, shape (N, C), [rad/s].
+        signal: Signal x, shape (N, C), in its own unit.
+        used: True where a sample is used, shape (N, C).
+    """
+
+    Y: Array
+    tau_arm: Array
+    load_sign: Array
+    direction: Array
+    velocity: Array
+    signal: Array
+    used: Mask
+
+    @classmethod
+    def of_joints(
+        cls, Y: Array, v: Array, signal: Array, *, tau_arm: Array, arm_torque: Array, min_speed: float
+    ) -> "ChannelSamples":
+        """Builds the samples of joints.
+
+        Args:
+            Y: Regressors of the payload, shape (N, n, 10).
+            v: Joint velocities, shape (N, n), [rad/s].
+            signal: Signal x, shape (N, n), in its own unit.
+            tau_arm: Torque of the arm in the signal, shape (N, n), [N m].
+            arm_torque: Torque of the arm alone, for the sign of the load, shape (N, n), [N m].
+            min_speed: Speed below which friction has no sure direction and samples are not used, [rad/s].
+        """
+        direction = np.sign(v)
+        return cls(Y, tau_arm, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
+
+    def select(self, rows: Mask | slice) -> "ChannelSamples":
+        """Returns the samples of some rows."""
+        return self._replace(**{name: values[rows] for name, values in self._asdict().items()})
+
+    def build_columns(self) -> Array:
+        """Builds the columns z, zero for samples that are not used, shape (C, N, 26)."""
+        s = self.load_sign[..., None]
+        load = np.concatenate([self.tau_arm[..., None], self.Y], axis=-1)
+        one = np.ones_like(self.velocity)
+        rest = np.stack([self.direction, self.velocity, one, self.signal], axis=-1)
+        z = np.concatenate([load, s * load, rest], axis=-1) * self.used[..., None]
+        return z.transpose(1, 0, 2)
+
+
+@dataclass(frozen=True)
+class JointStatistics:
+    """Sums over all samples so far; adding samples returns a new object.
+
+    Attributes:
+        products: Sum of z z^T of each channel, shape (C, 26, 26).
+        block_products: Sum of b b^T with b the sum of z over one complete block, shape (C, 26, 26).
+        block_sum: Sum of z over the block that is not yet complete, shape (C, 26).
+        counts: Number of used samples of each channel, shape (C,).
+        block_length: Number of rows in a block.
+        num_rows: Number of rows so far, unused ones included.
+    """
+
+    products: Array
+    block_products: Array
+    block_sum: Array
+    counts: Array
+    block_length: int
+    num_rows: int
+
+    @classmethod
+    def empty(cls, num_channels: int, block_length: int) -> "JointStatistics":
+        """Returns the sums over no samples."""
+        square = np.zeros((num_channels, NUM_COLUMNS, NUM_COLUMNS))
+        return cls(square, square, np.zeros((num_channels, NUM_COLUMNS)), np.zeros(num_channels), block_length, 0)
+
+    @property
+    def num_channels(self) -> int:
+        """Number of channels C."""
+        return len(self.counts)
+
+    def add(self, samples: ChannelSamples) -> "JointStatistics":
+        """Returns the sums with more samples, one or many; their order matters, how they are divided does not."""
+        z = samples.build_columns()
+        num_new = z.shape[1]
+        if num_new == 0:
+            return self
+        # First new row of each block.
+        first = self.block_length - self.num_rows % self.block_length
+        starts = np.array([0, *range(first, num_new, self.block_length)])
+        sums = np.add.reduceat(z, starts, axis=1)  # (C, blocks, 26)
+        sums[:, 0] += self.block_sum
+        whole = (self.num_rows + num_new) % self.block_length == 0
+        closed = sums if whole else sums[:, :-1]
+        return JointStatistics(
+            self.products + z.transpose(0, 2, 1) @ z,
+            self.block_products + closed.transpose(0, 2, 1) @ closed if closed.shape[1] else self.block_products,
+            np.zeros_like(self.block_sum) if whole else sums[:, -1],
+            self.counts + samples.used.sum(axis=0),
+            self.block_length,
+            self.num_rows + num_new,
+        )
+
+    def sum_squares(self, w: Array) -> Array:
+        """Computes the sum of squared residuals w^T z of each channel, w of shape (C, 26), result (C,)."""
+        total: Array = np.einsum("ci,cij,cj->c", w, self.products, w)
+        return total
+
+    def sum_block_squares(self, w: Array) -> Array:
+        """Computes the sum of squared block sums of residuals, the incomplete block included, shape (C,)."""
+        whole: Array = np.einsum("ci,cij,cj->c", w, self.block_products, w)
+        unfinished: Array = np.einsum("ci,ci->c", w, self.block_sum) ** 2
+        return whole + unfinished
+
+
+class RunningSums(NamedTuple):
+    """Sums of JointStatistics as mutable arrays, updated sample by sample."""
+
+    products: Array  # (C, 26, 26)
+    block_products: Array  # (C, 26, 26)
+    block_sum: Array  # (C, 26)
+    counts: Array  # (C + 1,), the last for all rows
+
+    def add(self, z: Array, used: Mask, block_length: int) -> None:
+        """Adds one sample, its columns of shape (C, 26), zero where it is not used."""
+        self.products[:] += z[:, :, None] * z[:, None, :]
+        self.block_sum[:] += z
+        self.counts[:-1] += used
+        self.counts[-1] += 1.0
+        if self.counts[-1] % block_length == 0.0:
+            self.block_products[:] += self.block_sum[:, :, None] * self.block_sum[:, None, :]
+            self.block_sum[:] = 0.0
+
+    def freeze(self, block_length: int) -> JointStatistics:
+        """Returns the sums so far."""
+        return JointStatistics(
+            self.products, self.block_products, self.block_sum, self.counts[:-1], block_length, int(self.counts[-1])
+        )
+
+
+def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:
+    """Computes the sums over a whole run."""
+    return JointStatistics.empty(samples.used.shape[1], block_length).add(samples)

@@ -1,0 +1,73 @@
+"""Model error that does not average out: the apparent payload of an empty hand in different stretches of time.
+
+The error of an arm's model depends on its configuration, not on chance: over ten seconds an empty Panda appears to
+hold as much as over two. The error is estimated from stretches of empty runs, each predicted by an arm fitted to the
+others, and added to every identification as a phantom payload: a mass of unknown sign somewhere near the tip.
+"""
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence.joint_statistics import ChannelSamples
+from affordance.identification.evidence.payload_likelihood import Quadratic
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.objects.inertia import NUM_PARAMETERS
+
+# SD of the phantom's position about the tip in each direction, [m].
+_REACH_SD = 0.15
+# Mass SD of an uninformative phantom, which regularises the regression of link errors on the payload, [kg].
+_BROAD_MASS = 10.0
+# Grid of the phantom's mass SD, even in the logarithm as its size is unknown, [kg].
+_SMALLEST, _LARGEST, _NUM_SIZES = 1e-3, 1.0, 60
+
+
+def build_phantom_covariance(mass_sd: float) -> Array:
+    """Builds the covariance of the ten parameters of a mass of unknown sign near the tip, shape (10, 10)."""
+    a = _REACH_SD**2
+    C = np.zeros((NUM_PARAMETERS, NUM_PARAMETERS))
+    C[0, 0] = 1.0
+    C[1:4, 1:4] = a * np.eye(3)
+    # Moments of y^2 + z^2 and its permutations, with x, y and z normal.
+    C[0, 4:7] = C[4:7, 0] = 2.0 * a
+    C[4:7, 4:7] = a**2 * (6.0 * np.ones((3, 3)) + 2.0 * np.eye(3))
+    C[7:, 7:] = a**2 * np.eye(3)
+    return mass_sd**2 * C
+
+
+def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
+    """Projects errors of the links onto the payload by least squares along a motion: its covariance, shape (10, 10).
+
+    Args:
+        robot: Model of the arm.
+        prepared: Motion of the arm.
+        samples: Samples of the payload along the motion.
+        root: Square root L of the covariance of the links' parameters, L L^T, shape (10 n, 10 n).
+    """
+    Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
+    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * samples.used[..., None]
+    broad = np.linalg.inv(build_phantom_covariance(_BROAD_MASS))
+    seen_as = np.linalg.solve(Y.T @ Y + broad, Y.T @ W.reshape(len(Y), -1)) @ root
+    covariance: Array = seen_as @ seen_as.T
+    return covariance
+
+
+def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
+    """Estimates the SD of the phantom's mass from the apparent payloads of empty stretches, [kg].
+
+    Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The root mean square of s under its
+    posterior is returned, so that few stretches give a larger one.
+
+    Args:
+        stretches: Likelihood of the ten parameters of each stretch.
+    """
+    sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
+    log_evidence = np.zeros(_NUM_SIZES)
+    for i, size in enumerate(sizes):
+        root = np.linalg.cholesky(build_phantom_covariance(float(size)))
+        for stretch in stretches:
+            M = np.eye(NUM_PARAMETERS) + root.T @ stretch.precision @ root
+            f = root.T @ stretch.information
+            log_evidence[i] += 0.5 * f @ np.linalg.solve(M, f) - 0.5 * np.linalg.slogdet(M)[1]
+    weights = np.exp(log_evidence - log_evidence.max())
+    return float(np.sqrt(np.average(sizes**2, weights=weights)))

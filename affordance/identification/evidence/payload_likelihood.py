@@ -1,0 +1,223 @@
+"""Likelihood of the ten parameters, with all other unknowns integrated out.
+
+Given the load, all other unknowns enter the signal linearly and have normal priors: the gain, the load friction and
+the friction of each channel. Their integral is thus known in closed form, however large their uncertainty (nothing is
+linearised), and costs a few products of small matrices, for a thousand loads at once.
+
+Errors of the arm's model are a phantom payload delta, delta ~ N(0, C), and the load is the sum of body pi and delta.
+With Q the quadratic approximation of log L near the most probable load, and Q_C that with delta integrated out,
+
+    log p(signals | pi) = Q_C(pi) + log E[exp(log L(pi + delta) - Q(pi + delta))],    delta ~ N(0, C) exp Q(pi + .)
+
+and the expectation is estimated by one draw: exact without a phantom, and unbiased with one.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence.joint_statistics import FRICTION, LOAD, NUM_COLUMNS, SIGNAL, JointStatistics
+from affordance.objects.inertia import NUM_PARAMETERS
+
+_NUM_LOAD = 22  # columns of z that the load fills
+_HALF = 11  # half of these columns, without or with the factor s
+_KEPT = np.r_[0:_NUM_LOAD, SIGNAL]
+
+
+@dataclass(frozen=True)
+class ChannelPrior:
+    """Prior of all unknowns but the payload.
+
+    Attributes:
+        gain: Means of g and h of each channel, shape (C, 2), [unit of the signal per N m].
+        gain_covariance: Covariance of g and h, channel by channel, shape (C, 2, 2).
+        friction: Means of c_C, c_v, c_0, shape (C, 3), in the signal's unit (c_v: per rad/s).
+        friction_sd: Standard deviations of friction, shape (C, 3).
+        phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
+        phantom_covariance: Covariance of the phantom payload, shape (10, 10).
+    """
+
+    gain: Array
+    gain_covariance: Array
+    friction: Array
+    friction_sd: Array
+    phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
+    phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
+
+
+@dataclass(frozen=True)
+class Quadratic:
+    """Quadratic log likelihood, log L(pi) = -pi^T H pi / 2 + b^T pi + constant.
+
+    Attributes:
+        precision: Precision matrix H, shape (10, 10); may be singular.
+        information: Information vector b, shape (10,).
+    """
+
+    precision: Array
+    information: Array
+
+    def widen(self, covariance: Array) -> "Quadratic":
+        """Returns the quadratic widened by parameter errors with a covariance, shape (10, 10)."""
+        A = np.linalg.inv(np.eye(NUM_PARAMETERS) + self.precision @ covariance)
+        precision = A @ self.precision
+        return Quadratic(0.5 * (precision + precision.T), A @ self.information)
+
+    def find_load(self, pi: Array, covariance: Array) -> Array:
+        """Finds the most probable load, (10,), given a body, (10,), and the covariance of its error, (10, 10)."""
+        missing = self.information - self.precision @ pi
+        load: Array = pi + covariance @ np.linalg.solve(np.eye(len(pi)) + self.precision @ covariance, missing)
+        return load
+
+    def evaluate(self, pi: Array) -> Array:
+        """Computes the value at N points, shape (N, 10), without the constant; shape (N,)."""
+        value: Array = pi @ self.information - 0.5 * np.einsum("ni,ij,nj->n", pi, self.precision, pi, optimize=True)
+        return value
+
+    def about(self, origin: Array) -> "Quadratic":
+        """Returns the quadratic as a function of pi - origin, origin of shape (10,)."""
+        return Quadratic(self.precision, self.information - self.precision @ origin)
+
+
+class PayloadLikelihood:
+    """Log likelihood log p(signals of a run | pi) up to a constant.
+
+    A signal is x = A beta + friction + error with beta = (g, h) ~ N(gain, gain_covariance) and A = (1, s) load, where
+    the load is tau_arm + Y pi.
+    """
+
+    def __init__(self, statistics: JointStatistics, prior: ChannelPrior, long_run_variance: Array) -> None:
+        """Integrates friction out.
+
+        Args:
+            statistics: Sums over the run.
+            prior: Prior of all unknowns but the payload.
+            long_run_variance: Long-run variance of each channel, shape (C,): the variance of an error times the
+                number of samples that share it.
+        """
+        self.prior = prior
+        # Centred on the mean of friction: x - f^T c in place of x.
+        shift = np.tile(np.eye(NUM_COLUMNS), (statistics.num_channels, 1, 1))
+        shift[:, FRICTION, SIGNAL] = -prior.friction
+        products = shift.transpose(0, 2, 1) @ statistics.products @ shift / long_run_variance[:, None, None]
+        F = prior.friction_sd[:, :, None] * np.eye(3)
+        cross = F @ products[:, FRICTION, _KEPT]  # (C, 3, 23)
+        inner = np.eye(3) + F @ products[:, FRICTION, FRICTION] @ F
+        # F u with u the posterior mean of standardised friction is linear in the residual without friction.
+        self._friction = F @ np.linalg.solve(inner, cross)
+        K = products[:, _KEPT[:, None], _KEPT] - cross.transpose(0, 2, 1) @ np.linalg.solve(inner, cross)
+        self._K = K[:, :_NUM_LOAD, :_NUM_LOAD].reshape(-1, 2, _HALF, 2, _HALF)
+        self._Kx = K[:, :_NUM_LOAD, _NUM_LOAD].reshape(-1, 2, _HALF)
+        self._xx = K[:, _NUM_LOAD, _NUM_LOAD]
+        # K and Kx as matrices that act on products of two coefficients of the load, or on one.
+        self._K_of_pairs = self._K.transpose(2, 4, 0, 1, 3).reshape(_HALF**2, -1)
+        self._Kx_of_load = self._Kx.transpose(2, 0, 1).reshape(_HALF, -1)
+        self._L = factor(prior.gain_covariance)
+
+    def compute_log_likelihood(self, pi: Array) -> Array:
+        """Computes log L at N loads, pi of shape (N, 10), up to one constant for all; shape (N,).
+
+        A load is the body plus the deviation of the phantom payload from its mean.
+        """
+        g, L = self.prior.gain, self._L
+        AKA, AKx = self._project(pi)
+        AKg = (AKA @ g[:, :, None])[..., 0]
+        squares = self._xx.sum() - ((2.0 * AKx - AKg) * g).sum(axis=(1, 2))
+        c = ((AKx - AKg)[..., None, :] @ L)[..., 0, :]
+        inverse, determinant = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        Mc = (inverse @ c[..., None])[..., 0]
+        log_likelihood: Array = -0.5 * (squares - (c * Mc).sum(axis=(1, 2)) + np.log(determinant).sum(axis=1))
+        return log_likelihood
+
+    def linearise(self, pi: Array) -> Quadratic:
+        """Builds the quadratic approximation of log L near a load, shape (10,), without products of two errors."""
+        gain, _ = self.estimate_gains(pi)
+        g, L = self.prior.gain, self._L
+        load = self._extend(pi[None])[0]
+        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        # T = g Y + h s Y at the gains that fit this load.
+        TK = np.einsum("ca,caibj->cibj", gain, self._K[:, :, 1:])
+        TKA = TK @ load  # (C, 10, 2)
+        TKT = np.einsum("cibj,cb->ij", TK[..., 1:], gain)
+        TKx = np.einsum("ca,cai->ci", gain, self._Kx[:, :, 1:])
+        c = ((AKx - (AKA @ g[:, :, None])[..., 0])[:, None] @ L)[:, 0]
+        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        D = TKA @ L
+        H = TKT - (D @ inverse @ D.transpose(0, 2, 1)).sum(axis=0)
+        b = (TKx - (TKA @ g[:, :, None] + D @ inverse @ c[..., None])[..., 0]).sum(axis=0)
+        return Quadratic(0.5 * (H + H.T), b + H @ pi)
+
+    def estimate_gains(self, pi: Array) -> tuple[Array, Array]:
+        """Computes the posterior of g and h given a load, shape (10,): means, (C, 2), and covariances, (C, 2, 2)."""
+        g, L = self.prior.gain, self._L
+        AKA, AKx = (each[0] for each in self._project(pi[None]))
+        inverse, _ = _invert_2x2(np.eye(2) + L.transpose(0, 2, 1) @ AKA @ L)
+        covariance = L @ inverse @ L.transpose(0, 2, 1)
+        residual = AKx - (AKA @ g[:, :, None])[..., 0]
+        return g + (covariance @ residual[..., None])[..., 0], covariance
+
+    def build_residual_weights(self, pi: Array) -> Array:
+        """Builds w, (C, 26), with w^T z the residual at the most probable unknowns given a load, shape (10,)."""
+        gain, _ = self.estimate_gains(pi)
+        load = self._extend(pi[None])[0]
+        w = np.zeros((len(gain), NUM_COLUMNS))
+        w[:, LOAD] = -(gain[:, :, None] * load).reshape(len(gain), -1)
+        w[:, SIGNAL] = 1.0
+        w[:, FRICTION] = -self.prior.friction - (self._friction @ w[:, _KEPT, None])[..., 0]
+        return w
+
+    def _extend(self, pi: Array) -> Array:
+        """Returns the load's coefficients [1, pi + phantom], shape (N, 11)."""
+        return np.concatenate([np.ones((len(pi), 1)), pi + self.prior.phantom], axis=1)
+
+    def _project(self, pi: Array) -> tuple[Array, Array]:
+        """Computes A^T K A, shape (N, C, 2, 2), and A^T K x, shape (N, C, 2), with A = d x / d (g, h)."""
+        load = self._extend(pi)
+        num, channels = len(pi), len(self._xx)
+        pairs = (load[:, :, None] * load[:, None, :]).reshape(num, -1)
+        return (pairs @ self._K_of_pairs).reshape(num, channels, 2, 2), (load @ self._Kx_of_load).reshape(
+            num, channels, 2
+        )
+
+
+class BodyLikelihood:
+    """Log likelihood log p(run | pi) of bodies, with the phantom payload integrated out."""
+
+    def __init__(self, likelihood: PayloadLikelihood, load: Array) -> None:
+        """Prepares the quadratics about a load of high likelihood, shape (10,)."""
+        self._likelihood = likelihood
+        self.of_load = likelihood.linearise(load)
+        covariance = likelihood.prior.phantom_covariance
+        self.of_body = self.of_load.widen(covariance)
+        root = factor(covariance)
+        self._has_phantom = bool(root.any())
+        inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ self.of_load.precision @ root)
+        self._share = root @ inner @ root.T
+        self._spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
+
+    def compute(self, pi: Array, rng: np.random.Generator) -> Array:
+        """Computes the log likelihood at N bodies, shape (N, 10), up to one constant for all; shape (N,)."""
+        if not self._has_phantom:
+            return self._likelihood.compute_log_likelihood(pi)
+        delta = (self.of_load.information - pi @ self.of_load.precision) @ self._share
+        load = pi + delta + rng.standard_normal(pi.shape) @ self._spread.T
+        rest = self._likelihood.compute_log_likelihood(load) - self.of_load.evaluate(load)
+        return self.of_body.evaluate(pi) + rest
+
+
+def factor(covariance: Array) -> Array:
+    """Computes square roots L of covariances L L^T that may be singular."""
+    values, vectors = np.linalg.eigh(covariance)
+    root: Array = vectors * np.sqrt(np.maximum(values, 0.0))[..., None, :]
+    return root
+
+
+def _invert_2x2(M: Array) -> tuple[Array, Array]:
+    """Computes inverses and determinants of many 2 by 2 matrices, several times faster than a solver."""
+    a, b, c, d = M[..., 0, 0], M[..., 0, 1], M[..., 1, 0], M[..., 1, 1]
+    determinant = a * d - b * c
+    inverse = (
+        np.stack([np.stack([d, -b], axis=-1), np.stack([-c, a], axis=-1)], axis=-2) / determinant[..., None, None]
+    )
+    return inverse, determinant

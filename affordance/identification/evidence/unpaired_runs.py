@@ -1,0 +1,146 @@
+"""Evidence by a model of the empty arm that is fitted to other runs with an empty hand."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.fitted_arm import CELL, ArmRegression, FittedArm
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_evidence import build_joint_evidence, restore_compensated
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.model_error import (
+    build_phantom_covariance,
+    estimate_phantom_mass,
+    project_link_errors,
+)
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.recording.preparation import PreparedRun, prepare_alike
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings
+
+# Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
+_STRETCH, _GUARD = 8, 1
+
+
+class EmptyArm(NamedTuple):
+    """Model of the empty arm, with its errors.
+
+    Attributes:
+        fitted: Model fitted to all cells.
+        least_variance: Long-run variance of the prediction errors, shape (n,), in the signal's unit squared.
+        phantom_mass: Standard deviation of the mass that an empty hand appears to hold, [kg].
+        residual: Errors of prediction of each run, by fits without the predicted stretch, shape (N, n) each.
+    """
+
+    fitted: FittedArm
+    least_variance: Array
+    phantom_mass: float
+    residual: tuple[Array, ...]
+
+
+def fit_empty_arm(
+    robot: RobotChain,
+    runs: Sequence[PreparedRun],
+    signals: Sequence[Array],
+    gains: Gains,
+    settings: IdentificationSettings,
+    kept: Array | None = None,
+) -> EmptyArm:
+    """Fits an arm to empty runs, and measures its errors by cross-validation.
+
+    Args:
+        robot: Model of the arm.
+        runs: Motions with an empty hand.
+        signals: Signals of each run, shape (N, n).
+        gains: Gains of the joints.
+        settings: Identification settings.
+        kept: Mask of the cells of half a second that may be used, shape (cells,); None for all.
+    """
+    regression = ArmRegression(robot, runs, signals, gains, settings)
+    allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
+    residuals = [np.full_like(signal, np.nan) for signal in signals]
+    cells = np.flatnonzero(allowed)
+    quadratics, squares, counts = [], np.zeros(robot.num_joints), np.zeros(robot.num_joints)
+    prior = _build_prior(gains, settings)
+    for stretch in np.array_split(cells, max(2, round(len(cells) / _STRETCH))):
+        rest = allowed.copy()
+        rest[max(0, stretch[0] - _GUARD) : stretch[-1] + 1 + _GUARD] = False
+        fitted = regression.fit(rest)
+        for number, (run, signal) in enumerate(zip(runs, signals, strict=True)):
+            of_run = np.flatnonzero(regression.run_of_cell == number)
+            inside = stretch[np.isin(stretch, of_run)] - of_run[0]
+            if not inside.size:
+                continue
+            length = regression.cell_lengths[number]
+            rows = slice(int(inside[0]) * length, (int(inside[-1]) + 1) * length)
+            part = run.select(rows)
+            error = signal[rows] - fitted.predict(part)
+            residuals[number][rows] = error
+            samples = ChannelSamples.of_joints(
+                robot.compute_payload_regressors(*part.motion),
+                part.v,
+                error,
+                tau_arm=np.zeros_like(error),
+                arm_torque=np.ones_like(error),
+                min_speed=settings.min_speed,
+            )
+            statistics = compute_statistics(samples, round(settings.block / CELL) * length)
+            w = np.zeros((robot.num_joints, 26))
+            w[:, -1] = 1.0
+            squares += np.maximum(statistics.sum_block_squares(w), statistics.sum_squares(w))
+            counts += statistics.counts
+            quadratics.append(statistics)
+    variance = squares / np.maximum(counts, 1.0)
+    zero = np.zeros(10)
+    likelihoods = [PayloadLikelihood(statistics, prior, variance).linearise(zero) for statistics in quadratics]
+    phantom_mass = estimate_phantom_mass(likelihoods) if settings.floor else 0.0
+    return EmptyArm(regression.fit(allowed), variance, phantom_mass, tuple(residuals))
+
+
+def build_unpaired_evidence(
+    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+) -> Evidence:
+    """Builds the evidence of a loaded run from which an arm fitted to the empty runs is subtracted."""
+    prepared, *without = prepare_alike([loaded, *empty], settings)
+    signals = [
+        restore_compensated(robot, run, part, gains.mean[:, 0]) for run, part in zip(empty, without, strict=True)
+    ]
+    return subtract_arm(robot, fit_empty_arm(robot, without, signals, gains, settings), loaded, prepared, settings)
+
+
+def subtract_arm(
+    robot: RobotChain, empty_arm: EmptyArm, loaded: Run, prepared: PreparedRun, settings: IdentificationSettings
+) -> Evidence:
+    """Builds the evidence of a loaded run less the prediction of a fitted arm."""
+    predicted = empty_arm.fitted.predict(prepared)
+    evidence = build_joint_evidence(
+        robot,
+        loaded,
+        prepared,
+        restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted,
+        settings,
+        analysis="unpaired: an arm fitted to other runs with an empty hand",
+        is_difference=True,
+    )
+    covariance = evidence.phantom_covariance
+    if settings.floor:
+        # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
+        open_links = project_link_errors(robot, prepared, evidence.samples, empty_arm.fitted.link_root)
+        covariance = build_phantom_covariance(empty_arm.phantom_mass) + open_links
+    return replace(
+        evidence,
+        least_variance=empty_arm.least_variance,
+        phantom_covariance=covariance,
+        notes=(f"an empty hand seems to hold {1e3 * empty_arm.phantom_mass:.0f} g now and then",),
+    )
+
+
+def _build_prior(gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
+    num = len(gains.joint_names)
+    friction = np.full((num, 3), settings.get_prior(gains.kind).friction_sd)
+    return ChannelPrior(gains.mean, np.zeros((num, 2, 2)), np.zeros((num, 3)), friction)

@@ -1,0 +1,111 @@
+"""Evidence by a force-torque sensor at the wrist: six channels, with no joint between them and the load.
+
+    [f; n] = W pi + offset + error
+
+with pi all that is mounted on the sensor. The empty hand (gripper, cables) and the sensor's offset are found from a
+run with an empty hand, the tare, and accounted for with their uncertainty.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_statistics import SIGNAL, ChannelSamples
+from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
+from affordance.identification.evidence.paired_runs import take_only
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.recording.preparation import PreparedRun, prepare_alike
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import WRENCH_COLUMNS, Run
+from affordance.identification.settings import IdentificationSettings
+from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.plant.wrench_regressor import compute_wrench_regressors
+
+# SD of an offset before a tare, as a multiple of its drift.
+_RAW_OFFSET = 20.0
+# Prior SDs of the empty hand, kilograms at some centimetres: mass, first moment, moment of inertia.
+_TARE_SD = np.array([3.0, *[0.5] * 3, *[0.1] * 6])
+_STRETCH = 4.0  # length of the empty run's stretches that measure errors that do not average out, [s]
+_NUM_PASSES = 4
+
+
+def build_wrist_evidence(
+    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+) -> Evidence:
+    """Builds the evidence of a wrist sensor; gains apply to it later.
+
+    Args:
+        robot: Model of the arm, whose tip is the sensor.
+        loaded: Run with the load.
+        empty: Runs with an empty hand, at most one; none if all that is mounted on the sensor is the load.
+        gains: Gains of the sensor.
+        settings: Identification settings.
+
+    Raises:
+        BadValueError: There are several empty runs.
+    """
+    runs = [loaded, take_only(empty, "a wrist sensor's tare")] if empty else [loaded]
+    evidence, *tare = [_build(robot, loaded, prepared) for prepared in prepare_alike(runs, settings)]
+    return _tare(evidence, tare[0], settings) if tare and settings.tare else evidence
+
+
+def _build(robot: RobotChain, run: Run, prepared: PreparedRun) -> Evidence:
+    W = compute_wrench_regressors(robot.chain, *prepared.motion)
+    zero = np.zeros_like(prepared.signal)
+    used = np.ones(zero.shape, dtype=bool)
+    # Force first, as sensors and their messages have it.
+    samples = ChannelSamples(W[:, [3, 4, 5, 0, 1, 2]], zero, zero, zero, zero, prepared.signal, used)
+    evidence = Evidence.from_run(
+        run,
+        prepared,
+        samples,
+        WRENCH_COLUMNS,
+        analysis="wrist sensor without a tare: all that hangs on it is the load",
+        arm_torque=zero,
+        is_difference=False,
+    )
+    return replace(evidence, friction_scale=_RAW_OFFSET)
+
+
+def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:
+    """Tares with an empty run: the sensor's offset is subtracted, and the empty hand becomes the phantom payload."""
+    statistics = of_empty.compute_statistics(settings)
+    num = statistics.num_channels
+    zero = np.zeros(NUM_PARAMETERS)
+    prior = ChannelPrior(
+        np.tile([1.0, 0.0], (num, 1)),
+        np.zeros((num, 2, 2)),
+        np.zeros((num, 3)),
+        evidence.list_friction_sds(settings),
+    )
+    variance = np.maximum(statistics.products[:, SIGNAL, SIGNAL] / statistics.counts, np.finfo(float).tiny)
+    for _ in range(_NUM_PASSES):
+        likelihood = PayloadLikelihood(statistics, prior, variance)
+        quadratic = likelihood.linearise(zero)
+        covariance = np.linalg.inv(quadratic.precision + np.diag(_TARE_SD**-2))
+        tare = covariance @ quadratic.information
+        weights = likelihood.build_residual_weights(tare)
+        variance = of_empty.describe_errors(settings).estimate_variance(statistics, weights)
+    phantom_mass = 0.0
+    if settings.floor:
+        phantom_mass = estimate_phantom_mass(
+            [
+                PayloadLikelihood(part.compute_statistics(settings), prior, variance).linearise(tare).about(tare)
+                for part in of_empty.split(_STRETCH)
+            ]
+        )
+    offset = -weights[:, 24]
+    loaded = evidence.samples._replace(signal=evidence.samples.signal - offset)
+    return replace(
+        evidence,
+        analysis=f"wrist sensor, tared: the empty hand holds {1e3 * tare[0]:.0f} g",
+        samples=loaded,
+        friction_scale=1.0,
+        least_variance=variance,
+        phantom=tare,
+        phantom_covariance=covariance + build_phantom_covariance(phantom_mass),
+        notes=(f"an empty hand seems to hold {1e3 * phantom_mass:.0f} g more or less now and then",),
+    )

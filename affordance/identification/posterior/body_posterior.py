@@ -1,0 +1,280 @@
+"""Posterior of a held body that no camera has seen: its mode, and weighted samples around it.
+
+Every sample is a physically consistent body. Weights are exact: the posterior density, with gains and friction
+integrated out, over the density of the proposal.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import gammaln
+
+from affordance.arrays import Array
+from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic
+from affordance.identification.posterior.log_cholesky import (
+    compute_jacobian,
+    parameters_from_theta,
+    theta_from_parameters,
+)
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_inertia_from_parameters
+
+# Degrees of freedom of the proposal, a multivariate t: its tails are heavier than the posterior's, so that no single
+# sample dominates.
+_DEGREES_OF_FREEDOM = 8.0
+# Effective sample size that suffices, as a share of the samples.
+_ENOUGH = 0.2
+# Share of the proposal's samples that is drawn from the prior.
+_DEFENSIVE = 0.05
+# Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
+# 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
+_NUM_MOVES, _WALK = 6, 0.75
+# Largest number of rounds of moves in the posterior itself, which decorrelate samples of one ancestor.
+_MAX_ROUNDS = 10
+_MAX_ITERATIONS = 60
+# Gauss-Newton steps before the likelihood is linearised again.
+_STEPS_A_ROUND = 5
+_TOLERANCE = 1e-8
+_LONGEST_STEP = 5.0
+# Least eigenvalue of a guessed pseudo-inertia, as a share of the largest.
+_LEAST_SHARE = 1e-3
+
+
+class Mode(NamedTuple):
+    """Most probable body.
+
+    Attributes:
+        theta: Log-Cholesky coordinates, shape (10,).
+        covariance: Covariance of theta by the curvature at the mode, shape (10, 10).
+        pi: Ten inertial parameters, shape (10,).
+        load: Most probable load, which is pi plus the phantom payload of model errors, shape (10,).
+    """
+
+    theta: Array
+    covariance: Array
+    pi: Array
+    load: Array
+
+
+class WeightedBodies(NamedTuple):
+    """Weighted samples of a posterior.
+
+    Attributes:
+        pi: Ten parameters of each sample, shape (N, 10).
+        weights: Weights of the samples, shape (N,); their sum is one.
+        ancestors: Index of the sample from which each descends, shape (N,); its own index without resampling.
+    """
+
+    pi: Array
+    weights: Array
+    ancestors: NDArray[np.intp]
+
+    @property
+    def effective_size(self) -> float:
+        """Number of independent samples that would estimate the means as well, for the worst of the ten parameters.
+
+        The variance of a weighted mean is estimated from sums over the samples of each ancestor, which may be
+        correlated (Lee & Whiteley 2018, Variance estimation in the particle filter).
+        """
+        away = (self.pi - self.weights @ self.pi) * self.weights[:, None]
+        sums = np.zeros_like(away)
+        np.add.at(sums, self.ancestors, away)
+        variance = self.weights @ (self.pi - self.weights @ self.pi) ** 2
+        # The scatter over a few ancestors is unreliable, so their number is an upper bound.
+        most = float(len(np.unique(self.ancestors)))
+        return min(most, float((variance / np.maximum((sums**2).sum(axis=0), np.finfo(float).tiny)).min()))
+
+
+def find_mode(likelihood: PayloadLikelihood, prior: SolidPrior, start: Array | None = None) -> Mode:
+    """Finds the most probable body by Gauss-Newton iteration with Levenberg's damping.
+
+    Args:
+        likelihood: Likelihood of the run.
+        prior: Prior of the body.
+        start: Theta to start from, shape (10,); None for the result of ``guess_theta``.
+    """
+    theta = guess_theta(likelihood, prior) if start is None else start
+    load = parameters_from_theta(theta)
+    for _ in range(_MAX_ITERATIONS):
+        mode = improve_mode(likelihood, prior, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        if measure_step(step, mode) < _TOLERANCE:
+            break
+    return mode
+
+
+def improve_mode(likelihood: PayloadLikelihood, prior: SolidPrior, theta: Array, load: Array) -> Mode:
+    """Improves theta, shape (10,), with the likelihood approximated by a quadratic at a load, shape (10,)."""
+    quadratic = likelihood.linearise(load)
+    phantom = likelihood.prior.phantom_covariance
+    theta, covariance = _climb(quadratic.widen(phantom), prior, theta)
+    pi = parameters_from_theta(theta)
+    return Mode(theta, covariance, pi, quadratic.find_load(pi, phantom))
+
+
+def measure_step(step: Array, mode: Mode) -> float:
+    """Computes the squared length of a step in posterior standard deviations, as theta has no unit of its own."""
+    return float(step @ np.linalg.solve(mode.covariance, step))
+
+
+def draw_bodies(
+    likelihood: PayloadLikelihood, prior: SolidPrior, mode: Mode, rng: np.random.Generator, num_samples: int
+) -> WeightedBodies:
+    """Draws weighted samples of the posterior.
+
+    The proposal is centred at the mode, and refitted to its own samples if their effective size is too small. The
+    strongly curved posteriors of bodies that a run hardly constrains are reached by annealed sequential Monte Carlo:
+    a sequence of intermediate distributions, in each of which every sample is moved (Del Moral, Doucet & Jasra 2006).
+    """
+    of_body = BodyLikelihood(likelihood, mode.load)
+
+    def evaluate(theta: Array) -> Array:
+        return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
+
+    proposal = _Proposal(mode.theta, mode.covariance, prior)
+    for attempt in range(2):
+        theta = proposal.draw(rng, num_samples)
+        log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
+        bodies = _weigh(theta, log_ratios)
+        if 1.0 / np.sum(bodies.weights**2) >= _ENOUGH * num_samples:
+            return bodies
+        if attempt == 0:
+            centre = bodies.weights @ theta
+            away = theta - centre
+            # A share of the mode's covariance keeps it from collapsing onto a few samples of large weight.
+            covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
+            proposal = _Proposal(centre, covariance, prior)
+    exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
+    while exponent < 1.0:
+        step = _find_step(log_ratios, 1.0 - exponent, num_samples)
+        exponent += step
+        weights = _normalise(step * log_ratios)
+        chosen = _resample(weights, rng)
+        centre = weights @ theta
+        root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
+        theta, log_ratios, ancestors = theta[chosen], log_ratios[chosen], ancestors[chosen]
+        log_proposals = proposal.compute_log_density(theta)
+        for _ in range(_MAX_ROUNDS):
+            for move in range(_NUM_MOVES):
+                # Step sizes of the random walk, from the theoretical optimum downwards.
+                moved = theta + _WALK * 0.5 ** (move % 3) * rng.standard_normal(theta.shape) @ root.T
+                moved_proposals = proposal.compute_log_density(moved)
+                moved_ratios = evaluate(moved) - moved_proposals
+                gain = moved_proposals - log_proposals + exponent * (moved_ratios - log_ratios)
+                accepted = np.log(rng.random(num_samples)) < gain
+                theta[accepted], log_ratios[accepted] = moved[accepted], moved_ratios[accepted]
+                log_proposals[accepted] = moved_proposals[accepted]
+            bodies = WeightedBodies(parameters_from_theta(theta), equal, ancestors)
+            if exponent < 1.0 or bodies.effective_size >= _ENOUGH * num_samples:
+                break
+    return bodies
+
+
+class _Proposal:
+    """Mixture of a multivariate t about a centre and, with small weight, the prior, which bounds the weights."""
+
+    def __init__(self, centre: Array, covariance: Array, prior: SolidPrior) -> None:
+        self.covariance = covariance
+        self._centre = centre
+        self._root = np.linalg.cholesky(covariance)
+        self._prior = prior
+        size = len(centre)
+        self._log_scale = (
+            gammaln(0.5 * (_DEGREES_OF_FREEDOM + size))
+            - gammaln(0.5 * _DEGREES_OF_FREEDOM)
+            - 0.5 * size * np.log(_DEGREES_OF_FREEDOM / 2.0)
+            - np.log(np.diag(self._root)).sum()
+        )
+        self._log_prior_scale = -0.5 * np.linalg.slogdet(prior.covariance)[1]
+
+    def draw(self, rng: np.random.Generator, num_samples: int) -> Array:
+        num_prior = int(_DEFENSIVE * num_samples)
+        normal = rng.standard_normal((num_samples - num_prior, len(self._centre)))
+        scale = np.sqrt(_DEGREES_OF_FREEDOM / rng.chisquare(_DEGREES_OF_FREEDOM, len(normal)))
+        about = self._centre + (normal * scale[:, None]) @ self._root.T
+        drawn: Array = np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
+        return drawn
+
+    def compute_log_density(self, theta: Array) -> Array:
+        """Computes the log density up to a constant that both components share, shape (N,)."""
+        standard = np.linalg.solve(self._root, (theta - self._centre).T)
+        squared = (standard**2).sum(axis=0)
+        power = 0.5 * (_DEGREES_OF_FREEDOM + len(self._centre))
+        about = self._log_scale - power * np.log1p(squared / _DEGREES_OF_FREEDOM)
+        prior = self._log_prior_scale + self._prior.compute_log_density(theta)
+        log_density: Array = np.logaddexp(np.log(1.0 - _DEFENSIVE) + about, np.log(_DEFENSIVE) + prior)
+        return log_density
+
+
+def _normalise(log_weights: Array) -> Array:
+    weights = np.exp(log_weights - log_weights.max())
+    normalised: Array = weights / weights.sum()
+    return normalised
+
+
+def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
+    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights), np.arange(len(theta)))
+
+
+def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
+    """Finds the longest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
+
+    def count(step: float) -> float:
+        return float(1.0 / np.sum(_normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
+
+    return most if count(most) >= 0.0 else float(brentq(count, 0.0, most))
+
+
+def _resample(weights: Array, rng: np.random.Generator) -> NDArray[np.intp]:
+    """Draws indices of samples by systematic resampling."""
+    positions = (rng.random() + np.arange(len(weights))) / len(weights)
+    return np.minimum(np.searchsorted(np.cumsum(weights), positions), len(weights) - 1)
+
+
+def guess_theta(likelihood: PayloadLikelihood, prior: SolidPrior) -> Array:
+    """Guesses theta, shape (10,): the mean of a normal posterior of the parameters, made physically consistent."""
+    pi = parameters_from_theta(prior.mean)
+    D = compute_jacobian(prior.mean)
+    quadratic = likelihood.linearise(pi)
+    spread = D @ prior.covariance @ D.T
+    quadratic = quadratic.widen(likelihood.prior.phantom_covariance)
+    spread[0, 0] += pi[0] ** 2  # the mass may be many times the prior mean's, as its logarithm is normal
+    pi = np.linalg.solve(
+        np.linalg.inv(spread) + quadratic.precision, np.linalg.solve(spread, pi) + quadratic.information
+    )
+    J = pseudo_inertia_from_parameters(pi)
+    values, vectors = np.linalg.eigh(J)
+    J = vectors * np.maximum(values, _LEAST_SHARE * np.abs(values).max()) @ vectors.T
+    return theta_from_parameters(parameters_from_pseudo_inertia(J))
+
+
+def _climb(quadratic: Quadratic, prior: SolidPrior, theta: Array) -> tuple[Array, Array]:
+    """Returns the most probable theta under a quadratic likelihood, and its covariance."""
+    H, b = quadratic.precision, quadratic.information
+
+    def evaluate(theta: Array) -> tuple[float, Array]:
+        pi, away = parameters_from_theta(theta), theta - prior.mean
+        return float(0.5 * pi @ H @ pi - b @ pi + 0.5 * away @ prior.precision @ away), pi
+
+    cost, pi = evaluate(theta)
+    damping = 1e-3
+    for _ in range(_STEPS_A_ROUND):
+        D = compute_jacobian(theta)
+        A = D.T @ H @ D + prior.precision
+        gradient = D.T @ (H @ pi - b) + prior.precision @ (theta - prior.mean)
+        before = cost
+        for _ in range(20):
+            step = np.linalg.solve(A + damping * np.diag(np.diag(A)), gradient)
+            # Longer steps overflow before they help.
+            new_cost, new_pi = evaluate(theta - step) if np.abs(step).max() < _LONGEST_STEP else (np.inf, pi)
+            if new_cost <= cost:
+                theta, cost, pi, damping = theta - step, new_cost, new_pi, 0.2 * damping
+                break
+            damping *= 4.0
+        if before - cost < _TOLERANCE:
+            break
+    D = compute_jacobian(theta)
+    covariance = np.linalg.inv(D.T @ H @ D + prior.precision)
+    return theta, 0.5 * (covariance + covariance.T)

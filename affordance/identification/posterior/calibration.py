@@ -1,0 +1,142 @@
+"""Gains from a load of known mass, whose centre of mass and moments are estimated along with them.
+
+Without any load they follow, less accurately, from the arm's own weight.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.file_arm import WHOLE_FRICTION
+from affordance.identification.evidence.fitted_arm import build_link_scale
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_evidence import build_joint_evidence
+from affordance.identification.evidence.joint_statistics import FRICTION, ChannelSamples
+from affordance.identification.evidence.payload_likelihood import ChannelPrior
+from affordance.identification.posterior.log_cholesky import compute_jacobian
+from affordance.identification.posterior.payload_fit import PayloadFit, fit_payload
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings
+
+# Relative error of a kitchen scale.
+SCALE_SD = 1e-3
+# SD of a gain before calibration, of either sign, as a multiple of the typical ratio of signal to torque.
+_BROAD = 3.0
+# Reflected rotor inertia, which files lack, [kg m^2]: a few tenths to a few on arms for ten kilograms of payload.
+_ROTOR_INERTIA = 1.0
+# Relative uncertainty at which a gain counts as unknown.
+_NO_GAIN = 10.0
+_NUM_PASSES = 3
+_STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
+
+
+def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
+    """Estimates gains and load friction of each joint from a load of known mass.
+
+    Args:
+        evidence: Evidence of a run with the load.
+        reference_mass: Mass of the load, [kg]; None if the load is fully known and part of the evidence's tau_arm.
+        settings: Identification settings, for the priors of friction.
+
+    Returns: The gains; their covariance includes the uncertainty of the load's centre of mass and moments.
+    """
+    solid = SolidPrior.for_hand()
+    if reference_mass is not None:
+        solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
+    signal_prior = settings.get_prior(evidence.kind)
+    num = len(evidence.channel_names)
+    friction_sd = evidence.list_friction_sds(settings)
+    scale = np.full(num, _guess_scale(evidence, reference_mass or 0.0))
+    broad = (_BROAD * scale) ** 2
+    for _ in range(_NUM_PASSES):
+        mean = np.column_stack([np.zeros(num), signal_prior.load_friction * scale])
+        covariance = np.zeros((num, 2, 2))
+        covariance[:, 0, 0] = broad
+        covariance[:, 1, 1] = (signal_prior.load_friction_sd * scale) ** 2
+        prior = ChannelPrior(
+            mean, covariance, np.zeros((num, 3)), friction_sd, evidence.phantom, evidence.phantom_covariance
+        )
+        fit = fit_payload(evidence, prior, solid, settings)
+        found, _ = fit.likelihood.estimate_gains(fit.mode.load)
+        scale = found[:, 0]  # the priors of mu g scale with the gains
+    load = "a known load" if reference_mass is None else f"{reference_mass:g} kg"
+    return Gains(
+        evidence.channel_names,
+        evidence.kind,
+        found,
+        _propagate(fit),
+        0.0,
+        -fit.weights[:, FRICTION],
+        None if evidence.is_difference else _estimate_friction_sd(fit),
+        fit.long_run_variance,
+        f"calibrated with {load} in {evidence.source}",
+    )
+
+
+def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
+    """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
+    evidence = build_joint_evidence(
+        robot, run, prepared, prepared.signal, settings, analysis="the arm's own weight", is_difference=False
+    )
+    samples = evidence.samples
+    known = samples._replace(Y=np.zeros_like(samples.Y))
+    gains = calibrate_gains(replace(evidence, samples=known, friction_scale=WHOLE_FRICTION), None, settings)
+    own = np.zeros_like(gains.covariance)
+    share = np.maximum(settings.gain_own_sd, _measure_gain_errors(robot, prepared, samples))
+    own[:, 0, 0] = (share * gains.mean[:, 0]) ** 2
+    source = (
+        f"the arm's own weight by {robot.source}: all of them {100 * settings.gain_common_sd:g} % uncertain, each "
+    )
+    return replace(
+        gains,
+        covariance=gains.covariance + own,
+        common_sd=settings.gain_common_sd,
+        least_variance=np.zeros(robot.num_joints),
+        source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
+    )
+
+
+def _estimate_friction_sd(fit: PayloadFit) -> Array:
+    """Computes the standard deviations of friction given the load and gains, shape (n, 3)."""
+    products = fit.statistics.products[:, FRICTION, FRICTION] / fit.long_run_variance[:, None, None]
+    prior_precision = fit.likelihood.prior.friction_sd**-2.0
+    covariance = np.linalg.inv(products + prior_precision[:, :, None] * np.eye(3))
+    return np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))
+
+
+def _guess_scale(evidence: Evidence, mass: float) -> float:
+    """Guesses the ratio of signal to torque as the joints' median, with a point mass at the tip."""
+    torque = evidence.samples.tau_arm + evidence.samples.Y[..., 0] * mass
+    signal = evidence.samples.signal
+    by_joint = np.sqrt((signal**2).mean(axis=0)) / np.maximum(np.sqrt((torque**2).mean(axis=0)), 1e-9)
+    return float(np.median(by_joint))
+
+
+def _propagate(fit: PayloadFit) -> Array:
+    """Computes the covariance of the gains: that given the body, plus the part due to the body's uncertainty."""
+    gain, covariance = fit.likelihood.estimate_gains(fit.mode.load)
+    D = compute_jacobian(fit.mode.theta)
+    root = D @ np.linalg.cholesky(fit.mode.covariance)  # each column is one standard deviation of the body
+    steps = []
+    for column in root.T:
+        displaced, _ = fit.likelihood.estimate_gains(fit.mode.load + _STEP * column)
+        steps.append((displaced - gain) / _STEP)
+    change = np.array(steps)  # (10, n, 2)
+    total: Array = covariance + np.einsum("kca,kcb->cab", change, change)
+    return total
+
+
+def _measure_gain_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples) -> Array:
+    """Computes the relative errors of gains due to errors of links and rotors in the file, shape (n,)."""
+    W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * build_link_scale(robot)
+    W = np.concatenate([W, _ROTOR_INERTIA * prepared.vdot[..., None]], axis=2) * samples.used[..., None]
+    torque = samples.tau_arm * samples.used
+    square = np.maximum((torque**2).sum(axis=0), np.finfo(float).tiny)
+    seen_as = np.einsum("nj,njp->jp", torque, W) / square[:, None]
+    share: Array = np.minimum(np.sqrt((seen_as**2).sum(axis=1)), _NO_GAIN)
+    return share

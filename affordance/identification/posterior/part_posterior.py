@@ -1,0 +1,219 @@
+"""Posterior of a held body whose parts a camera has seen: their densities, and the unseen rest.
+
+    pi = Phi rho + delta,    delta ~ N(0, C)
+
+with Phi the geometry of the seen parts and delta the discrepancy: a mass of unknown sign (a screw, a cavity) anywhere
+in the box that the parts fill, and errors of measuring them. The run is a likelihood of rho like any other, so it
+updates the densities of materials as a hold in simulation does. Physically inconsistent samples are discarded.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import ObjectBelief
+from affordance.exceptions import AffordanceError
+from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
+from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.identification.posterior.log_cholesky import is_possible
+from affordance.objects.geometry import Geometry
+from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map, compute_point_parameters
+from affordance.objects.tool import PosedShape
+
+_MAX_ITERATIONS = 50
+_TOLERANCE = 1e-6
+_MAX_BATCHES = 50
+# Share of the largest eigenvalue of a precision below which eigenvalues carry no information.
+_SEEN = 1e-12
+
+
+@dataclass(frozen=True)
+class SeenObject:
+    """Belief about an object by a camera and a memory of materials.
+
+    Attributes:
+        belief: Belief about the object's densities, with its geometry in the tool's frame T.
+        low: Least coordinates of the box that the parts fill, in T, shape (3,), [m].
+        high: Largest coordinates of the box, in T, shape (3,), [m].
+    """
+
+    belief: ObjectBelief
+    low: Array
+    high: Array
+
+    def place(self, X_GT: Array) -> "PlacedObject":
+        """Returns the object in another frame G, X_GT of shape (4, 4)."""
+        to_G = build_transform_map(X_GT)
+        geometry = self.belief.geometry
+        unseen = to_G @ _build_unit_discrepancy(self.low, self.high) @ to_G.T
+        placed = Geometry(to_G @ geometry.Phi, np.einsum("ij,gjm->gim", to_G, geometry.Phi_errors))
+        return PlacedObject(ObjectBelief(self.belief.memory, self.belief.densities, placed), unseen)
+
+
+class NotTheSeenObjectError(AffordanceError):
+    """Load that no densities of the seen parts explain.
+
+    Attributes:
+        num_possible: Number of samples that were physically consistent.
+        num_tried: Number of samples drawn.
+        p_value: Probability, under the prior, of a run at least as improbable as this one.
+    """
+
+    def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
+        """Keeps the attributes as arguments, so that the error can be pickled between processes."""
+        super().__init__(num_possible, num_tried, p_value)
+        self.num_possible = num_possible
+        self.num_tried = num_tried
+        self.p_value = p_value
+
+    def __str__(self) -> str:
+        share = f"{self.num_possible} of {self.num_tried} samples are possible bodies"
+        return f"what is held is not the object that was seen: {share}, p = {self.p_value:.1g}"
+
+
+class PlacedObject(NamedTuple):
+    """Seen object in the frame of the tip.
+
+    Attributes:
+        belief: Belief about the object's densities, with its geometry in the frame of the tip.
+        unseen: Covariance of the parameters of 1 kg (one standard deviation) anywhere in the box, (10, 10).
+    """
+
+    belief: ObjectBelief
+    unseen: Array
+
+    def compute_discrepancy(self, rho: Array, share: float) -> Array:
+        """Computes the covariance of delta at densities rho, with a share of the mass unseen, shape (10, 10)."""
+        mass = float((self.belief.geometry.Phi @ rho)[0])
+        covariance: Array = (share * mass) ** 2 * self.unseen + self.belief.geometry.compute_covariance(rho)
+        return covariance
+
+    def draw_parameters(self, rng: np.random.Generator, num_samples: int, share: float) -> Array:
+        """Draws physically consistent bodies from the prior, at most num_samples of them, shape (N, 10)."""
+        rho = self.belief.densities.draw_samples(rng, num_samples)
+        root = factor(self.compute_discrepancy(self.belief.densities.compute_mean(), share))
+        pi = rho @ self.belief.geometry.Phi.T + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ root.T
+        possible: Array = pi[is_possible(pi)]
+        return possible
+
+
+class PartPosterior(NamedTuple):
+    """Posterior of a seen object after a run.
+
+    Attributes:
+        bodies: Samples of the ten parameters.
+        belief: Belief about the object, with an updated memory of all materials.
+        likelihood: Likelihood of the densities, for callers that keep beliefs of their own.
+        p_value: Probability, under the prior, of a run at least as improbable as this one.
+    """
+
+    bodies: WeightedBodies
+    belief: ObjectBelief
+    likelihood: Likelihood
+    p_value: float
+
+
+def find_box(parts: Sequence[PosedShape]) -> tuple[Array, Array]:
+    """Finds the box that parts fill, along the axes of T: least and largest coordinates, shape (3,) each, [m]."""
+    corners = []
+    for part in parts:
+        R, p = part.X_TE[:3, :3], part.X_TE[:3, 3]
+        corners += [p + R @ part.shape.find_support(R.T @ axis) for axis in np.vstack([np.eye(3), -np.eye(3)])]
+    return np.min(corners, axis=0), np.max(corners, axis=0)
+
+
+def infer_parts(
+    likelihood: PayloadLikelihood,
+    placed: PlacedObject,
+    *,
+    deviation_sd: float,
+    unseen_share: float,
+    common_gain_sd: float = 0.0,
+    rng: np.random.Generator,
+    num_samples: int,
+) -> PartPosterior:
+    """Applies Bayes' rule to a run with a seen object.
+
+    Args:
+        likelihood: Likelihood of the run.
+        placed: Object in the frame of the tip.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
+        unseen_share: Standard deviation of the unseen mass, as a fraction of the mass.
+        common_gain_sd: Relative standard deviation of a factor common to all gains; treated to first order.
+        rng: Random number generator of the samples.
+        num_samples: Number of samples.
+
+    Raises:
+        NotTheSeenObjectError: Hardly any sample is physically consistent, fewer than one in 50.
+    """
+    prior, Phi = placed.belief, placed.belief.geometry.Phi
+    phantom = likelihood.prior.phantom_covariance
+    rho = prior.densities.compute_mode()
+    load = Phi @ rho
+    for _ in range(_MAX_ITERATIONS):
+        discrepancy = placed.compute_discrepancy(rho, unseen_share)
+        common = common_gain_sd**2 * np.outer(Phi @ rho, Phi @ rho)
+        of_body = BodyLikelihood(likelihood, load)
+        quadratic = of_body.of_body.widen(common)
+        of_rho = _restrict(quadratic.widen(discrepancy), Phi)
+        densities = prior.densities.condition(of_rho)
+        previous, rho = rho, densities.compute_mode()
+        load = of_body.of_load.find_load(Phi @ rho, discrepancy + common + phantom)
+        if np.abs(rho - previous).max() <= _TOLERANCE * np.abs(rho).max():
+            break
+    p_value = prior.densities.compute_p_value(of_rho)
+    memory = prior.memory.learn(prior.densities, lambda _: of_rho, deviation_sd).memory
+    belief = ObjectBelief(memory, densities, prior.geometry)
+    pi, num_tried = _draw(quadratic, belief, discrepancy, rng, num_samples)
+    if len(pi) < num_samples:
+        raise NotTheSeenObjectError(len(pi), num_tried, p_value)
+    # Weights correct the quadratic approximation, which stands uncorrected if a common factor of gains is uncertain.
+    log_weights = np.zeros(len(pi))
+    if common_gain_sd == 0.0:
+        log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
+    weights = np.exp(log_weights - log_weights.max())
+    bodies = WeightedBodies(pi, weights / weights.sum(), np.arange(len(pi)))
+    return PartPosterior(bodies, belief, of_rho, p_value)
+
+
+def _restrict(quadratic: Quadratic, Phi: Array) -> Likelihood:
+    """Restricts a quadratic to densities; the constant is that of the parameters that fit best."""
+    H, b = quadratic.precision, quadratic.information
+    values, vectors = np.linalg.eigh(H)
+    seen = values > _SEEN * values[-1]
+    distance = float(((vectors.T @ b)[seen] ** 2 / values[seen]).sum())
+    return Likelihood(Phi.T @ H @ Phi, Phi.T @ b, -0.5 * distance, 0.0, int(seen.sum()))
+
+
+def _draw(
+    quadratic: Quadratic, belief: ObjectBelief, discrepancy: Array, rng: np.random.Generator, num_samples: int
+) -> tuple[Array, int]:
+    """Draws densities, then the unseen rest given them; returns up to num_samples bodies and the number of draws."""
+    root = factor(discrepancy)
+    inner = np.linalg.inv(np.eye(NUM_PARAMETERS) + root.T @ quadratic.precision @ root)
+    spread = root @ np.linalg.cholesky(0.5 * (inner + inner.T))
+    drawn: list[Array] = []
+    for _ in range(_MAX_BATCHES):
+        seen = belief.densities.draw_samples(rng, num_samples) @ belief.geometry.Phi.T
+        delta = (quadratic.information - seen @ quadratic.precision) @ root @ inner @ root.T
+        pi = seen + delta + rng.standard_normal((num_samples, NUM_PARAMETERS)) @ spread.T
+        drawn.append(pi[is_possible(pi)])
+        if sum(map(len, drawn)) >= num_samples:
+            break
+    return np.concatenate(drawn)[:num_samples], num_samples * len(drawn)
+
+
+def _build_unit_discrepancy(low: Array, high: Array) -> Array:
+    """Computes the exact covariance of the parameters of a mass of 1 kg (one SD) anywhere in a box."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    points = 0.5 * (low + high) + 0.5 * np.stack(np.meshgrid(nodes, nodes, nodes), axis=-1).reshape(-1, 3) * (
+        high - low
+    )
+    shares = (weights[:, None, None] * weights[:, None] * weights).ravel() / 8.0
+    phi = compute_point_parameters(points).T
+    covariance: Array = phi * shares @ phi.T
+    return covariance

@@ -1,0 +1,246 @@
+"""Belief about a held body after a run, and the quantities that the run left undetermined."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.belief.likelihood import Likelihood
+from affordance.belief.object_belief import ObjectBelief
+from affordance.files.html_table import build_table
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.identification.posterior.payload_fit import PayloadFit
+from affordance.objects.inertia import compute_point_parameters
+
+# A quantity is undetermined if its SD exceeds this share of the prior's,
+_UNSEEN = 0.8
+# or, for a positive quantity, this share of its mean.
+_VAGUE = 0.4
+# Effective sample size below which the tails of an interval are unreliable.
+_FEW_SAMPLES = 100.0
+QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
+UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
+_MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
+
+
+class Marginals(NamedTuple):
+    """Marginals of mass, centre of mass and moments of inertia about it, shape (10,) each.
+
+    The order is that of QUANTITIES, [kg, m, kg m^2]; products of inertia are -integral(x y dm).
+    """
+
+    mean: Array
+    sd: Array
+    low50: Array
+    high50: Array
+    low90: Array
+    high90: Array
+
+
+@dataclass(frozen=True)
+class PayloadBelief:
+    """Posterior of a payload at the tip T.
+
+    Attributes:
+        source: File of the run.
+        analysis: Treatment of the empty arm, in words.
+        bodies: Weighted samples of the ten parameters about To, expressed in T, each physically consistent.
+        prior_bodies: Samples of the prior, shape (N, 10).
+        channel_names: Names of the joints, or of the components of the wrench.
+        unit: Unit of the signal.
+        gains: Posterior means of g and h = mu g of each channel, shape (C, 2).
+        load_friction: Load friction mu of each channel, shape (C,).
+        noise_sd: Standard deviation of a residual, shape (C,), in the signal's unit.
+        agreement: Correlation time of the errors, shape (C,), [s].
+        assumptions: Assumptions, a sentence each.
+        notes: Findings of the analysis, a sentence each.
+        fit: Fit of the run, for figures and checks.
+        calibration: Gains found in this run with a weighed load; None if they come from elsewhere.
+        reference_mass: Mass of the load by a scale, [kg]; None if unknown.
+        seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
+        likelihood: Likelihood of the densities of those parts; None without a camera.
+        p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
+    """
+
+    source: str
+    analysis: str
+    bodies: WeightedBodies
+    prior_bodies: Array
+    channel_names: tuple[str, ...]
+    unit: str
+    gains: Array
+    load_friction: Array
+    noise_sd: Array
+    agreement: Array
+    assumptions: tuple[str, ...]
+    notes: tuple[str, ...]
+    fit: PayloadFit
+    calibration: Gains | None = None
+    reference_mass: float | None = None
+    seen: ObjectBelief | None = None
+    likelihood: Likelihood | None = None
+    p_value: float | None = None
+
+    def __repr__(self) -> str:
+        x, y, z = self.centre_of_mass
+        return (
+            f"PayloadBelief({self.mass:.4g} ± {self.mass_sd:.2g} kg, centre of mass ({x:.3g}, {y:.3g}, {z:.3g}) m, "
+            f"{len(self.bodies.pi)} samples, {len(self.warnings)} warnings; {self.source})"
+        )
+
+    def _repr_html_(self) -> str:
+        m = self.marginals
+        rows = [
+            [name, f"{m.mean[i]:.4g}", f"{m.sd[i]:.2g}", f"{m.low90[i]:.4g} to {m.high90[i]:.4g}", unit]
+            for i, (name, unit) in enumerate(zip(QUANTITIES, UNITS, strict=True))
+        ]
+        header = ["quantity", "mean", "SD", "90 % interval", "unit"]
+        return build_table(f"{self.source}: {self.analysis}", header, rows)
+
+    @cached_property
+    def parameters(self) -> Array:
+        """Mean of the ten parameters, shape (10,); itself physically consistent."""
+        mean: Array = self.bodies.weights @ self.bodies.pi
+        return mean
+
+    @cached_property
+    def covariance(self) -> Array:
+        """Covariance of the ten parameters, shape (10, 10)."""
+        away = self.bodies.pi - self.parameters
+        covariance: Array = (away * self.bodies.weights[:, None]).T @ away
+        return covariance
+
+    @cached_property
+    def marginals(self) -> Marginals:
+        """Marginals of mass, centre of mass and moments of inertia about it."""
+        return summarise(describe_bodies(self.bodies.pi), self.bodies.weights)
+
+    @property
+    def mass(self) -> float:
+        """Mean mass, [kg]."""
+        return float(self.marginals.mean[0])
+
+    @property
+    def mass_sd(self) -> float:
+        """Standard deviation of the mass, [kg]."""
+        return float(self.marginals.sd[0])
+
+    @property
+    def mass_interval90(self) -> tuple[float, float]:
+        """Credible interval of the mass that holds 90 %, [kg]."""
+        return float(self.marginals.low90[0]), float(self.marginals.high90[0])
+
+    @property
+    def centre_of_mass(self) -> Array:
+        """Mean centre of mass p_TTcm, shape (3,), [m]."""
+        return self.marginals.mean[_COM]
+
+    @cached_property
+    def unseen(self) -> tuple[str, ...]:
+        """Quantities that this motion left undetermined, a sentence each."""
+        prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
+        m = self.marginals
+        share = m.sd / np.maximum(prior_sd, np.finfo(float).tiny)
+        # Positive quantities are also undetermined if known only to a factor.
+        vague = np.zeros(len(share), dtype=bool)
+        vague[_MASS], vague[_MOMENTS] = (
+            m.sd[_MASS] > _VAGUE * m.mean[_MASS],
+            m.sd[_MOMENTS] > _VAGUE * m.mean[_MOMENTS],
+        )
+        parts = [("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)]
+        if self.calibration is not None:
+            parts = parts[1:]  # the scale determined the mass
+        sentences = []
+        for name, part in parts:
+            hidden = [i for i in range(part.start, part.stop) if share[i] > _UNSEEN or vague[i]]
+            if hidden:
+                worst = max(hidden, key=lambda i: share[i])
+                ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
+                sentences.append(
+                    f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): moves too slowly or too briefly to see, "
+                    f"the prior decides ({QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's)"
+                )
+        return tuple(sentences)
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """Warnings to heed before the numbers are used, a sentence each."""
+        sentences = []
+        if self.bodies.effective_size < _FEW_SAMPLES:
+            sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
+        if self.p_value is not None and self.p_value < 0.001:
+            sentences.append(
+                f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is unseen than assumed"
+            )
+        if self.reference_mass is not None and self.calibration is None:
+            low, high = self.mass_interval90
+            if not low <= self.reference_mass <= high:
+                sentences.append(f"the reference mass of {self.reference_mass:g} kg lies outside the 90 % interval")
+        return tuple(sentences)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Returns all results as plain numbers and texts, for JSON; SI units, at the tip."""
+        m = self.marginals
+        pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
+        moments = slice(4, 10)
+        content: dict[str, Any] = {
+            "source": self.source,
+            "analysis": self.analysis,
+            "mass_kg": self.mass,
+            "mass_sd_kg": self.mass_sd,
+            "mass_interval50": list(pairs50[0]),
+            "mass_interval90": list(pairs90[0]),
+            "com_m": list(m.mean[_COM]),
+            "com_sd_m": list(m.sd[_COM]),
+            "com_interval50": pairs50[_COM].tolist(),
+            "com_interval90": pairs90[_COM].tolist(),
+            "inertia_order": ["Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"],
+            "inertia_kg_m2": list(m.mean[moments]),
+            "inertia_sd_kg_m2": list(m.sd[moments]),
+            "inertia_interval50": pairs50[moments].tolist(),
+            "inertia_interval90": pairs90[moments].tolist(),
+            "parameters": list(self.parameters),
+            "parameters_covariance": self.covariance.tolist(),
+            "effective_samples": self.bodies.effective_size,
+            "joints": list(self.channel_names),
+            "gain": list(self.gains[:, 0]),
+            "load_friction": list(self.load_friction),
+            "residual_sd": list(self.noise_sd),
+            "error_correlation_s": list(self.agreement),
+            "unit": self.unit,
+            "assumed": list(self.assumptions),
+            "found": list(self.notes),
+            "not_seen": list(self.unseen),
+            "warnings": list(self.warnings),
+            "reference_mass_kg": self.reference_mass,
+            "surprise_p": self.p_value,
+        }
+        if self.seen is not None:
+            low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
+            content["densities_kg_m3"] = [
+                {"colour": list(colour), "median": float(median[i]), "interval90": [float(low[i]), float(high[i])]}
+                for i, colour in enumerate(self.seen.memory.colours)
+            ]
+        return content
+
+
+def describe_bodies(pi: Array) -> Array:
+    """Computes mass, centre of mass and moments about it, in the order of QUANTITIES, from pi of shape (N, 10)."""
+    m, c = pi[:, 0], pi[:, 1:4] / pi[:, :1]
+    return np.column_stack([m, c, pi[:, 4:] - m[:, None] * compute_point_parameters(c)[:, 4:]])
+
+
+def summarise(values: Array, weights: Array) -> Marginals:
+    """Computes the marginals of weighted samples, values of shape (N, 10) and weights of shape (N,)."""
+    mean = weights @ values
+    sd = np.sqrt(weights @ (values - mean) ** 2)
+    order = np.argsort(values, axis=0)
+    quantiles = np.empty((4, values.shape[1]))
+    for i in range(values.shape[1]):
+        share = weights[order[:, i]]
+        # Each sample stands for the middle of its share.
+        quantiles[:, i] = np.interp([0.05, 0.25, 0.75, 0.95], np.cumsum(share) - 0.5 * share, values[order[:, i], i])
+    return Marginals(mean, sd, quantiles[1], quantiles[2], quantiles[0], quantiles[3])

@@ -1,0 +1,143 @@
+"""Fit of a run: the most probable payload and the noise, each estimated given the other, to a fixed point."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.identification.evidence.evidence import ErrorModel, Evidence
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.joint_statistics import SIGNAL, JointStatistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.posterior.body_posterior import Mode, guess_theta, improve_mode, measure_step
+from affordance.identification.posterior.log_cholesky import parameters_from_theta
+from affordance.identification.posterior.solid_prior import SolidPrior
+from affordance.identification.settings import IdentificationSettings
+
+_MAX_ITERATIONS, _MAX_SIGN_PASSES = 40, 4
+# Tolerances of a variance, as a fraction, and of a body, in squared standard deviations.
+_VARIANCE_TOLERANCE, _TOLERANCE = 1e-2, 1e-3
+
+
+class PayloadFit(NamedTuple):
+    """Fit of a run.
+
+    Attributes:
+        evidence: Evidence of the run, with the load signs of the fitted payload.
+        statistics: Sums over the evidence.
+        likelihood: Likelihood of the ten parameters.
+        mode: Most probable body.
+        long_run_variance: Long-run variance of each channel, shape (C,).
+        weights: Weights w with w^T z the residual, shape (C, 26).
+    """
+
+    evidence: Evidence
+    statistics: JointStatistics
+    likelihood: PayloadLikelihood
+    mode: Mode
+    long_run_variance: Array
+    weights: Array
+
+
+def build_channel_prior(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> ChannelPrior:
+    """Builds the prior of all unknowns but the payload from gains that include drift."""
+    friction_sd = evidence.list_friction_sds(settings)
+    # Calibrated friction does not apply where a second run was subtracted.
+    carried = None if evidence.is_difference or not settings.friction else gains.friction_sd
+    return ChannelPrior(
+        gains.mean,
+        gains.covariance,
+        np.zeros_like(friction_sd) if carried is None else gains.friction,
+        friction_sd if carried is None else carried,
+        evidence.phantom,
+        evidence.phantom_covariance,
+    )
+
+
+def fit_payload(
+    evidence: Evidence, prior: ChannelPrior, solid: SolidPrior, settings: IdentificationSettings
+) -> PayloadFit:
+    """Fits the most probable body, the noise, and the sign of the load that this body causes.
+
+    Args:
+        evidence: Evidence of the run.
+        prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body.
+        settings: Identification settings, for the noise.
+
+    Raises:
+        BadValueError: No sample is used, as no joint moves fast enough.
+    """
+    errors = evidence.describe_errors(settings)
+    statistics = evidence.compute_statistics(settings)
+    if not statistics.counts.any():
+        problem = (
+            f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
+        )
+        raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
+    fit = fit_statistics(statistics, errors, prior, solid)
+    for _ in range(_MAX_SIGN_PASSES):
+        previous = fit
+        evidence = evidence.with_load(fit.mode.load)
+        statistics = evidence.compute_statistics(settings)
+        fit = fit_statistics(statistics, errors, prior, solid, fit.mode.theta)
+        if np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
+            break
+    return PayloadFit(evidence, statistics, *fit)
+
+
+class StatisticsFit(NamedTuple):
+    """Fit to sums over samples alone.
+
+    Attributes:
+        likelihood: Likelihood of the ten parameters.
+        mode: Most probable body.
+        variance: Long-run variance of each channel, shape (C,).
+        weights: Weights w with w^T z the residual, shape (C, 26).
+    """
+
+    likelihood: PayloadLikelihood
+    mode: Mode
+    variance: Array
+    weights: Array
+
+
+def fit_statistics(
+    statistics: JointStatistics,
+    errors: ErrorModel,
+    prior: ChannelPrior,
+    solid: SolidPrior,
+    start: Array | None = None,
+    max_iterations: int = _MAX_ITERATIONS,
+) -> StatisticsFit:
+    """Fits the most probable body and the noise, each given the other, to a fixed point.
+
+    Args:
+        statistics: Sums over the samples.
+        errors: Error model of the run.
+        prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body.
+        start: Theta to start from, shape (10,); None for a guess.
+        max_iterations: Largest number of rounds of body and noise.
+    """
+    likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
+    theta = guess_theta(likelihood, solid) if start is None else start
+    load = parameters_from_theta(theta)
+    variance = errors.estimate_variance(statistics, likelihood.build_residual_weights(load))
+    for _ in range(max_iterations):
+        likelihood = PayloadLikelihood(statistics, prior, variance)
+        mode = improve_mode(likelihood, solid, theta, load)
+        step, theta, load = mode.theta - theta, mode.theta, mode.load
+        weights = likelihood.build_residual_weights(load)
+        previous, variance = variance, errors.estimate_variance(statistics, weights)
+        settled = np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE
+        if settled and measure_step(step, mode) < _TOLERANCE:
+            break
+    return StatisticsFit(likelihood, mode, variance, weights)
+
+
+def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:
+    """Returns a starting variance: a tenth of the signal is error, correlated by the filter alone."""
+    signal = statistics.products[:, SIGNAL, SIGNAL] / np.maximum(statistics.counts, 1.0)
+    return np.maximum(0.01 * signal * errors.alike, np.maximum(errors.least_variance, np.finfo(float).tiny))

@@ -1,0 +1,137 @@
+"""Preparation of a recorded run: even samples, one zero-phase filter for all signals, then derivatives.
+
+Signals that obey a linear equation still do if all are filtered alike. Accelerations are differences of filtered
+velocities.
+"""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, sosfiltfilt
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings
+
+_ORDER = 4
+# Share of the velocity's power that lies within its bandwidth.
+_POWER = 0.999
+# Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds; and largest one as a share of
+# half the rate, above which everything would pass.
+_SLOWEST, _FASTEST = 0.5, 0.8
+
+
+class Motion(NamedTuple):
+    """Joint angles, velocities and accelerations, shape (N, n) each, [rad, rad/s, rad/s^2]."""
+
+    q: Array
+    v: Array
+    vdot: Array
+
+
+class PreparedRun(NamedTuple):
+    """Even samples of a filtered run.
+
+    Attributes:
+        times: Times of the samples, shape (N,), [s].
+        q: Joint angles, shape (N, n), [rad].
+        v: Joint velocities, shape (N, n), [rad/s].
+        vdot: Joint accelerations, shape (N, n), [rad/s^2].
+        signal: Signals of the channels, shape (N, C), in their own unit.
+        cutoff: Cut-off of the filter, [Hz].
+    """
+
+    times: Array
+    q: Array
+    v: Array
+    vdot: Array
+    signal: Array
+    cutoff: float
+
+    @property
+    def motion(self) -> Motion:
+        """Joint angles, velocities and accelerations."""
+        return Motion(self.q, self.v, self.vdot)
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate, [Hz]."""
+        return float(1.0 / (self.times[1] - self.times[0]))
+
+    def select(self, rows: slice | NDArray[np.intp]) -> "PreparedRun":
+        """Returns some of the samples."""
+        return self._replace(**{name: getattr(self, name)[rows] for name in self._fields if name != "cutoff"})
+
+
+def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
+    """Finds the cut-off of the filter that passes a run's motion, [Hz].
+
+    It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
+    """
+    times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
+    v = _resample(times, run.times, _derive_velocity(run))
+    v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
+    highest = _FASTEST * run.rate / 2.0
+    if not v.shape[1]:
+        return min(max(2.0, _SLOWEST), highest)
+    power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
+    share = np.cumsum(power, axis=0) / power.sum(axis=0)
+    frequencies = np.fft.rfftfreq(len(times), 1.0 / run.rate)
+    bandwidth = max(float(frequencies[np.argmax(column >= _POWER)]) for column in share.T)
+    return min(max(settings.cutoff_factor * bandwidth, _SLOWEST), highest)
+
+
+def prepare(
+    run: Run, settings: IdentificationSettings, *, cutoff: float | None = None, times: Array | None = None
+) -> PreparedRun:
+    """Filters a run and takes its derivatives.
+
+    Args:
+        run: Recorded run.
+        settings: Settings of filter, trimming and rate.
+        cutoff: Cut-off of the filter, [Hz]; None for ``find_cutoff``.
+        times: Even times of the samples, shape (N,), [s], at about the run's own rate; None for the run's own. Both
+            ends of these are trimmed.
+
+    Raises:
+        BadValueError: The run is too short to be trimmed.
+    """
+    if times is None:
+        times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
+    rate = 1.0 / (times[1] - times[0])
+    if cutoff is None:
+        cutoff = find_cutoff(run, settings)
+    trimmed = round(settings.trim * rate)  # rounded: equal for two runs whose clocks differ
+    if len(times) < 2 * trimmed + int(rate):
+        length, least = (times[-1] - times[0]), 2.0 * settings.trim + 1.0
+        raise BadValueError(run.source, "time", f"spans {length:.2f} s, must span at least {least:.2f} s")
+    sos = butter(_ORDER, cutoff, fs=rate, output="sos")
+
+    def smooth(values: Array) -> Array:
+        filtered: Array = sosfiltfilt(sos, _resample(times, run.times, values), axis=0)
+        return filtered
+
+    q, signal = smooth(run.q), smooth(run.signal)
+    v = np.gradient(q, 1.0 / rate, axis=0) if run.v is None else smooth(run.v)
+    vdot = np.gradient(v, 1.0 / rate, axis=0) if run.vdot is None else smooth(run.vdot)
+    kept = slice(trimmed, len(times) - trimmed, max(1, round(rate / settings.max_rate)))
+    return PreparedRun(times, q, v, vdot, signal, cutoff).select(kept)
+
+
+def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list[PreparedRun]:
+    """Prepares runs with one filter, which passes the motion of all."""
+    runs = list(runs)
+    cutoff = max(find_cutoff(run, settings) for run in runs)
+    return [prepare(run, settings, cutoff=cutoff) for run in runs]
+
+
+def _derive_velocity(run: Run) -> Array:
+    v: Array = np.gradient(run.q, run.times, axis=0) if run.v is None else run.v
+    return v
+
+
+def _resample(times: Array, recorded: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(times, recorded, column) for column in values.T])

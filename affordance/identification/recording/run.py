@@ -1,0 +1,236 @@
+"""Recorded run: one table of times, joint motion and signals, validated on construction.
+
+Impossible data are rejected: numbers that are not finite, times that do not increase, angles in degrees, currents in
+milliamperes. Each error names the file, the row, the column, the value and its bound.
+"""
+
+import difflib
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_trapezoid
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.identification.settings import SignalKind
+
+GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
+_MIN_ROWS = 20
+_STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
+# Bounds beyond the motion of arms' joints: two turns either way, four turns a second.
+_BOUNDS = {"q": (4.0 * np.pi, "rad"), "v": (8.0 * np.pi, "rad/s"), "vdot": (1e4, "rad/s^2")}
+# Bounds beyond the needs of arms of any size.
+_SIGNAL_BOUNDS = {
+    SignalKind.JOINT_TORQUE: (5e3, "N m"),
+    SignalKind.MOTOR_TORQUE: (5e3, "N m"),
+    SignalKind.CURRENT: (100.0, "A"),
+    SignalKind.WRENCH: (5e3, "N or N m"),
+}
+_HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
+# Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
+_RATE_FACTOR = 5.0
+_LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
+WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
+
+
+@dataclass(frozen=True)
+class RunDescription:
+    """Description of a run's table: joints, signal, frames and load.
+
+    Attributes:
+        joint_names: Names of the joints, in the order of the columns.
+        kind: Kind of the signal.
+        tip: Link to which the payload, or the wrist sensor, is fixed; empty if the caller names it.
+        base: Link in whose frame gravity is given; empty for the first of the chain.
+        gravity: Gravity in the base frame, shape (3,), [m/s^2].
+        compensates_arm: True if the controller has subtracted the arm's own torque from the signal.
+        compensated_payload: Ten parameters, at the tip, of a payload that the controller has subtracted, shape (10,).
+        reference_mass: Mass of the load, [kg]; None if it was not weighed.
+        object_pose: Pose of the held tool in the tip, X_tip_T, shape (4, 4).
+    """
+
+    joint_names: tuple[str, ...]
+    kind: SignalKind
+    tip: str = ""
+    base: str = ""
+    gravity: tuple[float, float, float] = GRAVITY
+    compensates_arm: bool = False
+    compensated_payload: Array = field(default_factory=lambda: np.zeros(10))
+    reference_mass: float | None = None
+    object_pose: Array = field(default_factory=lambda: np.eye(4))
+
+
+@dataclass(frozen=True)
+class Run:
+    """Recorded run.
+
+    Attributes:
+        source: File of the run, for messages.
+        description: Description of the table.
+        times: Times of the samples, shape (N,), increasing, [s].
+        q: Joint angles, shape (N, n), [rad].
+        signal: Signals, shape (N, n), or (N, 6) for a wrench: force, then torque, on the held object, at the tip.
+        v: Joint velocities, shape (N, n), [rad/s]; None to derive them.
+        vdot: Joint accelerations, shape (N, n), [rad/s^2]; None to derive them.
+        rows: Row of the file that holds each sample, shape (N,), for messages; None for the sample's number, from 1.
+        notes: Changes made to the table, for the reader of results.
+    """
+
+    source: str
+    description: RunDescription
+    times: Array
+    q: Array
+    signal: Array
+    v: Array | None = None
+    vdot: Array | None = None
+    rows: NDArray[np.intp] | None = None
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Rejects impossible data.
+
+        Raises:
+            BadValueError: A shape, a time or a value is impossible (see the module).
+        """
+        num_joints = len(self.description.joint_names)
+        kind = self.description.kind
+        channels = 6 if kind is SignalKind.WRENCH else num_joints
+        for name, values, width in (
+            ("q", self.q, num_joints),
+            ("v", self.v, num_joints),
+            ("vdot", self.vdot, num_joints),
+            (self.signal_name, self.signal, channels),
+        ):
+            if values is None:
+                continue
+            if values.shape != (len(self.times), width):
+                problem = f"has shape {values.shape}, must be {(len(self.times), width)}: one column for each of "
+                raise BadValueError(self.source, name, problem + ", ".join(self.description.joint_names))
+        if len(self.times) < _MIN_ROWS:
+            raise BadValueError(self.source, "", f"has {len(self.times)} samples, must have at least {_MIN_ROWS}")
+        self._check_times()
+        for name, values in (("q", self.q), ("v", self.v), ("vdot", self.vdot)):
+            if values is not None:
+                bound, unit = _BOUNDS[name]
+                self._check_values(name, values, bound, unit)
+        bound, unit = _SIGNAL_BOUNDS[kind]
+        self._check_values(self.signal_name, self.signal, bound, unit)
+        if self.v is not None:
+            self._check_rate("v", self.v, "q", self.q)
+            if self.vdot is not None:
+                self._check_rate("vdot", self.vdot, "v", self.v)
+
+    def __repr__(self) -> str:
+        rows, joints = self.q.shape
+        return f"Run({self.source}: {rows} samples of {joints} joints at {self.rate:.4g} Hz, {self.signal_name})"
+
+    @property
+    def signal_name(self) -> str:
+        """Name of the signal's columns."""
+        kind = self.description.kind
+        return {SignalKind.CURRENT: "current", SignalKind.WRENCH: "wrench"}.get(kind, "tau")
+
+    @property
+    def rate(self) -> float:
+        """Sampling rate by the median step, [Hz]."""
+        return float(1.0 / np.median(np.diff(self.times)))
+
+    def arrange(self, joint_names: Sequence[str]) -> "Run":
+        """Returns the run with its joints in the order of an arm's.
+
+        Raises:
+            BadValueError: A joint of the arm is not in the run.
+        """
+        own = self.description.joint_names
+        if tuple(joint_names) == own:
+            return self
+        order = []
+        # Makers rename a robot's prefix while its joints stay: panda_joint1, fer_joint1.
+        own_prefix, prefix = _find_prefix(own), _find_prefix(joint_names)
+        for name in joint_names:
+            match = name if name in own else own_prefix + name[len(prefix) :]
+            if match not in own:
+                near = difflib.get_close_matches(name, own, n=1, cutoff=0.0)
+                problem = f"are {', '.join(own)}, must name {name} of the arm; the nearest is {near[0]}"
+                raise BadValueError(self.source, "joints", problem)
+            order.append(own.index(match))
+        is_wrench = self.description.kind is SignalKind.WRENCH
+        return replace(
+            self,
+            description=replace(self.description, joint_names=tuple(joint_names)),
+            q=self.q[:, order],
+            v=None if self.v is None else self.v[:, order],
+            vdot=None if self.vdot is None else self.vdot[:, order],
+            signal=self.signal if is_wrench else self.signal[:, order],
+        )
+
+    def select(self, rows: slice) -> "Run":
+        """Returns a part of the run."""
+        given = {name: getattr(self, name) for name in ("times", "q", "signal", "v", "vdot", "rows")}
+        return replace(self, **{name: values[rows] for name, values in given.items() if values is not None})
+
+    def error_at(self, row: int, column: str, problem: str) -> BadValueError:
+        """Builds the error that reports a problem of a sample."""
+        number = row + 1 if self.rows is None else int(self.rows[row])
+        return BadValueError(self.source, f"row {number}, column {column}", problem)
+
+    def _check_times(self) -> None:
+        bad = np.flatnonzero(~np.isfinite(self.times))
+        if bad.size:
+            raise self.error_at(int(bad[0]), "time", f"is {self.times[bad[0]]}, must be a finite number of seconds")
+        steps = np.diff(self.times)
+        back = np.flatnonzero(steps <= 0.0)
+        if back.size:
+            row = int(back[0]) + 1
+            before = f"must be more than {self.times[row - 1]:.6f}, that of the row before"
+            raise self.error_at(row, "time", f"is {self.times[row]:.6f}, {before}")
+        low, high = _STEP_BOUNDS
+        typical = float(np.median(steps))
+        if not low <= typical <= high:
+            problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g} (set units.time)"
+            raise self.error_at(1, "time", problem)
+
+    def _check_values(self, name: str, values: Array, bound: float, unit: str) -> None:
+        bad = np.argwhere(~np.isfinite(values) | (np.abs(values) > bound))
+        if not bad.size:
+            return
+        row, column = (int(index) for index in bad[0])
+        value = values[row, column]
+        label = WRENCH_COLUMNS[column] if name == "wrench" else f"{name}_{column + 1}"
+        if not np.isfinite(value):
+            raise self.error_at(row, label, f"is {value}, must be a finite number")
+        hint = f"; {_HINTS[name]} then say so under units" if name in _HINTS else ""
+        raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
+
+    def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
+        """Rejects rates in other units than their quantity, judged by the joint that moves most."""
+        joint = int(np.argmax(np.ptp(self.q, axis=0)))
+        # A constant offset of the rate is removed from both.
+        moved = np.ptp(_remove_line(of[:, joint], self.times))
+        total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
+        summed = np.ptp(_remove_line(total, self.times))
+        if moved < _LEAST_MOTION:
+            return
+        ratio = float(summed / moved)
+        if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
+            hint = "; are these degrees? then say so under units" if ratio > 1.0 else ""
+            problem = (
+                f"is {ratio:.3g} times the rate of {of_name}_{joint + 1}, must be from {1.0 / _RATE_FACTOR:g} to"
+            )
+            raise BadValueError(self.source, f"column {name}_{joint + 1}", f"{problem} {_RATE_FACTOR:g} times{hint}")
+
+
+def _remove_line(values: Array, times: Array) -> Array:
+    """Subtracts the line through the first and the last value."""
+    line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])
+    return values - line
+
+
+def _find_prefix(names: Sequence[str]) -> str:
+    """Returns the common prefix of names, up to and including an underscore."""
+    letters = itertools.takewhile(lambda same: len(set(same)) == 1, zip(*names, strict=False))
+    common = "".join(same[0] for same in letters)
+    return common[: common.rfind("_") + 1]

@@ -1,0 +1,149 @@
+"""Reader of ROS bags (ROS 2: sqlite and MCAP) without ROS: joint states, and wrenches of a wrist sensor.
+
+It needs the extra [bags], rosbags. Messages are decoded by ROS's own definitions, as definitions from the bag would
+become code that is run.
+"""
+
+import re
+import sqlite3
+from collections.abc import Callable, Sequence
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.bounded import RECORDING, check_size
+from affordance.files.yaml_reader import check_yaml
+from affordance.identification.recording.run import WRENCH_COLUMNS
+from affordance.identification.recording.run_table import Table
+
+type _Decode = Callable[[bytes, str], Any]
+_VIRTUAL = re.compile(r"\s*create\s+virtual", re.IGNORECASE)
+JOINT_STATES, WRENCHES = "sensor_msgs/msg/JointState", "geometry_msgs/msg/WrenchStamped"
+
+
+def read_bag(path: Path, topic: str = "", wrench_topic: str = "", *, is_current: bool = False) -> Table:
+    """Reads the joint states of a bag, and wrenches at their times.
+
+    Args:
+        path: Folder of the bag, or its .mcap, .db3 or .bag file.
+        topic: Topic of joint states; empty for the only one in the bag.
+        wrench_topic: Topic of wrenches; empty for none.
+        is_current: True if efforts are currents.
+
+    Raises:
+        BadValueError: rosbags is not installed, or the bag cannot be read, or it has no such topic.
+    """
+    _check_files(path)
+    try:
+        from rosbags import rosbag1, rosbag2
+        from rosbags.typesys import Stores, get_typestore
+    except ImportError as error:
+        problem = "is a ROS bag, which wants the extra [bags]: pip install '.[bags]' in a clone"
+        raise BadValueError(path, "", problem) from error
+    is_old = path.suffix == ".bag"
+    store = get_typestore(Stores.ROS1_NOETIC if is_old else Stores.ROS2_HUMBLE)
+    decode = store.deserialize_ros1 if is_old else store.deserialize_cdr
+    try:
+        with rosbag1.Reader(path) if is_old else rosbag2.Reader(path) as reader:
+            states = _read_topic(reader, decode, path, topic, JOINT_STATES)
+            wrenches = _read_topic(reader, decode, path, wrench_topic, WRENCHES) if wrench_topic else []
+    except BadValueError:
+        raise
+    except Exception as error:  # the library raises any exception on a damaged bag
+        raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
+    names = tuple(states[0][1].name)
+    columns, parts = ["time"], [np.array([time for time, _ in states])[:, None]]
+    for ours, theirs in (("q", "position"), ("v", "velocity"), ("current" if is_current else "tau", "effort")):
+        arrays = [np.asarray(getattr(message, theirs)) for _, message in states]
+        if all(len(array) == 0 for array in arrays):
+            continue  # a message may leave out what its sender does not know
+        parts.append(_arrange(path, theirs, names, states, arrays))
+        columns += [f"{ours}_{i + 1}" for i in range(len(names))]
+    if wrenches:
+        parts.append(_interpolate(parts[0][:, 0], wrenches))
+        columns += WRENCH_COLUMNS
+    values = np.hstack(parts)
+    return Table(tuple(columns), values, np.arange(1, len(values) + 1), joint_names=names)
+
+
+def _check_files(path: Path) -> None:
+    """Rejects bags that are too large, or whose database holds more than plain tables.
+
+    Raises:
+        BadValueError: A file of the bag is too large, or its database may run code.
+    """
+    files = sorted(path.iterdir()) if path.is_dir() else [path]
+    for file in files:
+        check_size(file, RECORDING)
+        if file.name == "metadata.yaml":
+            check_yaml(file)
+        if file.suffix == ".db3":
+            _check_database(file)
+
+
+def _check_database(path: Path) -> None:
+    """Rejects a database with views, triggers, virtual tables or calculated columns, which are programs."""
+    try:
+        with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro&immutable=1", uri=True)) as database:
+            entries = database.execute("SELECT type, name, sql FROM sqlite_schema").fetchall()
+            tables = [name for kind, name, sql in entries if kind == "table" and not _VIRTUAL.match(sql or "")]
+            calculated = [
+                name
+                for name in tables
+                if any(row[0] for row in database.execute("SELECT hidden FROM pragma_table_xinfo(?)", (name,)))
+            ]
+    except (sqlite3.Error, ValueError) as error:
+        raise BadValueError(path, "", f"cannot be read as a ROS bag: {error}") from error
+    others = [name for kind, name, _ in entries if kind != "index" and name not in tables]
+    if programs := [*others, *calculated]:
+        raise BadValueError(path, "", f"calculates {programs[0]!r}, must be a database of plain tables")
+
+
+def _read_topic(reader: Any, decode: _Decode, path: Path, topic: str, kind: str) -> list[tuple[float, Any]]:
+    """Reads the messages of a topic with their time stamps, [s]."""
+    of_kind = sorted({connection.topic for connection in reader.connections if connection.msgtype == kind})
+    if not topic and len(of_kind) == 1:
+        topic = of_kind[0]
+    if topic not in of_kind:
+        what = f"is {topic!r}" if topic else "is not given"
+        raise BadValueError(path, "topic", f"{what}, must be one of the bag's {kind}: {', '.join(of_kind) or 'none'}")
+    connections = [connection for connection in reader.connections if connection.topic == topic]
+    messages = []
+    for connection, received, raw in reader.messages(connections=connections):
+        message = decode(raw, connection.msgtype)
+        stamp = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
+        messages.append((stamp if stamp > 0.0 else 1e-9 * received, message))
+    if not messages:
+        raise BadValueError(path, topic, "holds no message")
+    return messages
+
+
+def _arrange(
+    path: Path, field: str, names: Sequence[str], states: list[tuple[float, Any]], arrays: list[Array]
+) -> Array:
+    """Arranges values in the order of the first message's names, from which later messages may differ."""
+    rows = []
+    for number, ((_, message), array) in enumerate(zip(states, arrays, strict=True), start=1):
+        if len(array) != len(names) or set(message.name) != set(names):
+            problem = (
+                f"has {len(array)} values of {', '.join(message.name)}, must have one for each of {', '.join(names)}"
+            )
+            raise BadValueError(path, f"message {number}, {field}", problem)
+        order = [list(message.name).index(name) for name in names]
+        rows.append(array[order])
+    return np.array(rows, dtype=float)
+
+
+def _interpolate(times: Array, wrenches: list[tuple[float, Any]]) -> Array:
+    stamps = np.array([time for time, _ in wrenches])
+    values = np.array(
+        [
+            [w.force.x, w.force.y, w.force.z, w.torque.x, w.torque.y, w.torque.z]
+            for w in (message.wrench for _, message in wrenches)
+        ]
+    )
+    return np.column_stack([np.interp(times, stamps, column) for column in values.T])

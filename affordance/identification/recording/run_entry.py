@@ -1,0 +1,135 @@
+"""Description of a run's table: the small YAML file next to it.
+
+joints: [shoulder_pan_joint, ...]      # in the order of the columns; a ROS bag names them itself
+signal: current                        # or joint_torque, motor_torque, wrench; by the columns if omitted
+tip: tool0                             # link that carries the payload, or the wrist sensor
+base: base_link
+gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
+columns: ur_rtde                       # or libfranka, standard, or a list of names for a table without any
+units: {time: s, q: rad, v: rad/s, current: A}
+compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
+compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
+reference_mass: 2.805                  # mass of the load, if it was weighed, kg
+object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
+force_on: object                       # or robot: which of the two a wrench pushes
+drop_torn_rows: 3                      # number of incomplete rows that may be left out
+topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any
+
+import numpy as np
+from pydantic import Field, PlainValidator
+from scipy.spatial.transform import Rotation
+
+from affordance.arrays import Array
+from affordance.exceptions import show_value
+from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
+from affordance.files.data_model import DataModel
+from affordance.identification.recording.column_maps import COLUMN_MAPS
+from affordance.identification.recording.run import GRAVITY, RunDescription
+from affordance.identification.settings import SignalKind
+from affordance.objects.inertia import build_transform_map
+
+type _Triple = tuple[float, float, float]
+_LENGTHS = Vector(3, Within(-2.0, 2.0))  # [m]
+_MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
+
+
+def _choose(choices: Mapping[str, Any]) -> PlainValidator:
+    """Declares words, each of which stands for a value."""
+
+    def check(value: object) -> Any:
+        if not isinstance(value, str) or value not in choices:
+            raise complain(f"is {show_value(value)}, must be {' or '.join(choices)}")
+        return choices[value]
+
+    return PlainValidator(check)
+
+
+def _check_columns(value: object) -> str | tuple[str, ...]:
+    if isinstance(value, list) and value:
+        for i, name in enumerate(value):
+            if not isinstance(name, str) or not name.strip():
+                raise complain(f"is {show_value(name)}, must be a non-empty text", f"[{i}]")
+        return tuple(value)
+    if not isinstance(value, str) or value not in COLUMN_MAPS:
+        raise complain(f"is {show_value(value)}, must be a list of names, or {', '.join(COLUMN_MAPS)}")
+    return value
+
+
+class _UnitsEntry(DataModel):
+    """Factors from the units of a table's columns to SI units."""
+
+    time: Annotated[float | None, _choose({"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9})] = None
+    q: Annotated[float, _choose({"rad": 1.0, "deg": np.pi / 180.0})] = 1.0
+    v: Annotated[float, _choose({"rad/s": 1.0, "deg/s": np.pi / 180.0})] = 1.0
+    vdot: Annotated[float, _choose({"rad/s^2": 1.0, "deg/s^2": np.pi / 180.0})] = 1.0
+    tau: Annotated[float, _choose({"N m": 1.0, "N mm": 1e-3})] = 1.0
+    current: Annotated[float, _choose({"A": 1.0, "mA": 1e-3})] = 1.0
+    wrench: Annotated[float, _choose({"N, N m": 1.0})] = 1.0
+
+
+class _PayloadEntry(DataModel):
+    """Mass, centre of mass and principal moments about it, as controllers take them."""
+
+    mass: Annotated[float, Within(0.0, _MOST)]
+    com: Annotated[_Triple, _LENGTHS]
+    inertia: Annotated[_Triple, Vector(3, Within(0.0, _MOST))] = (0.0, 0.0, 0.0)
+
+    def build(self) -> Array:
+        """Builds the ten parameters at the tip, shape (10,)."""
+        X = np.eye(4)
+        X[:3, 3] = self.com
+        payload: Array = build_transform_map(X) @ np.array([self.mass, 0.0, 0.0, 0.0, *self.inertia, 0.0, 0.0, 0.0])
+        return payload
+
+
+class _PoseEntry(DataModel):
+    """Pose of the seen tool in the tip."""
+
+    position: Annotated[_Triple, _LENGTHS]
+    rpy_deg: Annotated[_Triple, Vector(3, Within(-360.0, 360.0))] = (0.0, 0.0, 0.0)
+
+    def build(self) -> Array:
+        """Builds the pose X_tip_T, shape (4, 4)."""
+        X = np.eye(4)
+        X[:3, :3] = Rotation.from_euler("xyz", self.rpy_deg, degrees=True).as_matrix()
+        X[:3, 3] = self.position
+        return X
+
+
+class RunEntry(DataModel):
+    """Description of a table, its joints and its signal."""
+
+    joints: Annotated[list[Annotated[str, Text()]], Field(min_length=1)] = Field(default_factory=list)
+    signal: Annotated[SignalKind | None, OneOf(SignalKind)] = None
+    tip: Annotated[str, Text()] = ""
+    base: Annotated[str, Text()] = ""
+    gravity: Annotated[_Triple, Vector(3, Within(-20.0, 20.0))] = GRAVITY
+    columns: Annotated[str | tuple[str, ...], PlainValidator(_check_columns)] = "standard"
+    units: _UnitsEntry = _UnitsEntry()
+    compensates: Annotated[bool, _choose({"nothing": False, "arm": True})] = False
+    compensated_payload: _PayloadEntry | None = None
+    reference_mass: Annotated[float, Within(1e-3, _MOST)] | None = None
+    object_pose: _PoseEntry | None = None
+    force_on: Annotated[float, _choose({"object": 1.0, "robot": -1.0})] = 1.0
+    drop_torn_rows: Annotated[int, Whole(0, 10**6)] = 0
+    topic: Annotated[str, Text()] = ""
+    wrench_topic: Annotated[str, Text()] = ""
+
+    def build(self, joints: Sequence[str], kind: SignalKind) -> RunDescription:
+        """Builds the description of a run from its joints and the kind of its signal."""
+        payload, pose = self.compensated_payload, self.object_pose
+        return RunDescription(
+            tuple(joints),
+            kind,
+            tip=self.tip,
+            base=self.base,
+            gravity=self.gravity,
+            compensates_arm=self.compensates,
+            compensated_payload=np.zeros(10) if payload is None else payload.build(),
+            reference_mass=self.reference_mass,
+            object_pose=np.eye(4) if pose is None else pose.build(),
+        )

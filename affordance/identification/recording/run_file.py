@@ -1,0 +1,122 @@
+"""Reader of a run: a table, and the small YAML file next to it that describes the table (see ``run_entry``)."""
+
+from pathlib import Path
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.constraints import StrPath, check_path
+from affordance.files.data_model import load_model
+from affordance.identification.recording.column_maps import COLUMN_MAPS, name_columns
+from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
+from affordance.identification.recording.run_bag import read_bag
+from affordance.identification.recording.run_entry import RunEntry
+from affordance.identification.recording.run_table import Table, read_netcdf, read_text
+from affordance.identification.settings import SignalKind
+
+_BAGS = (".mcap", ".db3", ".bag")
+
+
+def read_run(path: StrPath, description: StrPath | None = None) -> Run:
+    """Reads a run from its table and description.
+
+    Args:
+        path: Table (.csv, .txt, .tsv or .nc) or ROS bag.
+        description: YAML file that describes the table; None for the one next to it, of the same name.
+
+    Raises:
+        BadValueError: A file or one of its values is wrong; the message says which and how.
+    """
+    path = check_path("path", path)
+    description_file = path.with_suffix(".yaml") if description is None else check_path("description", description)
+    if not path.exists():
+        raise BadValueError(path, "", "does not exist")
+    if not description_file.exists():
+        problem = f"has no description: {description_file.name} in the same folder must name at least its joints"
+        raise BadValueError(path, "", problem)
+    entry = load_model(description_file, RunEntry)
+    if path.is_dir() or path.suffix in _BAGS:
+        table = read_bag(path, entry.topic, entry.wrench_topic, is_current=entry.signal is SignalKind.CURRENT)
+        if entry.signal is None:
+            problem = "is missing: efforts of a bag may be joint_torque, motor_torque or current"
+            raise BadValueError(description_file, "signal", problem)
+        entry = entry.model_copy(update={"joints": entry.joints or table.joint_names, "columns": "standard"})
+    elif path.suffix == ".nc":
+        table = read_netcdf(path)
+    else:
+        table = read_text(path, entry.drop_torn_rows)
+    if not entry.joints:
+        raise BadValueError(
+            description_file, "joints", "is missing: must list the joints in the order of the columns"
+        )
+    columns = _find_columns(path, description_file, table, entry)
+    description_of_run = entry.build(entry.joints, entry.signal or _guess_kind(path, columns))
+    return _build_run(path, table, columns, description_of_run, entry)
+
+
+def _find_columns(path: Path, description_file: Path, table: Table, entry: RunEntry) -> dict[str, int]:
+    """Finds the places of our columns in the table."""
+    names = table.names
+    if not isinstance(entry.columns, str):
+        names = entry.columns
+        if len(names) != table.values.shape[1]:
+            problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
+            raise BadValueError(description_file, "columns", problem)
+    elif not names:
+        problem = "names no columns in its first row; the description must list them under columns"
+        raise BadValueError(path, "row 1", problem)
+    column_map = COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
+    ours = name_columns(names, column_map)
+    columns: dict[str, int] = {}
+    for place, name in enumerate(ours):
+        if name is not None:
+            columns.setdefault(name, place)  # newer logs repeat q_d of commands after the state's
+    for name in ("time", *(f"q_{i + 1}" for i in range(len(entry.joints)))):
+        if name not in columns:
+            problem = f"is missing: has {', '.join(names)[:200]}"
+            raise BadValueError(path, f"column {name}", problem)
+    extra = f"q_{len(entry.joints) + 1}"
+    if extra in columns:
+        problem = f"has {extra}, must have as many joints as the {len(entry.joints)} of {description_file.name}"
+        raise BadValueError(path, f"column {extra}", problem)
+    return columns
+
+
+def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
+    kinds = {"tau_1": SignalKind.JOINT_TORQUE, "current_1": SignalKind.CURRENT, "fx": SignalKind.WRENCH}
+    found = [kind for name, kind in kinds.items() if name in columns]
+    if len(found) != 1:
+        problem = "no signal" if not found else "several signals"
+        raise BadValueError(path, "columns", f"has {problem}, must have tau_1.., current_1.. or fx..tz, or say which")
+    return found[0]
+
+
+def _build_run(
+    path: Path, table: Table, columns: dict[str, int], description: RunDescription, entry: RunEntry
+) -> Run:
+    num = len(entry.joints)
+
+    def take(quantity: str, names: tuple[str, ...] | None = None) -> Array | None:
+        names = names or tuple(f"{quantity}_{i + 1}" for i in range(num))
+        given = [name for name in names if name in columns]
+        if not given:
+            return None
+        if len(given) < len(names):
+            missing = next(name for name in names if name not in columns)
+            raise BadValueError(path, f"column {missing}", f"is missing, while there are {', '.join(given)}")
+        unit: float = getattr(entry.units, quantity)
+        return table.values[:, [columns[name] for name in names]] * unit
+
+    kind = description.kind
+    if kind is SignalKind.WRENCH:
+        signal = take("wrench", WRENCH_COLUMNS)
+        signal = None if signal is None else entry.force_on * signal
+    else:
+        signal = take("current" if kind is SignalKind.CURRENT else "tau")
+    if signal is None:
+        raise BadValueError(path, "columns", f"has no columns of the signal, {kind.value}")
+    q = take("q")
+    assert q is not None  # _find_columns
+    notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
+    own = COLUMN_MAPS[entry.columns].time_unit if isinstance(entry.columns, str) else 1.0
+    times = table.values[:, columns["time"]] * (own if entry.units.time is None else entry.units.time)
+    return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)

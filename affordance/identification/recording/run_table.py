@@ -1,0 +1,170 @@
+"""Tables of recordings: text with one row per sample (CSV), and netCDF 3."""
+
+import csv
+import math
+import warnings
+from array import array
+from collections.abc import Iterator, Mapping
+from io import BytesIO, StringIO
+from itertools import chain
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import xarray
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files import bounded
+
+# Delimiters of text, of which the most frequent in the first line is used.
+_DELIMITERS = ",;\t "
+# Largest number of characters in a row; the log of a robot controller has some hundred columns.
+_LONGEST_ROW = 100_000
+
+
+class Table(NamedTuple):
+    """Table of numbers.
+
+    Attributes:
+        names: Names of the columns; empty if the file has none.
+        values: Values, shape (N, number of columns).
+        rows: Row of the file, counted from 1, that holds each sample, shape (N,).
+        num_torn: Number of incomplete rows that were left out.
+        joint_names: Names of the joints if the file gives them.
+    """
+
+    names: tuple[str, ...]
+    values: Array
+    rows: NDArray[np.intp]
+    num_torn: int = 0
+    joint_names: tuple[str, ...] = ()
+
+
+def read_text(path: Path, max_torn: int = 0) -> Table:
+    """Reads rows of numbers, with or without a line of names above.
+
+    Args:
+        path: File to read.
+        max_torn: Largest number of incomplete rows that may be left out.
+
+    Raises:
+        BadValueError: The file cannot be read, or has more incomplete rows; the message names the first in excess.
+    """
+    rows = _split_rows(path, bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig"))
+    first = next(rows, [])
+    if not first:
+        raise BadValueError(path, "", "is empty, must be a table with one row a sample")
+    names = () if _is_number(first[0]) else tuple(first)
+    width = len(first)
+    samples, numbers, num_torn = array("d"), array("q"), 0  # a number takes eight bytes, its text ten times as much
+    for number, row in enumerate(rows if names else chain([first], rows), start=2 if names else 1):
+        if not row:
+            continue
+        problem = _find_problem(row, width, names)
+        if problem is None:
+            samples.extend(map(float, row))
+            numbers.append(number)
+        elif num_torn < max_torn:
+            num_torn += 1
+        else:
+            column, what = problem
+            more = (
+                f" (drop_torn_rows: {max_torn} is used up)" if max_torn else " (drop_torn_rows: N leaves out up to N)"
+            )
+            raise BadValueError(path, f"row {number}{column}", what + more)
+    values = np.array(samples, dtype=float).reshape(-1, width)
+    return Table(names, values, np.array(numbers, dtype=np.intp), num_torn)
+
+
+def _split_rows(path: Path, text: str) -> Iterator[list[str]]:
+    """Splits a text into the cells of each row, by the most frequent delimiter of its first line.
+
+    Raises:
+        BadValueError: A row is too long for any robot, or is not a row of a table.
+    """
+    delimiter = max(_DELIMITERS, key=text.split("\n", 1)[0].count)
+    number, length = 1, 0
+
+    def feed() -> Iterator[str]:
+        nonlocal length
+        for line in StringIO(text):
+            length += len(line)  # a row may go over several lines, within quotation marks
+            if length > _LONGEST_ROW:
+                raise BadValueError(path, f"row {number}", f"is longer than {_LONGEST_ROW} letters")
+            yield line
+
+    try:
+        for row in csv.reader(feed(), delimiter=delimiter):
+            cells = [cell.strip() for cell in row]
+            yield [cell for cell in cells if cell] if delimiter == " " else cells
+            number, length = number + 1, 0
+    except csv.Error as error:
+        raise BadValueError(path, f"row {number}", f"is not a row of a table: {error}") from error
+
+
+def read_netcdf(path: Path) -> Table:
+    """Reads variables along time; those with a second dimension become NAME_1, NAME_2 and so on.
+
+    Raises:
+        BadValueError: The file cannot be read, has no time, or has variables of other lengths.
+    """
+    content = bounded.read_bytes(path, bounded.RECORDING)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # about damaged files, which are rejected below
+            with xarray.open_dataset(BytesIO(content), engine="scipy", decode_cf=False) as dataset:
+                promised = sum(each.size for each in dataset.variables.values())
+                if promised > len(content):
+                    raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
+                variables = {str(name): _take_numbers(each) for name, each in dataset.variables.items()}
+    except Exception as error:  # the libraries raise any exception on a damaged file
+        raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
+    if "time" not in variables:
+        raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
+    return _flatten(path, variables)
+
+
+def _take_numbers(variable: xarray.Variable) -> Array:
+    """Returns the values of a variable with the file's scale and offset applied."""
+    decoded = xarray.conventions.decode_cf_variable("x", variable, decode_times=False)
+    return np.asarray(decoded.values, dtype=float)
+
+
+def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:
+    length = len(variables["time"])
+    names, columns = [], []
+    for name, values in variables.items():
+        if values.ndim not in (1, 2) or len(values) != length:
+            problem = f"has shape {values.shape}, must have the {length} samples of time along its first dimension"
+            raise BadValueError(path, name, problem)
+        if values.ndim == 1:
+            names.append(name)
+            columns.append(values)
+        else:
+            names += [f"{name}_{i + 1}" for i in range(values.shape[1])]
+            columns += list(values.T)
+    return Table(tuple(names), np.column_stack(columns), np.arange(1, length + 1))
+
+
+def _is_number(cell: str) -> bool:
+    try:
+        float(cell)
+    except ValueError:
+        return False
+    return True
+
+
+def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[str, str] | None:
+    """Returns the column and the problem of a bad row; None for a good one."""
+    if len(row) != width:
+        return "", f"has {len(row)} values, must have {width}, one a column"
+    for place, cell in enumerate(row):
+        if not _is_number(cell):
+            label = names[place] if names else str(place + 1)
+            return f", column {label}", f"is {cell[:30]!r}, must be a number"
+        if math.isnan(float(cell)):
+            label = names[place] if names else str(place + 1)
+            return f", column {label}", "is nan, must be a finite number"
+    return None

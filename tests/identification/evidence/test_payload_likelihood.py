@@ -1,0 +1,153 @@
+"""The closed form against the density of all samples at once, as a multivariate normal distribution."""
+
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal
+
+from affordance.arrays import Array
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.payload_likelihood import (
+    BodyLikelihood,
+    ChannelPrior,
+    PayloadLikelihood,
+    Quadratic,
+)
+
+_CHANNELS, _NUM = 3, 40
+
+
+@pytest.fixture
+def samples(rng: np.random.Generator) -> ChannelSamples:
+    shape = (_NUM, _CHANNELS)
+    d = np.sign(rng.standard_normal(shape))
+    return ChannelSamples(
+        rng.standard_normal((*shape, 10)),
+        rng.standard_normal(shape),
+        d * np.sign(rng.standard_normal(shape)),
+        d,
+        rng.standard_normal(shape),
+        rng.standard_normal(shape),
+        rng.random(shape) > 0.1,
+    )
+
+
+def _build_prior(rng: np.random.Generator, *, gain_sd: float, phantom_sd: float) -> ChannelPrior:
+    root, phantom = gain_sd * rng.standard_normal((_CHANNELS, 2, 2)), phantom_sd * rng.standard_normal((10, 10))
+    return ChannelPrior(
+        rng.standard_normal((_CHANNELS, 2)),
+        root @ root.transpose(0, 2, 1),
+        rng.standard_normal((_CHANNELS, 3)),
+        np.abs(rng.standard_normal((_CHANNELS, 3))),
+        0.1 * rng.standard_normal(10),
+        phantom @ phantom.T,
+    )
+
+
+def _compute_density(samples: ChannelSamples, prior: ChannelPrior, variance: Array, pi: Array) -> float:
+    """Log density of all samples, the phantom's spread included (through gains as they are on average)."""
+    used = samples.used
+    blocks, means, values, T = [], [], [], []
+    for c in range(_CHANNELS):
+        k = used[:, c]
+        load, s = samples.tau_arm[k, c] + samples.Y[k, c] @ (pi + prior.phantom), samples.load_sign[k, c]
+        A = np.column_stack([load, s * load])
+        F = np.column_stack([samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum())])
+        blocks.append(
+            variance[c] * np.eye(k.sum())
+            + A @ prior.gain_covariance[c] @ A.T
+            + F @ np.diag(prior.friction_sd[c] ** 2) @ F.T
+        )
+        means.append(A @ prior.gain[c] + F @ prior.friction[c])
+        values.append(samples.signal[k, c])
+        T.append((prior.gain[c, 0] + prior.gain[c, 1] * s)[:, None] * samples.Y[k, c])
+    size = sum(len(block) for block in blocks)
+    V, place = np.zeros((size, size)), 0
+    for block in blocks:
+        V[place : place + len(block), place : place + len(block)] = block
+        place += len(block)
+    stacked = np.vstack(T)
+    V += stacked @ prior.phantom_covariance @ stacked.T
+    return float(multivariate_normal.logpdf(np.concatenate(values), np.concatenate(means), V))
+
+
+def test_nuisances_are_integrated_out_exactly(samples, rng):
+    variance = np.array([0.5, 1.0, 2.0])
+    prior = _build_prior(rng, gain_sd=0.5, phantom_sd=0.0)
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
+    bodies = rng.standard_normal((6, 10))
+    brute = [_compute_density(samples, prior, variance, pi) for pi in bodies]
+    difference = likelihood.compute_log_likelihood(bodies) - brute
+    assert_allclose(difference, difference[0], atol=1e-8)
+
+
+def test_with_known_gains_the_likelihood_is_its_quadratic(samples, rng):
+    prior = _build_prior(rng, gain_sd=0.0, phantom_sd=0.0)
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, np.ones(_CHANNELS))
+    bodies = rng.standard_normal((6, 10))
+    difference = likelihood.compute_log_likelihood(bodies) - likelihood.linearise(bodies[0]).evaluate(bodies)
+    assert_allclose(difference, difference[0], atol=1e-9)
+
+
+def test_the_quadratic_touches_the_likelihood_at_its_top(samples, rng):
+    prior = _build_prior(rng, gain_sd=0.1, phantom_sd=0.0)
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, np.full(_CHANNELS, 0.01))
+    pi = np.zeros(10)
+    for _ in range(30):
+        quadratic = likelihood.linearise(pi)
+        pi = np.linalg.solve(quadratic.precision, quadratic.information)
+    steps = 1e-4 * np.eye(10)
+    slope = (likelihood.compute_log_likelihood(pi + steps) - likelihood.compute_log_likelihood(pi - steps)) / 2e-4
+    # The slope that is left comes from the determinant, which the quadratic leaves out; in standard deviations.
+    sd = np.sqrt(np.diag(np.linalg.inv(quadratic.precision)))
+    assert np.abs(slope * sd).max() < 0.3
+
+
+def test_a_phantom_is_integrated_out_exactly_where_gains_are_known(samples, rng):
+    variance = np.array([0.5, 1.0, 2.0])
+    prior = _build_prior(rng, gain_sd=0.0, phantom_sd=0.3)
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
+    bodies = rng.standard_normal((5, 10))
+    ours = BodyLikelihood(likelihood, bodies[0]).compute(bodies, rng)
+    difference = ours - [_compute_density(samples, prior, variance, pi) for pi in bodies]
+    assert_allclose(difference, difference[0], atol=1e-8)
+
+
+def test_widening_is_adding_a_normal_error(rng):
+    root = rng.standard_normal((10, 10))
+    prior = _build_prior(rng, gain_sd=0.0, phantom_sd=1.0)
+    H = root @ root.T
+    b = rng.standard_normal(10)
+    wide = Quadratic(H, b).widen(prior.phantom_covariance)
+    assert_allclose(np.linalg.inv(wide.precision), np.linalg.inv(H) + prior.phantom_covariance, rtol=1e-6)
+    assert_allclose(np.linalg.solve(wide.precision, wide.information), np.linalg.solve(H, b), rtol=1e-6)
+
+
+def test_the_residual_is_what_the_best_friction_leaves(samples, rng):
+    prior = _build_prior(rng, gain_sd=0.0, phantom_sd=0.0)
+    variance = np.array([0.5, 1.0, 2.0])
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
+    pi = rng.standard_normal(10)
+    w = likelihood.build_residual_weights(pi)
+    c, k = 1, samples.used[:, 1]
+    F = np.column_stack([samples.direction[k, c], samples.velocity[k, c], np.ones(k.sum())])
+    load = samples.tau_arm[k, c] + samples.Y[k, c] @ (pi + prior.phantom)
+    rest = samples.signal[k, c] - (prior.gain[c, 0] + prior.gain[c, 1] * samples.load_sign[k, c]) * load
+    precision = F.T @ F / variance[c] + np.diag(prior.friction_sd[c] ** -2.0)
+    information = F.T @ rest / variance[c] + prior.friction[c] / prior.friction_sd[c] ** 2
+    assert_allclose(-w[c, 22:25], np.linalg.solve(precision, information), rtol=1e-9)
+
+
+def test_a_phantom_is_integrated_out_on_average_where_gains_are_uncertain(samples, rng):
+    """Against phantoms drawn from what is known of them, in the mean of likelihoods."""
+    prior, variance = _build_prior(rng, gain_sd=0.3, phantom_sd=0.05), np.array([20.0, 40.0, 60.0])
+    likelihood = PayloadLikelihood(compute_statistics(samples, 5), prior, variance)
+    bodies = 0.3 * rng.standard_normal((2, 10))
+    of_body = BodyLikelihood(likelihood, bodies[0])
+    phantoms = rng.multivariate_normal(np.zeros(10), prior.phantom_covariance, 40_000)
+    ours, brute = [], []
+    for pi in bodies:
+        ours.append(logsumexp(of_body.compute(np.tile(pi, (2000, 1)), rng)) - np.log(2000))
+        brute.append(logsumexp(likelihood.compute_log_likelihood(pi + phantoms)) - np.log(40_000))
+    assert ours[1] - ours[0] == pytest.approx(brute[1] - brute[0], abs=0.03)

@@ -1,0 +1,46 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
+
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.paired_runs import pair_runs
+from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
+from affordance.identification.posterior.assumptions import list_assumptions
+from affordance.identification.recording.run import WRENCH_COLUMNS
+from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+
+
+@pytest.fixture(scope="module")
+def of_joints(robot):
+    runs = [
+        generate_run(robot, pi, truth=Truth(), rng=np.random.default_rng(k), duration=8.0)
+        for k, pi in enumerate((None, PAYLOAD))
+    ]
+    return pair_runs(robot, *runs, DEFAULT_SETTINGS)
+
+
+def test_what_is_assumed_of_joints_is_said(robot, of_joints):
+    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+    said = list_assumptions(of_joints, gains, DEFAULT_SETTINGS)
+    assert said[0].startswith("signal: joint torque [N m]; paired")
+    assert "gains: the signal is a torque; gains good to 1 %" in said
+    assert "friction that grows with the load: none" in said
+    assert "friction (direction, velocity) and offset: +-0.3 N m" in said
+    assert "error of the arm's model: none, it cancels" in said
+    heavy = np.diag([0.05**2, *np.zeros(9)])
+    said = list_assumptions(replace(of_joints, phantom_covariance=heavy), gains, DEFAULT_SETTINGS)
+    assert "error of the arm's model that does not average out: 50 g at the tip" in said
+
+
+def test_what_is_assumed_of_a_wrist_sensor_is_said(robot):
+    run = generate_run(
+        robot, PAYLOAD, truth=Truth(), rng=np.random.default_rng(0), kind=SignalKind.WRENCH, duration=8.0
+    )
+    gains = build_nominal_gains(WRENCH_COLUMNS, SignalKind.WRENCH, DEFAULT_SETTINGS)
+    evidence = build_wrist_evidence(robot, run, (), gains, DEFAULT_SETTINGS)
+    said = list_assumptions(evidence, gains, DEFAULT_SETTINGS)
+    # Twenty times what an offset drifts by, 3 N.
+    assert "offsets: +-60 N, a tenth of that in N m" in said
+    assert not any("friction" in sentence for sentence in said)

@@ -1,0 +1,142 @@
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
+from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta
+from affordance.identification.posterior.payload_belief import describe_bodies, summarise
+from affordance.identification.posterior.solid_prior import SolidPrior
+
+_VARIANCE = 0.2
+
+
+def _hold(
+    pi: np.ndarray, rng: np.random.Generator, rows: int = 60, gain_sd: float = 0.01, variance: float = _VARIANCE
+) -> PayloadLikelihood:
+    """Torques of two joints along a random motion."""
+    Y = rng.standard_normal((rows, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
+    gain = 1.0 + gain_sd * rng.standard_normal(2)
+    signal = gain * (Y @ pi) + np.sqrt(variance) * rng.standard_normal((rows, 2))
+    zero = np.zeros_like(signal)
+    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
+    prior = ChannelPrior(
+        np.tile([1.0, 0.0], (2, 1)),
+        np.tile(np.diag([gain_sd**2, 0.0]), (2, 1, 1)),
+        np.zeros((2, 3)),
+        np.zeros((2, 3)),
+    )
+    return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(2, variance))
+
+
+def test_posterior_agrees_with_a_random_walk(rng):
+    solid = SolidPrior.for_hand()
+    likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=4)
+    mode = find_mode(likelihood, solid)
+    bodies = draw_bodies(likelihood, solid, mode, rng, 4000)
+    ours = summarise(describe_bodies(bodies.pi), bodies.weights)
+    # Metropolis from many starts: slow, but another way to the same posterior.
+    theta = solid.draw_theta(rng, 400)
+    theta[:] = mode.theta + 0.1 * (theta - mode.theta)
+    root = np.linalg.cholesky(mode.covariance)
+
+    def evaluate(theta):
+        return likelihood.compute_log_likelihood(parameters_from_theta(theta)) + solid.compute_log_density(theta)
+
+    value, kept = evaluate(theta), []
+    for step in range(1200):
+        moved = theta + 0.6 * 0.5 ** (step % 3) * rng.standard_normal(theta.shape) @ root.T
+        new = evaluate(moved)
+        accepted = np.log(rng.random(len(theta))) < new - value
+        theta[accepted], value[accepted] = moved[accepted], new[accepted]
+        if step >= 500 and step % 20 == 0:
+            kept.append(theta.copy())
+    walked = describe_bodies(parameters_from_theta(np.concatenate(kept)))
+    for i in range(7):
+        low, high = np.quantile(walked[:, i], [0.05, 0.95])
+        assert_allclose([ours.low90[i], ours.high90[i]], [low, high], atol=0.12 * (high - low))
+
+
+def test_every_sample_is_a_possible_body_and_weights_sum_to_one(rng):
+    solid = SolidPrior.for_hand()
+    likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng)
+    bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 500)
+    assert is_possible(bodies.pi).all()
+    assert_allclose(bodies.weights.sum(), 1.0)
+    assert bodies.effective_size > 90.0
+
+
+def test_intervals_hold_truths_drawn_from_the_prior(rng):
+    solid = SolidPrior.for_hand()
+    inside = []
+    for _ in range(60):
+        pi = solid.draw_parameters(rng, 1)[0]
+        likelihood = _hold(pi, rng, rows=20)
+        bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 500)
+        marginals, truth = summarise(describe_bodies(bodies.pi), bodies.weights), describe_bodies(pi[None])[0]
+        inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
+    # Of 600 numbers, ten of each body: 90 % within four standard errors of independent bodies.
+    assert np.mean(inside) == pytest.approx(0.9, abs=4.0 * np.sqrt(0.09 / 60) / np.sqrt(3))
+
+
+def test_without_data_the_posterior_is_the_prior(rng):
+    solid = SolidPrior.for_hand()
+    likelihood = _hold(np.zeros(10), rng, rows=1)
+    likelihood = PayloadLikelihood(compute_statistics(_empty_samples(), 10), likelihood.prior, np.full(2, _VARIANCE))
+    bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, 2000)
+    after = np.log(bodies.pi[:, 0])
+    assert_allclose(bodies.weights @ after, solid.mean[0], atol=0.15)
+    sd = np.sqrt(bodies.weights @ (after - solid.mean[0]) ** 2)
+    assert_allclose(sd, np.sqrt(solid.covariance[0, 0]), rtol=0.1)
+
+
+def _empty_samples() -> ChannelSamples:
+    zero = np.zeros((3, 2))
+    return ChannelSamples(np.zeros((3, 2, 10)), zero, zero, zero, zero, zero, np.zeros((3, 2), dtype=bool))
+
+
+def test_a_weighed_body_keeps_its_mass(rng):
+    solid = SolidPrior.for_hand().with_mass(2.0, 0.002)
+    masses = solid.draw_parameters(rng, 500)[:, 0]
+    assert_allclose(masses.mean(), 2.0, rtol=1e-3)
+    assert_allclose(masses.std(), 0.002, rtol=0.15)
+
+
+def test_a_common_factor_of_gains_is_taken_out_as_bayes_rule_says(rng):
+    solid, sd = SolidPrior.for_hand(), 0.2
+    body = solid.draw_parameters(rng, 1)
+    felt = np.tile(1.3 * body, (20000, 1))
+    removed = solid.remove_common_factor(felt, sd, rng)
+    # Of ln m given ln m + ln k, and shape: nearly all of it stays with the factor's own prior.
+    log_factor = np.log(felt[:, 0] / removed[:, 0])
+    variance = np.linalg.inv(solid.precision)[0, 0]
+    assert variance == pytest.approx(solid.covariance[0, 0])
+    given_shape = 1.0 / solid.precision[0, 0]
+    assert log_factor.std() == pytest.approx(sd * np.sqrt(given_shape / (given_shape + sd**2)), rel=0.03)
+    assert solid.remove_common_factor(felt, 0.0, rng) is felt
+
+
+def test_effective_size_is_what_the_scatter_over_seeds_says():
+    """Samples that descend from one are alike: 500 equal weights are no 500 independent samples."""
+    rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
+    likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
+    mode = find_mode(likelihood, solid)
+    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(24)]
+    runs = [bodies for bodies in drawn if np.all(bodies.weights == bodies.weights[0])]
+    assert len(runs) > 12  # annealed
+    means = np.array([bodies.weights @ bodies.pi for bodies in runs])
+    spread = np.concatenate([bodies.pi for bodies in runs]).var(axis=0)
+    independent = np.min(spread / means.var(axis=0, ddof=1))
+    reported = np.median([bodies.effective_size for bodies in runs])
+    assert independent < 250.0
+    assert independent / 3.0 < reported < 3.0 * independent
+
+
+def test_effective_size_of_equal_independent_samples_is_their_number(rng):
+    pi = rng.standard_normal((400, 10))
+    bodies = WeightedBodies(pi, np.full(400, 1.0 / 400), np.arange(400))
+    assert bodies.effective_size == pytest.approx(400.0)
+    # Each of 40 samples ten times over is 40 samples.
+    again = WeightedBodies(np.repeat(pi[:40], 10, axis=0), bodies.weights, np.repeat(np.arange(40), 10))
+    assert again.effective_size == pytest.approx(40.0)

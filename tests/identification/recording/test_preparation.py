@@ -1,0 +1,42 @@
+import numpy as np
+import pytest
+
+from affordance.identification.recording.preparation import find_cutoff, prepare
+from affordance.identification.recording.run import Run, RunDescription
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+
+# Steps that have no rounding error.
+_RATE, _DURATION = 64.0, 40.0
+_TIMES = np.arange(0.0, _DURATION, 1.0 / _RATE)
+
+
+def build_run(amplitude):
+    """Two joints that swing at 0.5 Hz, with some velocity at 5 Hz on top."""
+    v = np.sin(np.pi * _TIMES) + amplitude * np.sin(10.0 * np.pi * _TIMES)
+    q = -np.cos(np.pi * _TIMES) / np.pi - amplitude * np.cos(10.0 * np.pi * _TIMES) / (10.0 * np.pi)
+    both = np.ones(2)
+    return Run(
+        "run.csv",
+        RunDescription(("a", "b"), SignalKind.JOINT_TORQUE),
+        _TIMES,
+        np.outer(q, both),
+        np.outer(v, both),
+        v=np.outer(v, both),
+    )
+
+
+@pytest.mark.parametrize(("amplitude", "bandwidth"), [(0.0, 0.5), (0.02, 0.5), (0.05, 5.0)])
+def test_cutoff_is_four_times_what_holds_nearly_all_power(amplitude, bandwidth):
+    """Of 0.999 of it: an amplitude of 0.02 has a share of 4e-4, one of 0.05 of 25e-4."""
+    cutoff = find_cutoff(build_run(amplitude), IdentificationSettings(cutoff_factor=4.0))
+    assert cutoff == pytest.approx(4.0 * bandwidth, rel=0.05)
+
+
+def test_samples_span_the_run_but_for_what_is_trimmed():
+    run = build_run(0.0)
+    prepared = prepare(run, DEFAULT_SETTINGS)
+    assert prepared.times[0] == pytest.approx(DEFAULT_SETTINGS.trim)
+    assert prepared.times[-1] == pytest.approx(run.times[-1] - 1.0 / _RATE - DEFAULT_SETTINGS.trim)
+    # What is slower than the cut-off comes through, and its derivative is a derivative.
+    np.testing.assert_allclose(prepared.v, np.outer(np.sin(np.pi * prepared.times), [1.0, 1.0]), atol=1e-3)
+    np.testing.assert_allclose(prepared.vdot[:, 0], np.pi * np.cos(np.pi * prepared.times), atol=2e-2)

@@ -1,0 +1,75 @@
+from dataclasses import replace
+
+import numpy as np
+import pinocchio
+from helpers.generated_runs import PAYLOAD
+from numpy.testing import assert_allclose
+
+from affordance.identification.recording.robot_plant import build_arm
+from affordance.plant.arm_model import ArmModel, compute_payload_regressor
+from affordance.plant.wrench_regressor import compute_wrench_regressors
+
+
+def test_arm_torques_agree_with_pinocchio(robot, rng):
+    model = pinocchio.buildModelFromUrdf(robot.source)
+    data = model.createData()
+    q, v, vdot = rng.standard_normal((3, 10, robot.num_joints))
+    ours = robot.compute_arm_torques(q, v, vdot)
+    theirs = [pinocchio.rnea(model, data, *states) for states in zip(q, v, vdot, strict=True)]
+    assert_allclose(ours, theirs, atol=1e-10)
+
+
+def test_payload_adds_what_pinocchio_says(robot, rng):
+    model = pinocchio.buildModelFromUrdf(robot.source)
+    flange = model.getFrameId("flange")
+    bare = model.copy()
+    m, c = PAYLOAD[0], PAYLOAD[1:4] / PAYLOAD[0]
+    xx, yy, zz, xy, xz, yz = PAYLOAD[4:]
+    about_tip = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    about_cm = about_tip - m * (c @ c * np.eye(3) - np.outer(c, c))
+    inertia = pinocchio.Inertia(m, c, about_cm)
+    frame = model.frames[flange]
+    model.appendBodyToJoint(frame.parentJoint, inertia, frame.placement)
+    q, v, vdot = rng.standard_normal((3, 5, robot.num_joints))
+    added = robot.compute_payload_regressors(q, v, vdot) @ PAYLOAD
+    for k in range(len(q)):
+        states = q[k], v[k], vdot[k]
+        with_load = pinocchio.rnea(model, model.createData(), *states)
+        assert_allclose(added[k], with_load - pinocchio.rnea(bare, bare.createData(), *states), atol=1e-10)
+
+
+def test_gravity_of_the_base_turns_with_the_mounting(robot, rng):
+    q, v, vdot = rng.standard_normal((3, 1, robot.num_joints))
+    upright = robot.compute_arm_torques(q, 0.0 * v, 0.0 * vdot)
+    hanging = robot.with_gravity((0.0, 0.0, 9.81)).compute_arm_torques(q, 0.0 * v, 0.0 * vdot)
+    assert_allclose(hanging, -upright, atol=1e-12)
+
+
+def test_wrench_of_a_still_payload_is_its_weight(robot):
+    zero = np.zeros((1, robot.num_joints))
+    wrench = compute_wrench_regressors(robot.chain, zero, zero, zero)[0] @ PAYLOAD
+    # The flange stands upright at zero: the sensor carries the weight, upwards.
+    assert_allclose(wrench[3:], [0.0, 0.0, 9.81 * PAYLOAD[0]], atol=1e-12)
+    assert_allclose(wrench[:3], np.cross(PAYLOAD[1:4], [0.0, 0.0, 9.81]), atol=1e-12)
+
+
+def test_plant_of_the_chain_agrees_with_the_chain(robot, rng):
+    model = ArmModel(build_arm(robot))
+    x, vdot = rng.standard_normal(12), rng.standard_normal(6)
+    Y = compute_payload_regressor(model, x, vdot)
+    q, v = x[None, :6], x[None, 6:]
+    assert_allclose(Y, robot.compute_payload_regressors(q, v, vdot[None])[0], atol=1e-10)
+    assert_allclose(model.compute_inverse_dynamics(vdot), robot.compute_arm_torques(q, v, vdot[None])[0], atol=1e-10)
+
+
+def test_a_link_without_mass_is_planted(robot, rng):
+    light = robot.link_parameters * (np.arange(6) != 3)[:, None]
+    x, vdot = rng.standard_normal(12), rng.standard_normal(6)
+    model = ArmModel(build_arm(robot, light))
+    model.set_state(x)
+    expected = replace(robot, link_parameters=light).compute_arm_torques(x[None, :6], x[None, 6:], vdot[None])[0]
+    assert_allclose(model.compute_inverse_dynamics(vdot), expected, atol=1e-10)
+
+
+def test_an_arm_prints_its_joints(robot):
+    assert repr(robot).endswith("to flange: joint_1, joint_2, joint_3, joint_4, joint_5, joint_6)")

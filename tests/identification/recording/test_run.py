@@ -1,0 +1,139 @@
+import numpy as np
+import pytest
+
+from affordance.exceptions import BadValueError
+from affordance.identification.recording.run import Run, RunDescription
+from affordance.identification.settings import SignalKind
+
+_NAMES = ("panda_joint1", "panda_joint2")
+
+
+def _build(kind: SignalKind = SignalKind.JOINT_TORQUE, **changes: np.ndarray) -> Run:
+    values = {
+        "times": np.arange(50) * 0.01,
+        "q": np.zeros((50, 2)),
+        "signal": np.zeros((50, 2)),
+        "v": np.zeros((50, 2)),
+    }
+    return Run("run.csv", RunDescription(_NAMES, kind), **{**values, **changes})
+
+
+def _spoil(values: np.ndarray, row: int, column: int, value: float) -> np.ndarray:
+    spoilt = values.copy()
+    spoilt[row, column] = value
+    return spoilt
+
+
+_TIMES = np.arange(50) * 0.01
+_ZEROS = np.zeros((50, 2))
+# One joint swings, the other hardly moves.
+_PHASE = 2.0 * np.pi * _TIMES
+_SWING = np.column_stack([1e-4 * np.sin(_PHASE), 0.06 * np.sin(_PHASE)])
+_SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.cos(_PHASE)])
+
+
+@pytest.mark.parametrize(
+    ("kind", "changes", "message"),
+    [
+        (
+            "current",
+            {"signal": _spoil(_ZEROS, 7, 1, 2300.0)},
+            r"row 8, column current_2: is 2300, .*100 A; are these mill",
+        ),
+        (
+            "joint_torque",
+            {"q": _spoil(_ZEROS, 3, 0, 90.0)},
+            r"row 4, column q_1: is 90, must be from -12.57 .*degrees",
+        ),
+        (
+            "joint_torque",
+            {"v": _spoil(_ZEROS, 3, 0, -180.0)},
+            "row 4, column v_1: is -180, .* are these degrees a second",
+        ),
+        (
+            "joint_torque",
+            {"signal": _spoil(_ZEROS, 9, 0, np.nan)},
+            "row 10, column tau_1: is nan, must be a finite number",
+        ),
+        ("joint_torque", {"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
+        (
+            "joint_torque",
+            {"times": np.where(np.arange(50) == 20, 0.05, _TIMES)},
+            r"row 21, column time: is 0.050000, must be more than 0.190000",
+        ),
+        (
+            "joint_torque",
+            {"q": _SWING, "v": np.degrees(_SWING_RATE)},
+            r"column v_2: is 57.3 times the rate of q_2, must be from 0.2 to 5 times; are these degrees",
+        ),
+        (
+            "joint_torque",
+            {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
+            r"column vdot_2: is 57.3 times the rate of v_2, must be",
+        ),
+        ("joint_torque", {"q": _SWING}, r"column v_2: is 0 times the rate of q_2, must be from 0.2 to 5 times$"),
+        (
+            "joint_torque",
+            {"times": np.where(np.arange(50) == 4, np.nan, _TIMES)},
+            r"row 5, column time: is nan, must be a finite number of seconds",
+        ),
+        ("joint_torque", {"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
+        ("joint_torque", {"q": np.zeros((50, 3))}, r"q: has shape \(50, 3\), must be \(50, 2\)"),
+        ("joint_torque", {"signal": np.zeros((50, 6))}, r"tau: has shape \(50, 6\)"),
+    ],
+)
+def test_what_cannot_be_is_named_by_row_column_value_and_bound(kind, changes, message):
+    with pytest.raises(BadValueError, match=message) as caught:
+        _build(SignalKind(kind), **changes)
+    assert "\n" not in str(caught.value)
+    assert str(caught.value).startswith("run.csv: ")
+
+
+def test_a_run_of_few_samples_is_refused():
+    with pytest.raises(BadValueError, match="has 5 samples, must have at least 20"):
+        _build(times=_TIMES[:5], q=_ZEROS[:5], signal=_ZEROS[:5], v=_ZEROS[:5])
+
+
+def test_joints_are_found_by_name_in_any_order():
+    q = np.arange(100.0).reshape(50, 2) / 100.0
+    run = _build(q=q).arrange(("panda_joint2", "panda_joint1"))
+    np.testing.assert_array_equal(run.q, q[:, ::-1])
+    assert run.description.joint_names == ("panda_joint2", "panda_joint1")
+
+
+def test_joints_are_found_under_another_maker_prefix():
+    run = _build().arrange(("fer_joint1", "fer_joint2"))
+    assert run.description.joint_names == ("fer_joint1", "fer_joint2")
+
+
+def test_a_joint_that_is_not_there_is_named_with_the_nearest():
+    message = "joints: are panda_joint1, panda_joint2, must name panda_joint3 of the arm; the nearest is panda_joint"
+    with pytest.raises(BadValueError, match=message):
+        _build().arrange(("panda_joint1", "panda_joint3"))
+
+
+def test_currents_up_to_a_hundred_amperes_are_read():
+    assert _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -99.9)).signal.min() == -99.9
+    with pytest.raises(BadValueError, match="must be from -100 to 100 A"):
+        _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -100.1))
+
+
+@pytest.mark.parametrize(("factor", "hint"), [(180.0 / np.pi, True), (np.pi / 180.0, False)])
+def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
+    with pytest.raises(BadValueError, match=r"times the rate of q_2") as caught:
+        _build(q=_SWING, v=factor * _SWING_RATE)
+    assert ("are these degrees?" in str(caught.value)) == hint
+
+
+def test_rates_of_joints_that_hardly_move_are_not_judged():
+    run = _build(q=1e-4 * _SWING, v=1e-2 * _SWING_RATE)
+    assert run.v is not None
+
+
+def test_part_of_a_run_keeps_its_rows_of_the_file():
+    run = _build(rows=np.arange(50) + 2)
+    part = run.select(slice(10, 40))
+    assert (len(part.times), part.q.shape, part.signal.shape, part.vdot) == (30, (30, 2), (30, 2), None)
+    assert part.times[0] == run.times[10]
+    assert part.error_at(0, "q_1", "").key == "row 12, column q_1"
+    assert repr(part) == "Run(run.csv: 30 samples of 2 joints at 100 Hz, tau)"

@@ -1,0 +1,11 @@
+"""A generated robot serves all tests of this folder."""
+
+import pytest
+from helpers.generated_runs import build_robot
+
+from affordance.identification.recording.robot_chain import RobotChain
+
+
+@pytest.fixture(scope="session")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotChain:
+    return build_robot(tmp_path_factory.mktemp("robot"))
