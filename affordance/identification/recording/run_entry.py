@@ -115,7 +115,7 @@ class RunEntry(DataModel):
     reference_mass: Annotated[float, Within(1e-3, _MOST)] | None = None
     object_pose: _PoseEntry | None = None
     force_on: Annotated[float, _choose({"object": 1.0, "robot": -1.0})] = 1.0
-    drop_torn_rows: Annotated[int, Whole(0, 10**6)] = 0
+    drop_torn_rows: Annotated[int, Whole(0, 1_000_000)] = 0
     topic: Annotated[str, Text()] = ""
     wrench_topic: Annotated[str, Text()] = ""
 
