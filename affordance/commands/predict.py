@@ -5,6 +5,7 @@ import argparse
 from affordance.commands.options import add_run_options, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
+from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers
@@ -38,16 +39,9 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     check_folder(arguments.out)
-    found = predict_protocol(
-        arguments.protocol,
-        arguments.models,
-        Settings(arm=arguments.models / ARM.name),
-        arguments.out,
-        repeats=arguments.repeats,
-        seed=arguments.seed,
-        jobs=arguments.jobs,
-        changes=parse_changes(arguments.changes),
-    )
+    settings, changes = Settings(arm=arguments.models / ARM.name), parse_changes(arguments.changes)
+    experiment = load_protocol_experiment(arguments.protocol, arguments.models, arguments.seed, settings, changes)
+    found = predict_protocol(experiment, arguments.out, repeats=arguments.repeats, jobs=arguments.jobs)
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
     print(f"The predictions: {found.path}")
     return 0

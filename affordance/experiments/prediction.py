@@ -10,15 +10,12 @@ from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
 from affordance.experiments.definition import Experiment
-from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.experiments.runner import run_observers
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.atomic import write_json
-from affordance.named_settings import NO_CHANGES, Changes
 from affordance.protocols.people import list_spreads
 from affordance.reporting.learner_predictions import Contrast, Prediction, Spread, contrast_learners, summarise
 from affordance.runs.repeats import list_versions, prepare_folder
-from affordance.settings import Settings
 
 # File of the predictions, in the folder of the protocol's results.
 FILE = "predictions.json"
@@ -42,36 +39,21 @@ class Predicted(NamedTuple):
     path: Path
 
 
-def predict_protocol(
-    name: str,
-    models: Path,
-    settings: Settings,
-    out: Path,
-    *,
-    repeats: int,
-    seed: int,
-    jobs: int,
-    changes: Changes = NO_CHANGES,
-) -> Predicted:
+def predict_protocol(experiment: Experiment, out: Path, *, repeats: int, jobs: int) -> Predicted:
     """Simulates the observers of a protocol with each of its learners, or with every learner if it names only one.
 
     Observers are cached where ``run_experiment`` caches them, so a later run does not simulate them again.
 
     Args:
-        name: Name of the protocol, or its path.
-        models: Folder of models.
-        settings: Settings of all simulations.
+        experiment: Experiment of the protocol.
         out: Folder for the results; the protocol has a subfolder of its name.
         repeats: Number of observers, at least 2.
-        seed: Root of every random draw.
         jobs: Number of processes.
-        changes: Settings by name, applied after those of the protocol.
 
     Raises:
-        BadValueError: The file is wrong, the protocol is about choices, which each learner makes in a run of its own,
+        BadValueError: The protocol is about choices, which each learner makes in a run of its own,
             or it gives observers the densities that learners would have to learn.
     """
-    experiment = load_protocol_experiment(name, models, seed, settings, changes)
     if not isinstance(experiment, PresentationExperiment):
         problem = "is a choice, must be a hold, a clamp, a reach or a look; run it with --learner for each learner"
         raise BadValueError(experiment.section, "blocks", problem)
@@ -81,8 +63,7 @@ def predict_protocol(
     if len(experiment.learners) < 2:
         experiment = experiment.with_learners(tuple(Learner))
     folder = prepare_folder(out / experiment.name)
-    as_experiment: Experiment = experiment
-    _, arrays = run_observers(as_experiment, None, folder, repeats=repeats, jobs=jobs)
+    _, arrays = run_observers(experiment, None, folder, repeats=repeats, jobs=jobs)
     values = sort_by_number(experiment.compute_of_observers(arrays), experiment.learners)
     predictions = {
         number: {learner: summarise(of_observers) for learner, of_observers in by_learner.items()}
@@ -96,7 +77,7 @@ def predict_protocol(
     spreads = {number: people[base] for number in predictions if (base := number.split("[")[0]) in people}
     contrasts = contrast_learners(predictions, {number: spread.sd for number, spread in spreads.items()})
     content = _describe(predictions, spreads, contrasts)
-    run = {"seed": seed, "repeats": repeats, "config": experiment, "versions": list_versions()}
+    run = {"seed": experiment.seed, "repeats": repeats, "config": experiment, "versions": list_versions()}
     write_json(folder / FILE, {**content, **run})
     meanings = {number: entry.meaning for number, entry in experiment.numbers.items()}
     return Predicted(predictions, meanings, spreads, contrasts, folder / FILE)

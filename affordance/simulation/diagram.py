@@ -33,6 +33,7 @@ from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.settings import Settings
 from affordance.simulation.posterior_log import PosteriorLog
+from affordance.vision.eye import Eye, open_eye
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 
 # Presentations end a nanosecond late: Drake rounds the times of periodic events, some of them to beyond the end
@@ -59,6 +60,7 @@ class TrialDiagram:
 
     diagram: Diagram
     settings: Settings
+    eye: Eye
     duration: float
     arm: Arm
     model: ArmModel
@@ -89,6 +91,7 @@ def build_trial_diagram(
     tool: Tool | None = None,
     nail: NailPlacement | None = None,
     has_clamp: bool = False,
+    eye: Eye | None = None,
 ) -> TrialDiagram:
     """Builds the Diagram of presentations of a given duration.
 
@@ -98,6 +101,7 @@ def build_trial_diagram(
         tool: Tool whose shapes are in contact; None for no contact, as when an object is only held.
         nail: Nail and its placement; None for no nail.
         has_clamp: True to add an open clamp for the hand.
+        eye: Function that gives the features of an object that is looked at; that of the settings if None.
 
     Raises:
         ModelFileError: The arm's file cannot be loaded, or describes an unsuitable arm.
@@ -181,6 +185,7 @@ def build_trial_diagram(
     return TrialDiagram(
         diagram=diagram,
         settings=settings,
+        eye=eye or open_eye(settings.feature_source, settings.vision_error),
         duration=duration,
         arm=arm,
         model=ArmModel(model),

@@ -23,7 +23,7 @@ from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.diagram import END_MARGIN, TrialDiagram, build_trial_diagram
 from affordance.simulation.trial_record import TrialRecord
-from affordance.vision.observe import observe
+from affordance.vision.eye import Eye
 
 _LOG = logging.getLogger(__name__)
 
@@ -37,12 +37,17 @@ _MEMORIES = "MaterialMemory() knows nothing yet"
 class TrialRunner:
     """Runner of trials: Diagrams are built at first use; the last used are kept and reused with fresh Contexts."""
 
-    def __init__(self, settings: Settings = DEFAULT_SETTINGS) -> None:
-        """Stores the settings that all trials share.
+    def __init__(self, settings: Settings = DEFAULT_SETTINGS, eye: Eye | None = None) -> None:
+        """Stores what all trials share.
+
+        Args:
+            settings: Settings of all simulations.
+            eye: Function that gives the features of an object that is looked at; that of the settings if None.
 
         Raises:
-            BadArgumentError: The argument is not a Settings.
+            BadArgumentError: The settings are not a Settings.
         """
+        self._eye = eye
         self.settings = check_kind("settings", settings, Settings, "Settings(...) makes them")
         self._diagrams: OrderedDict[tuple[object, ...], TrialDiagram] = OrderedDict()
 
@@ -76,7 +81,7 @@ class TrialRunner:
         key = (duration, has_clamp, *shapes, *placement)
         if key not in self._diagrams:
             self._diagrams[key] = build_trial_diagram(
-                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp
+                self.settings, duration, tool=tool, nail=nail, has_clamp=has_clamp, eye=self._eye
             )
             if len(self._diagrams) > _MAX_DIAGRAMS:
                 self._diagrams.popitem(last=False)
@@ -193,7 +198,7 @@ def present(trial: TrialDiagram, context: Context, tool: Tool, task: Task, seed:
     plant_context = trial.arm.plant.GetMyMutableContextFromRoot(context)
     trial.arm.set_payload(plant_context, tool.parameters)
     settings.faults.change_arm(trial.arm, plant_context)
-    features = observe(tool, settings.feature_source, settings.vision_error, np.random.default_rng([*seed, 0]))
+    features = trial.eye(tool, np.random.default_rng([*seed, 0]))
     trial.feature_sensor.set_features(trial.feature_sensor.GetMyMutableContextFromRoot(context), features)
     trial.proprioception.draw_errors(trial.proprioception.GetMyMutableContextFromRoot(context), (*seed, 1))
     trial.controller.set_seed(trial.controller.GetMyMutableContextFromRoot(context), (*seed, 2))

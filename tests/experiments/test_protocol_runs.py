@@ -17,7 +17,6 @@ from affordance.experiments.simulated import Simulated
 from affordance.files.atomic import to_plain
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import describe_changes
-from affordance.settings import DEFAULT_SETTINGS
 
 PROTOCOL = """
 name: mine
@@ -177,16 +176,16 @@ def test_weight_changes_and_learners_stand_side_by_side(load, tmp_path):
 
 def test_prediction_of_simulated_presentations_has_every_learner(load, tmp_path):
     load("  - {name: a, do: {hold: {duration: 0.1}}}")
-    more = {"repeats": 2, "seed": 0, "jobs": 1}
-    found = predict_protocol(str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
+    more = {"repeats": 2, "jobs": 1}
+    found = predict_protocol(load_protocol_experiment(str(tmp_path / "mine.yaml")), tmp_path / "out", **more)
     assert set(found.predictions) == {"expected[0]", "expected[1]"}
     assert set(found.predictions["expected[0]"]) == set(Learner)
     assert found.meanings == {"expected": ""}
     with pytest.raises(BadValueError, match="blocks: is a choice"):
-        predict_protocol("reach", MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
+        predict_protocol(load_protocol_experiment("reach"), tmp_path / "out", **more)
     load("  - {name: a, do: {hold: {duration: 0.1}}}", observers="{told: [oak]}")
     with pytest.raises(BadValueError, match="told: is given, must not be where learners are compared"):
-        predict_protocol(str(tmp_path / "mine.yaml"), MODELS, DEFAULT_SETTINGS, tmp_path / "out", **more)
+        predict_protocol(load_protocol_experiment(str(tmp_path / "mine.yaml")), tmp_path / "out", **more)
 
 
 def test_first_block_that_is_not_measured_is_what_simulations_share():

@@ -19,9 +19,10 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.diagram import build_trial_diagram
 from affordance.simulation.trial import TrialRunner
-from affordance.vision.features import VisionError
+from affordance.vision.features import FeatureSource, VisionError, measure_features
 
 
 def certain_of(config, density):
@@ -382,3 +383,18 @@ def test_steps_taken_stay_within_budget(runner, weight):
 
 def test_outliers_are_those_beyond_five_sigma():
     assert pytest.approx(norm.sf(5.0), rel=2e-3) == OUTLIER_P_VALUE
+
+
+def test_an_observer_looks_by_the_eye_that_is_handed_in(weight):
+    """Settings ask for pictures; the eye that is handed in gives true features, and no picture is taken."""
+    tool, seen = weight.tools[0], []
+
+    def look(tool, rng):
+        seen.append(tool.name)
+        return measure_features(tool, VisionError(), rng)
+
+    settings = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)
+    handed = TrialRunner(settings, eye=look).run_hold(tool, MaterialMemory(), duration=0.1)
+    own = TrialRunner().run_hold(tool, MaterialMemory(), duration=0.1)
+    assert seen == [tool.name]
+    np.testing.assert_array_equal(handed.q, own.q)
