@@ -1,36 +1,45 @@
 """Motions of many observers from those of a few: interpolated over what they believe, to a measured error.
 
-How an object moves that is held depends on the believed densities alone, and smoothly so, through the true densities
-too: what has a kink there is the lowest and the highest point of a motion, which are read from it afterwards. So
-motions are interpolated as a whole, by polynomials through observers of whom they are simulated (discrete Leja
-points: Bos, De Marchi, Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999). Before a motion becomes a
-node it is compared with what the nodes so far say of it, until no new one is missed by more than a tolerance. Limits
-of the arm, where motions are less than smooth, are met by those first whose beliefs are extreme: these are simulated
-too and compared. Where the tolerance is not kept, all motions are simulated.
+How an object moves that is held depends on the believed densities alone, and continuously so, through the true
+densities too: what has a kink there is the lowest and the highest point of a motion, which are read from it
+afterwards. So motions are interpolated as a whole. Over one density, by a cubic spline: every gap between two nodes
+is halved until the motion in its middle is met to a tolerance, so that nodes gather where the arm meets a limit.
+Over several, by polynomials through observers of whom they are simulated (discrete Leja points: Bos, De Marchi,
+Sommariva and Vianello 2010, SIAM J. Numer. Anal. 48:1984-1999): before a motion becomes a node it is compared with
+what the nodes so far say of it, until no new one is missed. Limits of the arm are met by those first whose beliefs
+are extreme, or lie furthest from the nodes: these are simulated too and compared. Where the tolerance is not kept,
+all motions are simulated.
 """
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
 from scipy.linalg import lu_factor
 
 from affordance.arrays import Array
 
-# What a motion that becomes a node may be missed by before, [m]: a hundredth of the smallest drop that counts. What
-# is missed after it has become one is less by what a degree brings, mostly a factor of ten.
+# What a motion may be missed by before it becomes a node, [m]: a hundredth of the smallest drop that counts. What is
+# missed after it has become one is mostly less by a factor of ten.
 TOLERANCE = 5e-5
-# So many new motions in succession must be met: a single one may be by accident, as of an odd function.
+# Number of nodes of a spline before gaps are halved, and the least of different ones, from which all are simulated.
+_NUM_FIRST, _LEAST_FIRST = 7, 4
+# The middle of a gap is met to this share of the tolerance: beside a kink a spline errs by up to twice as much.
+_LINE_SHARE = 0.5
+# So many new motions in succession must be met by polynomials: one may be by accident, as of an odd function.
 _NUM_MET = 2
-# Number of observers with the most extreme beliefs whose motions are compared before polynomials are accepted.
+# Number of observers compared with polynomials of those with the most extreme beliefs, and of those whose beliefs are
+# furthest from all that are simulated.
 _NUM_EXTREME = 6
+_NUM_BETWEEN = 6
 # A share of the spread along the widest direction, below which a direction has none.
 _NO_SPREAD = 1e-9
-# With more nodes polynomials are given up: degree 9 of two densities, as much as pays of one.
+# With more nodes polynomials are given up: degree 9 of two densities.
 _MAX_NODES = 60
 
 
@@ -39,7 +48,7 @@ class Motions(NamedTuple):
 
     Attributes:
         heights: A height over time, (R, N), [m].
-        error: Largest error met in those that became nodes last, [m]; zero if all were simulated.
+        error: Largest error of motions that were compared last, [m]; zero if all were simulated.
         num_simulated: How many of those that differ were simulated.
         num_distinct: How many differ.
     """
@@ -50,6 +59,25 @@ class Motions(NamedTuple):
     num_distinct: int
 
 
+class _Simulated:
+    """Motions of candidates, each simulated once, when it is first asked for."""
+
+    def __init__(self, simulate: Callable[[Array], Array], candidates: Array) -> None:
+        self._simulate = simulate
+        self._candidates = candidates
+        self.found: dict[int, Array] = {}
+
+    def hold(self, index: int) -> Array:
+        """Motion of a candidate, (N,), [m]."""
+        if index not in self.found:
+            self.found[index] = self._simulate(self._candidates[index])
+        return self.found[index]
+
+    def hold_all(self, indices: Iterable[int]) -> Array:
+        """Motions of candidates, (K, N), [m]."""
+        return np.array([self.hold(int(index)) for index in indices])
+
+
 def interpolate_motions(
     simulate: Callable[[Array], Array], believed: Array, true: Array | None = None, tolerance: float = TOLERANCE
 ) -> Motions:
@@ -58,55 +86,125 @@ def interpolate_motions(
     Args:
         simulate: Function that simulates the motion of one who believes densities, (M,) to (N,), [m].
         believed: Densities that observers believe, (R, M), [kg/m^3].
-        true: The true densities, (M,), which are the first node; None where no belief makes the object rest.
+        true: The true densities, (M,), which are a node; None where no belief makes the object rest.
         tolerance: Largest error of a motion that is compared, [m].
     """
     distinct, owners = np.unique(believed, axis=0, return_inverse=True)
-    owners = owners.ravel()
     candidates = distinct if true is None else np.vstack([true, distinct])
     offset = len(candidates) - len(distinct)
-    basis, sizes = _build_basis(candidates)
+    motions = _Simulated(simulate, candidates)
+    scaled = _scale(candidates)
+    interpolated: tuple[Array, float] | None = None
+    if scaled.shape[1] == 1:
+        interpolated = _interpolate_line(motions, scaled[:, 0], offset, tolerance)
+    elif scaled.shape[1] > 1:
+        extremes = [offset + int(index) for index in _find_extremes(distinct)]
+        interpolated = _interpolate_plane(motions, scaled, extremes, tolerance)
+    if interpolated is None:
+        heights, error = motions.hold_all(range(offset, len(candidates))), 0.0
+    else:
+        heights, error = interpolated[0][offset:], interpolated[1]
+    num_simulated = sum(index >= offset for index in motions.found)
+    return Motions(heights[owners.ravel()], error, num_simulated, len(distinct))
+
+
+def _interpolate_line(
+    motions: _Simulated, scaled: Array, num_true: int, tolerance: float
+) -> tuple[Array, float] | None:
+    """Interpolates motions along a line of beliefs by a cubic spline.
+
+    Args:
+        motions: Simulates the motion of a candidate.
+        scaled: Where candidates lie on the line, (P,), from -1 to 1.
+        num_true: How many candidates come first that are nodes because they are true.
+        tolerance: Largest error of a motion in the middle of a gap, [m].
+
+    Returns: Motions of all candidates, (P, N), [m], and the largest error of those in the middle of gaps; None if all
+        have to be simulated.
+    """
+    order = np.unique(scaled.round(9), return_index=True)[1]  # the true ones first, where two are the same
+    angles = np.arccos(-np.clip(scaled[order], -1.0, 1.0))
+    evenly = np.linspace(0.0, np.pi, _NUM_FIRST)
+    first = np.abs(angles[:, np.newaxis] - evenly).argmin(axis=0)
+    nodes = sorted({*map(int, first), *(int(np.flatnonzero(order == index)[0]) for index in range(num_true))})
+    gaps = list(itertools.pairwise(nodes))
+    if len(nodes) < _LEAST_FIRST:
+        return None
+    worst = 0.0
+    while gaps:
+        spline = CubicSpline(scaled[order[nodes]], motions.hold_all(order[nodes]))
+        halves: list[tuple[int, int]] = []
+        for low, high in gaps:
+            if high - low < 2:
+                continue
+            inside = angles[low + 1 : high]
+            middle = low + 1 + int(np.abs(inside - (angles[low] + angles[high]) / 2.0).argmin())
+            error = float(np.abs(spline(scaled[order[middle]]) - motions.hold(int(order[middle]))).max())
+            nodes.append(middle)
+            if error > _LINE_SHARE * tolerance:
+                halves += [(low, middle), (middle, high)]
+            else:
+                worst = max(worst, error)
+        nodes.sort()
+        gaps = halves
+    spline = CubicSpline(scaled[order[nodes]], motions.hold_all(order[nodes]))
+    return spline(scaled), worst
+
+
+def _interpolate_plane(
+    motions: _Simulated, scaled: Array, extremes: Sequence[int], tolerance: float
+) -> tuple[Array, float] | None:
+    """Interpolates motions over several directions of beliefs by polynomials.
+
+    Args:
+        motions: Simulates the motion of a candidate.
+        scaled: Where candidates lie, (P, axes), from -1 to 1.
+        extremes: Candidates with extreme beliefs.
+        tolerance: Largest error of a motion that is compared, [m].
+
+    Returns: Motions of all candidates, (P, N), [m], and the largest error of those compared; None if all have to be
+        simulated.
+    """
+    basis, sizes = _build_basis(scaled)
     order = _order_nodes(basis)
-    found: dict[int, Array] = {}
-
-    def hold(index: int) -> Array:
-        if index not in found:
-            found[index] = simulate(candidates[index])
-        return found[index]
-
-    extremes = [offset + int(index) for index in _find_extremes(distinct)]
     said: Array | None = None  # of all candidates, by the nodes so far
     met: list[float] = []  # errors of new motions since the last that was missed
     for before, size in zip([0, *sizes], sizes, strict=False):
-        if size >= len(distinct):
+        if size >= len(scaled):
             break
         nodes = order[:size]
-        motions = np.array([hold(int(node)) for node in nodes])
+        simulated = motions.hold_all(nodes)
         if said is not None:
-            errors = np.abs(said[nodes[before:]] - motions[before:]).max(axis=1)
+            errors = np.abs(said[nodes[before:]] - simulated[before:]).max(axis=1)
             met = [*met, *errors] if errors.max() <= tolerance else []
-        said = basis[:, :size] @ np.linalg.solve(basis[nodes, :size], motions)
+        said = basis[:, :size] @ np.linalg.solve(basis[nodes, :size], simulated)
         if len(met) >= _NUM_MET:
-            missed = max(float(np.abs(said[index] - hold(index)).max()) for index in extremes)
+            compared = [*extremes, *_find_between(scaled, [*motions.found, *extremes])]
+            missed = float(np.abs(said[compared] - motions.hold_all(compared)).max())
             if missed <= tolerance:
-                error = max(*met, missed)
-                return Motions(said[offset:][owners], error, sum(index >= offset for index in found), len(distinct))
+                return said, max(*met, missed)
             met = []
-    motions = np.array([hold(offset + index) for index in range(len(distinct))])
-    return Motions(motions[owners], 0.0, len(distinct), len(distinct))
+    return None
 
 
-def _build_basis(points: Array) -> tuple[Array, list[int]]:
-    """Chebyshev polynomials of all points, (P, B), by rising total degree, and their number up to each degree."""
+def _scale(points: Array) -> Array:
+    """Where points lie along the directions in which they are spread, (P, axes), from -1 to 1."""
     centred = points - points.mean(axis=0)
     _, spreads, directions = np.linalg.svd(centred, full_matrices=False)
-    kept = spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
-    along = centred @ directions[kept].T
-    num_axes = along.shape[1]
-    if not num_axes:
-        return np.ones((len(points), 1)), [1]
+    along = centred @ directions[_is_spread(spreads, points)].T
     low, high = along.min(axis=0), along.max(axis=0)
-    each = chebyshev.chebvander((2.0 * along - low - high) / (high - low), _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
+    return (2.0 * along - low - high) / (high - low)
+
+
+def _is_spread(spreads: Array, points: Array) -> NDArray[np.bool_]:
+    """Whether points are spread along each direction of a singular value decomposition."""
+    return spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
+
+
+def _build_basis(scaled: Array) -> tuple[Array, list[int]]:
+    """Chebyshev polynomials of all points, (P, B), by rising total degree, and their number up to each degree."""
+    num_axes = scaled.shape[1]
+    each = chebyshev.chebvander(scaled, _MAX_NODES)  # (P, axes, _MAX_NODES + 1)
     columns: list[Array] = []
     sizes: list[int] = []
     while math.comb(len(sizes) + num_axes, num_axes) <= _MAX_NODES:
@@ -130,5 +228,15 @@ def _find_extremes(points: Array) -> NDArray[np.intp]:
     """Finds the points furthest from the mean, distances counted in standard deviations along each direction."""
     centred = points - points.mean(axis=0)
     outer, spreads, _ = np.linalg.svd(centred, full_matrices=False)
-    kept = spreads > _NO_SPREAD * max(float(spreads[0]), float(np.abs(points).max()))
+    kept = _is_spread(spreads, points)
     return np.argsort(-np.square(outer[:, kept]).sum(axis=1), kind="stable")[:_NUM_EXTREME]
+
+
+def _find_between(scaled: Array, simulated: Sequence[int]) -> list[int]:
+    """Finds the points, (P, axes), that are furthest from those simulated and from each other."""
+    distances = np.linalg.norm(scaled[:, np.newaxis] - scaled[simulated], axis=2).min(axis=1)
+    found: list[int] = []
+    for _ in range(_NUM_BETWEEN):
+        found.append(int(distances.argmax()))
+        distances = np.minimum(distances, np.linalg.norm(scaled - scaled[found[-1]], axis=1))
+    return found

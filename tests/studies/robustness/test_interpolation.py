@@ -62,7 +62,7 @@ def test_true_densities_are_a_node_and_drops_have_their_kink_there():
     rods = np.random.default_rng(1).uniform(5000.0, 12000.0, (200, 1))
     simulate = Simulator(lambda rho: np.log(rho[0] / 8500.0))
     motions = interpolate_motions(simulate, rods, np.array([8500.0]))
-    assert simulate.asked[0] == (8500.0,)
+    assert (8500.0,) in simulate.asked
     drop = np.maximum(0.0, -motions.heights.min(axis=1))
     np.testing.assert_allclose(drop, np.maximum(0.0, -simulate.list_all(rods).min(axis=1)), atol=TOLERANCE)
     assert (drop == 0.0)[rods[:, 0] > 8510.0].all()
@@ -78,6 +78,25 @@ def test_all_are_simulated_where_motions_are_not_smooth(believed):
     assert len(set(simulate.asked)) == len(simulate.asked)
 
 
+def test_nodes_gather_where_the_arm_meets_a_limit(rng):
+    """Over one density, where a single polynomial would ring on both sides of the limit."""
+    rods = rng.uniform(500.0, 3000.0, (200, 1))
+    simulate = Simulator(lambda rho: 0.2 * max(0.0, rho[0] / 2000.0 - 0.4) + 0.05 * np.sin(rho[0] / 1000.0))
+    motions = interpolate_motions(simulate, rods, np.array([2000.0]))
+    assert motions.num_simulated < 40
+    assert np.abs(motions.heights - simulate.list_all(rods)).max() < TOLERANCE
+    near = np.abs(np.array(simulate.asked)[:, 0] - 800.0) < 100.0
+    assert near.sum() > 5
+
+
+def test_some_may_believe_the_truth(rng):
+    rods = np.append(rng.uniform(500.0, 3000.0, 50), [2000.0, 2000.0 + 1e-12, 500.0])[:, np.newaxis]
+    simulate = Simulator(smooth)
+    motions = interpolate_motions(simulate, rods, np.array([2000.0]))
+    assert motions.num_simulated < motions.num_distinct
+    assert np.abs(motions.heights - simulate.list_all(rods)).max() < TOLERANCE
+
+
 def test_those_who_believe_the_same_are_simulated_once():
     simulate = Simulator(smooth)
     motions = interpolate_motions(simulate, np.tile([[500.0, 7000.0]], (200, 1)), TRUE)
@@ -89,7 +108,7 @@ def test_beliefs_along_a_line_take_nodes_along_it():
     wood = np.linspace(200.0, 1200.0, 50)
     believed = np.column_stack([wood, 8000.0 - 2.0 * (wood - 700.0)])
     motions = interpolate_motions(Simulator(smooth), believed, TRUE)
-    assert motions.num_simulated < 12
+    assert motions.num_simulated <= 14
     assert np.abs(motions.heights - Simulator(smooth).list_all(believed)).max() < TOLERANCE
 
 
