@@ -25,7 +25,7 @@ from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
-from affordance.robots.changes import SIZE_OF_TOOLS, Change
+from affordance.robots.changes import SIZE_OF_TOOLS, Change, Fitted, apply_changes
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
@@ -71,6 +71,21 @@ class Holding(NamedTuple):
     object_name: str
     mass: float
     empty: float
+
+
+def fit_tasks(models: Path) -> Fitted:
+    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged."""
+    changes: tuple[Change, ...] = ()
+    lacks: dict[str, str] = {}
+    for name, fit in (("objects", fit_objects), ("path", fit_path), ("blow", fit_blow)):
+        if "objects" in lacks:
+            break  # an arm that cannot hold them cannot move them
+        found: Fit = fit(models)
+        apply_changes(models, found.changes)
+        changes += found.changes
+        if found.lack:
+            lacks[name] = found.lack
+    return Fitted(changes, lacks)
 
 
 def list_held(models: Path, files: Sequence[str] = _HELD) -> list[Tool]:

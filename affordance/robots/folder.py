@@ -1,4 +1,4 @@
-"""Writing a folder of models for an imported arm: arm, posture, meshes, and feasible tasks."""
+"""Writing a folder of models for an imported arm: arm, posture, meshes, and tasks."""
 
 import shutil
 import tempfile
@@ -12,8 +12,7 @@ from affordance.files.yaml_reader import read_yaml
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.robots.arm_file import write_arm, write_directives
-from affordance.robots.changes import Change, Fitted, apply_changes
-from affordance.robots.fitting import Fit, fit_blow, fit_objects, fit_path
+from affordance.robots.changes import Change, apply_changes
 from affordance.robots.importer import ImportedArm
 from affordance.robots.meshes import draw_arm
 
@@ -65,21 +64,6 @@ def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshe
     finally:
         shutil.rmtree(making, ignore_errors=True)
     return appearance.remarks
-
-
-def fit_tasks(models: Path) -> Fitted:
-    """Adapts the tasks of a folder of models to what its arm can do; infeasible tasks are left unchanged."""
-    changes: tuple[Change, ...] = ()
-    lacks: dict[str, str] = {}
-    for name, fit in (("objects", fit_objects), ("path", fit_path), ("blow", fit_blow)):
-        if "objects" in lacks:
-            break  # an arm that cannot hold them cannot move them
-        found: Fit = fit(models)
-        apply_changes(models, found.changes)
-        changes += found.changes
-        if found.lack:
-            lacks[name] = found.lack
-    return Fitted(changes, lacks)
 
 
 def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change]:

@@ -12,7 +12,8 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
 from affordance.reporting.formatting import format_number
-from affordance.robots.folder import fit_tasks, write_folder
+from affordance.robots.fitting import fit_tasks
+from affordance.robots.folder import write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.lacks import write_lacks
 from affordance.robots.notes import list_notes

@@ -16,7 +16,8 @@ from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.robots.folder import fit_tasks, write_folder
+from affordance.robots.fitting import fit_tasks
+from affordance.robots.folder import write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
