@@ -12,7 +12,6 @@ from affordance.experiments.definition import Arrays, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presentation_rows import Presented, see
 from affordance.experiments.shared.presented import Means, PresentationExperiment
-from affordance.experiments.shared.protocol_figures import draw_figures
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.protocols.presentations import Presentation
 from affordance.runs.random_streams import Stream
@@ -75,7 +74,7 @@ class ClosedForm(Means):
         return {"rows": {**rows, **({"people": numbers["people"]} if numbers.get("people") else {})}}
 
     def show(self, experiment: PresentationExperiment, experience: Experience | None, arrays: Arrays) -> Outputs:
-        """Returns figures, and all forces as trajectories."""
+        """Returns all forces as trajectories."""
         axes = ("observer", "lift")
         variables = {"tool": LabelledArray(axes, arrays["presented"], "1", "place of the object among the names")}
         for learner in experiment.learners:
@@ -84,4 +83,4 @@ class ClosedForm(Means):
             variables[f"force_{learner.value}"] = LabelledArray(axes, force, "N", meaning)
         variables["weight"] = LabelledArray(axes, arrays["weight"], "N", "true weight")
         names = [tool.name for tool in experiment.tools]
-        return Outputs(draw_figures(experiment, arrays), Trajectories(variables, {"object": names}))
+        return Outputs({}, Trajectories(variables, {"object": names}))

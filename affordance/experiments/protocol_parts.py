@@ -1,4 +1,4 @@
-"""Construction of an experiment from its protocol: every file that it names is read and checked, nothing is run."""
+"""Parts of the experiment of a protocol: observers, paths and people, read from its files and checked."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,32 +6,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from affordance.belief.learner import Learner
-from affordance.choice.hammer import Hammer, load_hammer
-from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
 from affordance.control.timed_path import TimedPath, load_path
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.closed_form import ClosedForm
-from affordance.experiments.hammer.experiment import Hammering
-from affordance.experiments.reach import Reaching
-from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
-from affordance.experiments.shared.choice_task import ChoiceTask
-from affordance.experiments.shared.choosing import ChoiceExperiment
-from affordance.experiments.shared.experience import build_experience
-from affordance.experiments.shared.hold_measures import EXPECTED
-from affordance.experiments.shared.presented import QUARTILES, Means, PresentationExperiment
-from affordance.experiments.simulated import Simulated
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.objects.colour import Colour
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.protocols.block_entries import BlockEntry
-from affordance.protocols.number_entries import Measure
-from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
+from affordance.protocols.object_entries import ProtocolObjects, find_file
 from affordance.protocols.people import People, check_table
 from affordance.protocols.people_lifts import load_people_lifts
-from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol
 from affordance.protocols.published import load_published
 from affordance.settings import Settings
@@ -66,30 +52,6 @@ class Parts(NamedTuple):
     told: Told
     seed: int
     settings: Settings
-
-
-def build_experiment(
-    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
-) -> PresentationExperiment | ChoiceExperiment:
-    """Builds the experiment of a protocol.
-
-    Raises:
-        BadValueError: A file is wrong, the objects are not as the protocol requires, or the closed form does not
-            support what the protocol asks for.
-        ModelFileError: The arm cannot be loaded or is not usable.
-    """
-    if protocol.is_closed_form and protocol.observers.vision == FeatureSource.PIXELS.value:
-        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
-    settings, learners = apply_observers(protocol, path, models, settings, changes)
-    if protocol.is_closed_form:
-        check_suits_closed_form(protocol, settings)
-    else:
-        check_durations(protocol, path, settings)
-    objects = build_objects(protocol.objects, path, models)
-    check_blocks(path, protocol.blocks, objects)
-    told = list_told(protocol, path, objects, learners)
-    parts = Parts(protocol, path, models, objects, learners, told, seed, settings)
-    return build_choices(parts) if protocol.has_choices else build_presentations(parts)
 
 
 def apply_observers(
@@ -137,40 +99,6 @@ def list_told(protocol: Protocol, path: Path, objects: ProtocolObjects, learners
         if tuple(learners) != (Learner.DENSITY,):
             raise BadValueError(path, "observers.told", "is given, must not be where observers learn by kinds")
     return tuple((materials[name].colour, materials[name].density) for name in protocol.observers.told)
-
-
-def build_presentations(parts: Parts) -> PresentationExperiment:
-    """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
-    protocol, path, models, objects, learners, told, seed, settings = parts
-    check_tools_can_be_held(objects.path, objects.tools, settings)
-    if changed := list_changed(protocol.blocks, objects):
-        check_tools_can_be_held(path, changed, settings)
-    numbers = protocol.numbers.values()
-    if protocol.is_closed_form:
-        means: Means = ClosedForm()
-        quantiles = {entry.quantile for entry in numbers if entry.measure is Measure.DENSITY}
-    else:
-        paths = load_paths(protocol, path, models, settings)
-        check_one_course(path, protocol.blocks)
-        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths)
-        quantiles = {*QUARTILES, *(entry.quantile for entry in numbers)}
-    return PresentationExperiment(
-        protocol.name,
-        path,
-        objects,
-        tuple(protocol.blocks),
-        learners,
-        told,
-        models,
-        seed,
-        settings,
-        tuple(sorted(quantiles)),
-        means,
-        protocol.build_report(path),
-        protocol.numbers,
-        protocol.figures,
-        load_people(protocol, path, models, objects),
-    )
 
 
 def check_suits_closed_form(protocol: Protocol, settings: Settings) -> None:
@@ -236,46 +164,6 @@ def check_one_course(path: Path, blocks: Sequence[BlockEntry]) -> None:
         what = f"a {second}" if first != second else f"a {second} of another course"
         problem = f"is {what} after a {first} in blocks[{one}], must be like it or not measured ('measured: false')"
         raise BadValueError(path, f"blocks[{other}].do", problem)
-
-
-def build_choices(parts: Parts) -> ChoiceExperiment:
-    """Builds the experiment of a protocol of choices; see ``build_experiment``.
-
-    Raises:
-        BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
-    """
-    protocol, path, models, objects, learners, told, seed, settings = parts
-    *_, last = protocol.blocks
-    experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
-    if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:
-        problem = "must be two: shuffled holds that teach and are not measured, and a choice with ask_after_each"
-        raise BadValueError(path, "blocks", problem)
-    choice = last.do.choose
-    key = f"blocks[1].do.choose.{'reach' if choice.reach else 'hammer'}"
-    task_file = find_file(choice.reach or choice.hammer or "", key, path, models)
-    task: Reach | Hammer = Reach(load_path(task_file)) if choice.reach else load_hammer(task_file)
-    adapter: ChoiceTask = Reaching(task) if isinstance(task, Reach) else Hammering(task)
-    start = task.path.start if isinstance(task, Reach) else task.start
-    check_start(task_file, "start" if choice.reach else "blow.start", start, load_arm(settings.arm))
-    assert protocol.novel is not None  # a choice is about them
-    novel = build_objects(protocol.novel, path, models, "novel")
-    check_colours_known(novel, objects)
-    check_tools_can_be_held(objects.path, experience.tools, settings)
-    check_several_grips(novel)
-    held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
-    check_tools_can_be_held(novel.path, held, settings, start)
-    return ChoiceExperiment(
-        protocol.name,
-        path,
-        experience,
-        novel.tools,
-        models,
-        task_file,
-        novel.path,
-        protocol.blocks[0].name,
-        protocol.build_report(path),
-        adapter,
-    )
 
 
 def check_colours_known(novel: ProtocolObjects, objects: ProtocolObjects) -> None:

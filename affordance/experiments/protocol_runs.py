@@ -3,17 +3,45 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from affordance.choice.hammer import Hammer, load_hammer
+from affordance.choice.reach import Reach
+from affordance.control.start_posture import check_start
+from affordance.control.timed_path import load_path
+from affordance.exceptions import BadValueError
+from affordance.experiments.closed_form import ClosedForm
 from affordance.experiments.definition import Experiment
-from affordance.experiments.protocol_building import build_experiment
+from affordance.experiments.hammer.experiment import Hammering
+from affordance.experiments.protocol_parts import (
+    Parts,
+    apply_observers,
+    check_colours_known,
+    check_one_course,
+    check_several_grips,
+    check_suits_closed_form,
+    list_told,
+    load_paths,
+    load_people,
+)
+from affordance.experiments.reach import Reaching
 from affordance.experiments.rehearsal import check_number_names, rehearse_claims, rehearse_experiment
+from affordance.experiments.shared.checks import check_durations, check_tools_can_be_held
+from affordance.experiments.shared.choice_task import ChoiceTask
 from affordance.experiments.shared.choosing import ChoiceExperiment
-from affordance.experiments.shared.presented import PresentationExperiment
+from affordance.experiments.shared.experience import build_experience
+from affordance.experiments.shared.hold_measures import EXPECTED
+from affordance.experiments.shared.presented import QUARTILES, Means, PresentationExperiment
+from affordance.experiments.shared.protocol_figures import draw_figures
+from affordance.experiments.simulated import Simulated
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes
+from affordance.plant.load import load_arm
 from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
-from affordance.protocols.protocol import check_folder_is_free, find_protocol, load_protocol
+from affordance.protocols.object_entries import build_objects, find_file
+from affordance.protocols.presentations import check_blocks, list_changed
+from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
 from affordance.reporting.plain_report import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.vision.features import FeatureSource
 
 # Facts of every experiment.
 FACTS = ("repeats", "seed", "camera_caption", "faults", "few_observers")
@@ -76,6 +104,105 @@ def load_choice_experiment(
     experiment = build_experiment(load_protocol(path), path, models, seed, settings)
     assert not isinstance(experiment, PresentationExperiment)  # or it had no choices
     return experiment
+
+
+def build_experiment(
+    protocol: Protocol, path: Path, models: Path, seed: int, settings: Settings, changes: Changes = NO_CHANGES
+) -> ProtocolExperiment:
+    """Builds the experiment of a protocol.
+
+    Raises:
+        BadValueError: A file is wrong, the objects are not as the protocol requires, or the closed form does not
+            support what the protocol asks for.
+        ModelFileError: The arm cannot be loaded or is not usable.
+    """
+    if protocol.is_closed_form and protocol.observers.vision == FeatureSource.PIXELS.value:
+        raise BadValueError(path, "observers.vision", "is 'pixels', must be 'features' of lifts in closed form")
+    settings, learners = apply_observers(protocol, path, models, settings, changes)
+    if protocol.is_closed_form:
+        check_suits_closed_form(protocol, settings)
+    else:
+        check_durations(protocol, path, settings)
+    objects = build_objects(protocol.objects, path, models)
+    check_blocks(path, protocol.blocks, objects)
+    told = list_told(protocol, path, objects, learners)
+    parts = Parts(protocol, path, models, objects, learners, told, seed, settings)
+    return build_choices(parts) if protocol.has_choices else build_presentations(parts)
+
+
+def build_presentations(parts: Parts) -> PresentationExperiment:
+    """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
+    protocol, path, models, objects, learners, told, seed, settings = parts
+    check_tools_can_be_held(objects.path, objects.tools, settings)
+    if changed := list_changed(protocol.blocks, objects):
+        check_tools_can_be_held(path, changed, settings)
+    numbers = protocol.numbers.values()
+    if protocol.is_closed_form:
+        means: Means = ClosedForm()
+        quantiles = {entry.quantile for entry in numbers if entry.measure is Measure.DENSITY}
+    else:
+        paths = load_paths(protocol, path, models, settings)
+        check_one_course(path, protocol.blocks)
+        means = Simulated(any(entry.measure in EXPECTED for entry in numbers), paths)
+        quantiles = {*QUARTILES, *(entry.quantile for entry in numbers)}
+    return PresentationExperiment(
+        protocol.name,
+        path,
+        objects,
+        tuple(protocol.blocks),
+        learners,
+        told,
+        models,
+        seed,
+        settings,
+        tuple(sorted(quantiles)),
+        means,
+        protocol.build_report(path),
+        protocol.numbers,
+        protocol.figures,
+        load_people(protocol, path, models, objects),
+        draw_figures,
+    )
+
+
+def build_choices(parts: Parts) -> ChoiceExperiment:
+    """Builds the experiment of a protocol of choices; see ``build_experiment``.
+
+    Raises:
+        BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
+    """
+    protocol, path, models, objects, learners, told, seed, settings = parts
+    *_, last = protocol.blocks
+    experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
+    if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:
+        problem = "must be two: shuffled holds that teach and are not measured, and a choice with ask_after_each"
+        raise BadValueError(path, "blocks", problem)
+    choice = last.do.choose
+    key = f"blocks[1].do.choose.{'reach' if choice.reach else 'hammer'}"
+    task_file = find_file(choice.reach or choice.hammer or "", key, path, models)
+    task: Reach | Hammer = Reach(load_path(task_file)) if choice.reach else load_hammer(task_file)
+    adapter: ChoiceTask = Reaching(task) if isinstance(task, Reach) else Hammering(task)
+    start = task.path.start if isinstance(task, Reach) else task.start
+    check_start(task_file, "start" if choice.reach else "blow.start", start, load_arm(settings.arm))
+    assert protocol.novel is not None  # a choice is about them
+    novel = build_objects(protocol.novel, path, models, "novel")
+    check_colours_known(novel, objects)
+    check_tools_can_be_held(objects.path, experience.tools, settings)
+    check_several_grips(novel)
+    held = [gripped for tool in novel.tools for gripped in tool.list_gripped().values()]
+    check_tools_can_be_held(novel.path, held, settings, start)
+    return ChoiceExperiment(
+        protocol.name,
+        path,
+        experience,
+        novel.tools,
+        models,
+        task_file,
+        novel.path,
+        protocol.blocks[0].name,
+        protocol.build_report(path),
+        adapter,
+    )
 
 
 def list_number_names(entries: Mapping[str, NumberEntry]) -> list[str]:

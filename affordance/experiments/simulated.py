@@ -15,7 +15,6 @@ from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Outputs
 from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presentation_rows import Presented, expect_mass, see
 from affordance.experiments.shared.presented import Means, PresentationExperiment
-from affordance.experiments.shared.protocol_figures import draw_figures
 from affordance.experiments.shared.trajectories import label_results
 from affordance.experiments.within_trial import WHITE, WithinTrialStudy, draw_within_trial
 from affordance.files.netcdf import Trajectories
@@ -124,9 +123,8 @@ class Simulated(Means):
         }
 
     def show(self, experiment: PresentationExperiment, experience: Experience | None, arrays: Arrays) -> Outputs:
-        """Returns figures, trajectories, Diagram and replay."""
+        """Returns figures of single trials, trajectories, Diagram and replay."""
         settings, tools = experiment.settings, experiment.tools
-        figures = draw_figures(experiment, arrays)
         done = [
             (tools[each.presentation.tool], each.record)
             for each in experiment.present(experience, OBSERVER_SHOWN)
@@ -134,15 +132,15 @@ class Simulated(Means):
         ]
         held = [(tool, record) for tool, record in done if record is not None]
         if not held:
-            return Outputs(figures=figures)
+            return Outputs({})
         duration = experiment.duration
         study = WithinTrialStudy(settings, tools[0], duration=duration, seed=(experiment.seed, OBSERVER_SHOWN, 0))
-        more, writers = draw_within_trial(experiment.figures, study)
+        figures, writers = draw_within_trial(experiment.figures, study)
         trial = get_runner(settings).get_diagram(duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         title = f"{experiment.name}, seed {experiment.seed}"
         return Outputs(
-            figures={**figures, **more},
+            figures=figures,
             trajectories=Trajectories(
                 label_results(arrays, experiment.quantiles, [record for _, record in done]),
                 {"trial": [tool.name for tool, _ in done], "joint": trial.arm.joint_names},

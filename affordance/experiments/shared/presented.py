@@ -1,13 +1,14 @@
 """Experiments in which objects are presented; the means, simulated or in closed form, are handed in."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.belief.kinds_summary import count_kinds
@@ -45,6 +46,8 @@ from affordance.simulation.trial_record import TrialRecord
 # Quantiles of the belief that are always stored.
 QUARTILES = (0.25, 0.5, 0.75)
 
+type DrawFigures = Callable[[PresentationExperiment, Arrays], Mapping[str, Callable[[], Figure]]]
+
 
 class Means(ABC):
     """Means by which objects are presented to an observer of one learner; a frozen dataclass.
@@ -77,7 +80,7 @@ class Means(ABC):
 
     @abstractmethod
     def show(self, experiment: "PresentationExperiment", experience: Experience | None, arrays: Arrays) -> Outputs:
-        """Returns the outputs other than the numbers and lifts.csv."""
+        """Returns the outputs other than the numbers, lifts.csv and the figures of all observers."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +105,7 @@ class PresentationExperiment(Experiment):
         numbers: Numbers that are reported.
         figures: Figures that are drawn.
         people: Results of people.
+        draw: Function that returns a function for each of the figures of all observers, from their arrays.
         kappa: Breadth of a category relative to its mean; None for the fitted value.
     """
 
@@ -120,6 +124,7 @@ class PresentationExperiment(Experiment):
     numbers: Mapping[str, NumberEntry] = field(metadata={"reports": True})
     figures: Mapping[str, FigureEntry] = field(metadata={"reports": True})
     people: People = field(metadata={"reports": True})
+    draw: DrawFigures = field(metadata={"reports": True})
     kappa: float | None = None
 
     @property
@@ -300,7 +305,9 @@ class PresentationExperiment(Experiment):
     def show(self, plan: None, experience: Experience | None, arrays: Arrays, numbers: Mapping[str, Any]) -> Outputs:
         """Returns figures, trajectories, Diagram and replay, as the means have them, and lifts.csv."""
         shown = self.means.show(self, experience, arrays)
-        return replace(shown, writers={"lifts": partial(self.write_presentations, arrays), **shown.writers})
+        figures = {**self.draw(self, arrays), **shown.figures}
+        lifts = {"lifts": partial(self.write_presentations, arrays)}
+        return replace(shown, figures=figures, writers={**lifts, **shown.writers})
 
     def write_presentations(self, arrays: Arrays, folder: Path) -> None:
         """Writes lifts.csv, one row per presentation."""
