@@ -5,7 +5,7 @@ import argparse
 from affordance.commands.options import add_run_options, check_bounds
 from affordance.exceptions import BadValueError
 from affordance.experiments.prediction import predict_protocol
-from affordance.experiments.protocol_runs import load_protocol_experiment
+from affordance.experiments.suite import load_experiment
 from affordance.named_settings import parse_changes
 from affordance.plant.arm import ARM
 from affordance.protocols.protocol import find_number_of_observers
@@ -33,14 +33,15 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         BadValueError: An option is out of bounds, or the protocol is invalid.
     """
+    number = find_number_of_observers(arguments.protocol, arguments.models)
     if arguments.repeats is None:
-        arguments.repeats = find_number_of_observers(arguments.protocol, arguments.models) or _REPEATS
+        arguments.repeats = number or _REPEATS
     check_bounds(arguments)
     if arguments.repeats < 2:
         raise BadValueError("--repeats", "", f"is {arguments.repeats}, must be at least 2")
     check_folder(arguments.out)
     settings, changes = Settings(arm=arguments.models / ARM.name), parse_changes(arguments.changes)
-    experiment = load_protocol_experiment(arguments.protocol, arguments.models, arguments.seed, settings, changes)
+    experiment = load_experiment(arguments.protocol, arguments.models, arguments.seed, settings, changes)
     found = predict_protocol(experiment, arguments.out, repeats=arguments.repeats, jobs=arguments.jobs)
     print(format_predictions(found.meanings, found.predictions, found.contrasts, found.spreads))
     print(f"The predictions: {found.path}")
