@@ -10,7 +10,6 @@ from affordance.files.atomic import write_json
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
 from affordance.reporting.section import Section, render_section
-from affordance.runs.repeats import list_versions
 
 
 class Findings(NamedTuple):
@@ -20,8 +19,7 @@ class Findings(NamedTuple):
         numbers: Content of metrics.json, which claims and templates of the section name.
         facts: Further facts that the section names.
         figures: Functions that draw figures, by name of the file without suffix.
-        details: Content of details.json, further numbers that explain; the versions of packages are added. None for
-            no file.
+        details: Content of details.json, further numbers that explain; None for no file.
         writers: Functions that write further files into the study's folder.
     """
 
@@ -47,7 +45,7 @@ def write_findings(findings: Findings, folder: Path, section: Path | Section) ->
     for write in findings.writers:
         write(folder)
     if findings.details is not None:
-        write_json(folder / "details.json", {**findings.details, "versions": list_versions()})
+        write_json(folder / "details.json", findings.details)
     if isinstance(section, Path):
         section = render_section(section, findings.numbers, findings.facts)
     write_section(folder, section)
