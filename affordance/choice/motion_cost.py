@@ -92,7 +92,6 @@ def plan_motion(model: ArmModel, task: Task, *, duration: float, settings: Setti
     rows = []
     for k in range(num_ticks):
         x = np.concatenate([q, v])
-        model.set_state(x)
         solution = mpc.solve(x, task.compute_goal(model, x, k * control_period, horizon), model)
         if solution.status is MpcStatus.FAILED:
             raise NoPlanError(k * control_period)

@@ -12,6 +12,7 @@ STUDIES = {
     "arms": "studies.arms.command",
     "recorded": "studies.recorded.command",
     "tools": "studies.tools.command",
+    "hammering": "studies.hammering.command",
 }
 # Names that studies had as commands of their own.
 FORMER = {"fit-kappa": "people", "robustness": "robustness"}

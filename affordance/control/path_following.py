@@ -58,7 +58,6 @@ class PathFollowing:
         model.set_state(np.concatenate([q_end, v]))
         p_WF = model.compute_point_position(self._p_TF)
         J = model.compute_point_jacobian(self._p_TF)
-        model.set_state(x)
         p_WFend, v_WFend = self.compute_reference(time + horizon)
         v_least = J.T @ np.linalg.solve(J @ J.T + _DAMPING**2 * np.eye(3), v_WFend)
         return TerminalGoal(J, p_WFend - p_WF + J @ q_end, self._every_joint, v_least)

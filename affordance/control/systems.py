@@ -105,7 +105,6 @@ class MpcController(SampledSystem):
         if not math.isfinite(x @ x):  # Drake aborts the process if a plant is set to such a state
             self._count_failure(context, discrete_state, "the state is not finite; the torque stays as it was")
             return
-        self._model.set_state(x)
         now, task = context.get_time(), self._goal.Eval(context)
         horizon = task.choose_horizon(now, self._settings.horizon)
         if horizon == 0.0:

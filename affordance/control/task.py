@@ -29,7 +29,7 @@ class Task(Protocol):
         """Computes the goal at the end of the horizon.
 
         Args:
-            model: Model of the arm, at state x on entry and on return.
+            model: Model of the arm; its state may be changed.
             x: Joint angles and velocities, shape (2 num_joints,), [rad, rad/s].
             time: Present time, [s].
             horizon: Time until the goal, [s].

@@ -55,10 +55,11 @@ class ArmModel:
         return self._plant.CalcInverseDynamics(self._context, vdot, self._forces)
 
     def compute_held_torque(self, x: Array, vdot: Array) -> Array:
-        """Computes the torques for joint accelerations from state x, the state last set, shape (num_joints,), [N m].
+        """Computes the torques for joint accelerations at state x, shape (num_joints,), [N m]; the state is changed.
 
-        A model whose torques are held for a control period overrides this, and may change the state.
+        A model whose torques are held for a control period overrides this.
         """
+        self.set_state(x)
         return self.compute_inverse_dynamics(vdot)
 
     def compute_mass_matrix(self) -> Array:

@@ -33,7 +33,9 @@ class HeldTorqueModel(ArmModel):
         """Stores the arm and the time for which torques are held, [s]."""
         super().__init__(arm)
         actuators = [arm.plant.get_joint_actuator(index) for index in arm.plant.GetJointActuatorIndices()]
-        self._period = period
+        one, half = np.eye(len(actuators)), 0.5 * period
+        # From [q, v, vdot] at the period's start to [q, v] in its middle.
+        self._to_middle = np.block([[one, half * one, 0.5 * half**2 * one], [0.0 * one, one, half * one]])
         self._damping = period * np.array([actuator.joint().default_damping_vector()[0] for actuator in actuators])
         self._is_damped = bool(self._damping.any())
 
@@ -55,12 +57,7 @@ class HeldTorqueModel(ArmModel):
 
         Returns: Torques, (num_joints,), [N m].
         """
-        n, half = len(vdot), 0.5 * self._period
-        x_middle = np.empty(2 * n)
-        v, v_middle = x[n:], x_middle[n:]
-        v_middle[:] = v + half * vdot
-        x_middle[:n] = x[:n] + half * 0.5 * (v + v_middle)
-        self.set_state(x_middle)
+        self.set_state(self._to_middle @ np.concatenate([x, vdot]))
         tau = self.compute_inverse_dynamics(vdot)
         if self._is_damped:  # the held mass matrix includes damping of the change of rates
             tau = tau - 0.5 * self._damping * vdot

@@ -6,6 +6,7 @@ from pathlib import Path
 import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 
@@ -50,6 +51,12 @@ def tidy(*all_axes: Axes) -> None:
     """Removes the top and right spines of plots."""
     for axes in all_axes:
         axes.spines[["top", "right"]].set_visible(False)
+
+
+def mix_colour(colour: str, grey: float, share: float) -> tuple[float, float, float]:
+    """Mixes a colour with a share of black (grey = 0) or white (grey = 1)."""
+    red, green, blue = ((1.0 - share) * part + share * grey for part in to_rgb(colour))
+    return red, green, blue
 
 
 def draw_density_and_drop(

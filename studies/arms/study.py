@@ -14,8 +14,6 @@ from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
-from affordance.reporting.figures import save_figure
-from affordance.reporting.report import write_report, write_section
 from affordance.robots.arm_file import write_arm, write_directives
 from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.kept import import_kept
@@ -26,6 +24,7 @@ from studies.arms.parity import compute_parity
 from studies.arms.programs import NAMES, OK, run_program
 from studies.arms.robots import ROBOTS, Robot, find_folder
 from studies.arms.section import describe_study
+from studies.study import Findings, write_findings
 
 _LOG = logging.getLogger(__name__)
 NAME = "arms"
@@ -146,12 +145,14 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
 
 def write_results(found: dict[str, dict[str, Any]], ours: dict[str, Any], out: Path) -> None:
     """Writes metrics, details, the figure, and the study's section of the report."""
-    save_figure(draw_study(found, ours), out, "arms")
     details = {"robots": {name: {k: v for k, v in one.items() if k != "metrics"} for name, one in found.items()}}
-    write_json(out / DETAILS, {**details, "ours": ours})
-    write_json(out / METRICS, {"robots": {name: one["metrics"] for name, one in found.items()}})
-    write_section(out, describe_study(found, ours))
-    write_report(out.parent)
+    numbers = {"robots": {name: one["metrics"] for name, one in found.items()}}
+    findings = Findings(
+        numbers,
+        figures={"arms": lambda: draw_study(found, ours)},
+        writers=(lambda folder: write_json(folder / DETAILS, {**details, "ours": ours}),),
+    )
+    write_findings(findings, out, describe_study(found, ours))
 
 
 def _study_ours(config: StudyConfig, out: Path) -> dict[str, Any]:

@@ -36,6 +36,7 @@ FOLDERS = (
     "identification",
     "studies/robustness",
     "studies/recorded",
+    "studies/hammering",
 )
 NOT_COPIED = shutil.ignore_patterns(".*", "results", "build", "__pycache__", "*.egg-info")
 START, END = "<!-- make mutants writes from here -->", "<!-- to here -->"

@@ -5,7 +5,6 @@ from pathlib import Path
 
 from affordance.arguments import REPEATS, check_whole
 from affordance.commands.options import add_out, add_repeats, add_seed, check_bounds
-from affordance.reporting.report import write_report
 from studies.recorded.study import NAME, StudyConfig, run_study
 
 HELP = "identify what real robots held, by recordings in clones of public repositories"
@@ -32,6 +31,5 @@ def run(arguments: argparse.Namespace) -> int:
     check_bounds(arguments)
     check_whole("--injections", arguments.injections, REPEATS)
     config = StudyConfig(arguments.injections, arguments.repeats, arguments.seed)
-    run_study(arguments.data, arguments.out / NAME, config)
-    print(f"The report: {write_report(arguments.out)}")
+    print(f"The report: {run_study(arguments.data, arguments.out / NAME, config)}")
     return 0

@@ -8,14 +8,11 @@ from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
 
-from affordance.files.atomic import write_json
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.reporting.figures import save_figure
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
-from affordance.reporting.report import write_section
 from affordance.reporting.section import render_section
 from affordance.runs.repeats import list_versions
 from studies.recorded.clones import (
@@ -32,6 +29,7 @@ from studies.recorded.simulated_truths import measure_coverage
 from studies.recorded.timing import measure_times
 from studies.recorded.ur10e import Ur10eResult, study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, WeighedResult, study_weighed_objects
+from studies.study import Findings, write_findings
 
 NAME = "recorded"
 SECTION = Path(__file__).with_name("section.yaml")
@@ -51,7 +49,7 @@ class StudyConfig(NamedTuple):
     seed: int = 0
 
 
-def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
+def run_study(data: Path, folder: Path, config: StudyConfig) -> Path:
     """Runs the study on clones of the repositories.
 
     Args:
@@ -59,7 +57,7 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
         folder: Folder for metrics.json (the numbers), details.json, figures and the section of the report.
         config: Size of the study.
 
-    Returns: The numbers.
+    Returns: Path of the report.
 
     Raises:
         BadValueError: A recording is missing; nothing was written.
@@ -101,12 +99,8 @@ def run_study(data: Path, folder: Path, config: StudyConfig) -> dict[str, Any]:
         "whiteness": lambda: draw_whiteness(ur10e.belief.fit),
         "posteriors": lambda: draw_posteriors(ur10e.belief),
     }
-    for name, draw in figures.items():
-        save_figure(draw(), folder, name)
-    write_json(folder / "details.json", details)
-    write_section(folder, render_section(SECTION, flatten(numbers), {"details": details, "config": config}))
-    write_json(folder / "metrics.json", numbers)
-    return numbers
+    section = render_section(SECTION, flatten(numbers), {"details": details, "config": config})
+    return write_findings(Findings(numbers, figures=figures, details=details), folder, section)
 
 
 def list_weighings(

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from affordance.choice.inner_simulation import Choice, plan_choice
-from affordance.choice.least_work import plan_least_work
 from affordance.choice.observed_options import list_options
 from affordance.exceptions import AffordanceError
 from affordance.experiments.hammer.plan import list_blow_costs
@@ -23,6 +22,7 @@ from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import Settings
 from affordance.simulation.blow import simulate_blow
+from studies.hammering.least_work import plan_least_work
 from studies.robustness.assumptions import Setting
 from studies.robustness.build import HOLD_DURATION, World, build_world
 from studies.robustness.choosing import (

@@ -48,7 +48,8 @@ class Motions(NamedTuple):
 
     Attributes:
         heights: A height over time, (R, N), [m].
-        error: Largest error of motions that were compared last, [m]; zero if all were simulated.
+        error: Largest error of motions when they were compared last, [m]; zero if all were simulated. Those along
+            a line are nodes thereafter.
         num_simulated: How many of those that differ were simulated.
         num_distinct: How many differ.
     """

@@ -2,13 +2,13 @@
 
 import argparse
 import logging
+from functools import partial
 from pathlib import Path
 
 from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
-from affordance.files.atomic import write_json
 from affordance.plant.arm import ARM
-from affordance.reporting.report import write_report, write_section
 from affordance.settings import Settings
+from studies.study import Findings, write_findings
 from studies.tools import study
 from studies.tools.data_set import Half
 from studies.tools.drawings import save_figures
@@ -52,11 +52,8 @@ def run_study(config: ToolsConfig, folder: Path) -> int:
 def write_study(result: ToolsResult, folder: Path) -> int:
     """Writes the results into a folder, and prints them; returns the number of claims that are not met."""
     section = describe(result)
-    write_json(folder / "metrics.json", list_metrics(result))
-    write_json(folder / "details.json", list_details(result))
-    write_section(folder, section)
-    save_figures(result, folder)
-    save_pictures(result, folder)
+    draw = (partial(save_figures, result), partial(save_pictures, result))
+    write_findings(Findings(list_metrics(result), details=list_details(result), writers=draw), folder, section)
     missed = 0
     for claim in section.claims:
         missed += not claim.met
@@ -64,7 +61,6 @@ def write_study(result: ToolsResult, folder: Path) -> int:
         print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
     for paragraph in (section.summary, *section.remarks):
         print(paragraph)
-    write_report(folder.parent)
     return missed
 
 

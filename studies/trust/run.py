@@ -18,9 +18,9 @@ from typing import Any
 from affordance.files.atomic import quarantine, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.reporting.figures import save_figure
-from affordance.reporting.report import write_report, write_section
 from affordance.runs.repeats import compute_key, list_versions
 from studies.speed.tables import format_table
+from studies.study import Findings, write_findings
 from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
 from studies.trust.section import describe
 
@@ -153,10 +153,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Inputs on which studies that were run one at a time depend: sources, models and versions.
     programs = {name: study.pop("program") for name, study in found.items() if study is not None}
     numbers["program"] = programs
-    write_section(FOLDER, describe(numbers))
-    write_text(FOLDER / "faults.md", numbers.pop("faults_table") + "\n")
-    write_json(FOLDER / "metrics.json", {**numbers, "how": HOW, "versions": list_versions()})
-    print(f"The report: {write_report(FOLDER.parent)}")
+    section, table = describe(numbers), numbers.pop("faults_table")
+    numbers |= {"how": HOW, "versions": list_versions()}
+    findings = Findings(numbers, writers=(lambda folder: write_text(folder / "faults.md", f"{table}\n"),))
+    print(f"The report: {write_findings(findings, FOLDER, section)}")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,6 @@ from helpers.slow_arm import make_slow_models
 from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import find_swing, load_hammer, plan_strike, sample_swing
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
-from affordance.choice.work_map import find_crossovers, map_work
 from affordance.control.strike import SHORTEST_HORIZON
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
@@ -20,6 +19,7 @@ from affordance.plant.arm_model import ArmModel
 from affordance.plant.contact_material import CONTACT_STIFFNESS
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
+from studies.hammering.work_map import find_crossovers, map_work
 
 TICK, HORIZON = DEFAULT_SETTINGS.control_period, DEFAULT_SETTINGS.mpc.horizon
 

@@ -68,15 +68,6 @@ def test_goal_is_the_path_to_first_order_where_the_arm_coasts_to(reach, model, a
     np.testing.assert_allclose(2.0 * goal.C_q @ step, change, atol=1e-12)
 
 
-def test_model_is_left_at_its_state(reach, model, arm, rng):
-    following = reach.begin(model, P_TF)
-    x = np.concatenate([arm.home + 0.1, 0.3 * np.ones(7)])
-    model.set_state(x)
-    before = model.compute_inverse_dynamics(np.ones(7))
-    following.compute_goal(model, x, 0.3, HORIZON)
-    np.testing.assert_array_equal(model.compute_inverse_dynamics(np.ones(7)), before)
-
-
 def test_rates_asked_for_are_the_least_that_follow_the_path(reach, model, arm, rng):
     following = reach.begin(model, P_TF)
     q = arm.home + 0.4 * rng.standard_normal(7)

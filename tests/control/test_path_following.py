@@ -30,11 +30,3 @@ def test_goal_is_the_place_on_the_path_when_the_horizon_ends(task, model, arm, r
     traded = np.linalg.lstsq(np.vstack([goal.C_q, 0.01 * np.eye(7)]), np.concatenate([v_WFend, np.zeros(7)]))[0]
     assert_allclose(goal.C_v @ traded, goal.d_v, atol=1e-9)
     assert_allclose(goal.C_v, np.eye(7))
-
-
-def test_the_model_is_left_as_it_was(task, model, arm):
-    x = np.concatenate([arm.home, np.full(7, 0.1)])
-    model.set_state(x)
-    before = model.compute_point_position(P_TF)
-    task.compute_goal(model, x, NOW, HORIZON)
-    assert_allclose(model.compute_point_position(P_TF), before, atol=1e-15)

@@ -6,12 +6,9 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from affordance.arrays import Array
-from affordance.choice.work_map import HammeringMap
-from affordance.exceptions import name_object
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.tool import Tool
-from affordance.reporting.blow_figures import draw_map, draw_renderings
+from affordance.reporting.blow_figures import draw_renderings
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from affordance.simulation.blow import Blow
@@ -40,26 +37,8 @@ def draw_start_and_strike(arm: Path, tool: Tool, blows: Mapping[str, Blow]) -> F
     return draw_renderings(rows, titles=["start", "strike", "the nail at the strike"])
 
 
-def draw_work_map(
-    work_map: HammeringMap, densities: Array, tool: Tool, force: float, compared: Sequence[str]
-) -> Figure:
-    """Draws the cheaper of two grips of a tool over demanded force and density of its denser part."""
-    rows = {f"hold by {grip.name}": row for row, grip in enumerate(tool.grips) if grip.name in compared}
-    densest = max(tool.components, key=lambda part: part.material.density).material
-    return draw_map(
-        forces=work_map.forces,
-        values=densities,
-        work={grip: work_map.work[row] for grip, row in rows.items()},
-        feasible={grip: work_map.feasible[row] for grip, row in rows.items()},
-        case=(force, densest.density),
-        case_label="simulation IV",
-        value_label=f"density of the {densest.name} part (kg/m³)",
-        title=f"Absolute work of driving the nail with {name_object(tool.name)}",
-    )
-
-
-def label_blows(blows: Sequence[Blow], work_map: HammeringMap, densities: Array) -> dict[str, LabelledArray]:
-    """Labels the motion of the nail, and the map of work."""
+def label_blows(blows: Sequence[Blow]) -> dict[str, LabelledArray]:
+    """Labels the motion of the nail."""
     longest = max(blow.nail.time_of_rest - blow.nail.time_of_touch for blow in blows)
     times = np.arange(_KEPT_FROM, max(_KEPT_TO, longest - _KEPT_FROM), _KEPT_STEP)
     nails = {
@@ -77,13 +56,7 @@ def label_blows(blows: Sequence[Blow], work_map: HammeringMap, densities: Array)
     }
     return {
         **nails,
-        "map_work": LabelledArray(("trial", "density", "force"), work_map.work, "J", "work of a blow"),
-        "map_feasible": LabelledArray(
-            ("trial", "density", "force"), work_map.feasible, "1", "whether the blow is feasible"
-        ),
         "time_since_touch": LabelledArray(("time_since_touch",), times, "s", "time since the tool touched the nail"),
-        "force": LabelledArray(("force",), work_map.forces, "N", "demanded peak of the nail's resistance"),
-        "density": LabelledArray(("density",), densities, "kg/m^3", "density of the denser part"),
     }
 
 

@@ -11,7 +11,6 @@ from affordance.choice.hammer import Hammer
 from affordance.experiments.definition import Outputs
 from affordance.experiments.hammer.drawings import (
     draw_start_and_strike,
-    draw_work_map,
     label_blows,
     write_slow_replay,
 )
@@ -19,13 +18,9 @@ from affordance.experiments.hammer.measures import (
     OF_BLOWS,
     count_light_ends,
     measure_blows,
-    measure_crossovers,
     measure_demand,
-    measure_swings,
-    measure_yielding,
 )
 from affordance.experiments.hammer.plan import check_feasible, compute_blow_work
-from affordance.experiments.hammer.study import HammerStudy, study_blows
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
 from affordance.experiments.shared.correct_grip import find_grip_of_densest, remove_errors
 from affordance.experiments.shared.experience import ExperienceConfig
@@ -59,9 +54,7 @@ class Hammering(ChoiceTask):
     names = (
         *OF_BLOWS,
         *("force_ratios", "force_demanded_N", "tip_speed", "energy_planned", "energy_at_equal_tip_speed"),
-        *("tip_energy", "tip_energy_from_surface", "force_crossover_N", "force_crossover_reason"),
-        *("force_crossovers_N", "force_crossover_checked", "swings", "yielding_nail", "p_light_end_held"),
-        *("grip_of_densest_far", "nail_stiffness", "depth_set"),
+        *("tip_energy", "tip_energy_from_surface", "p_light_end_held", "grip_of_densest_far"),
     )
     names_of_second_tool = tuple(f"{name}_headed_tool" for name in OF_BLOWS)
 
@@ -86,14 +79,10 @@ class Hammering(ChoiceTask):
         """Plans the demanded blow with a gripped tool, and returns its work, [J]."""
         return compute_blow_work(self.task, settings, costs, held)
 
-    def study(self, tool: Tool, plan: ChoicePlan, settings: Settings, *, jobs: int) -> HammerStudy:
-        """Studies the blows with a tool; see ``study_blows``."""
-        return study_blows(tool, self.task, settings, plan.costs[tool.name], plan.simulated[tool.name], jobs=jobs)
-
     def measure(self, novel: Sequence[Tool], config: ExperienceConfig, plan: ChoicePlan) -> dict[str, Any]:
-        """Computes cost and outcome of the blows, and the results of their study."""
+        """Computes cost and outcome of the blows."""
         first, *others = novel
-        costs, study = plan.costs[first.name], plan.study
+        costs = plan.costs[first.name]
         exact = remove_errors(config.settings)
         return {
             "force_ratios": [
@@ -102,19 +91,12 @@ class Hammering(ChoiceTask):
             **measure_blows(plan.simulated[first.name]),
             **(measure_blows(plan.simulated[others[0].name], "_headed_tool") if others else {}),
             **measure_demand(self.task, first, costs),
-            **measure_crossovers(study.crossovers, study.checked, study.map.forces),
-            "swings": measure_swings(study.swings),
-            "yielding_nail": measure_yielding(study.yielding),
             "p_light_end_held": count_light_ends(first, costs, config, exact),
         }
 
     def list_facts(self, tool: Tool) -> dict[str, Any]:
-        """Returns the grip with the densest material farthest from the hand, and the properties of the nail."""
-        return {
-            "grip_of_densest_far": find_grip_of_densest(tool, at_hand=False),
-            "nail_stiffness": self.task.nail.stiffness,
-            "depth_set": self.task.nail.depth_set,
-        }
+        """Returns the grip with the densest material farthest from the hand."""
+        return {"grip_of_densest_far": find_grip_of_densest(tool, at_hand=False)}
 
     def get_trial(self, settings: Settings, held: Tool, simulated: Blow) -> TrialDiagram:
         """Returns the Diagram of a blow."""
@@ -122,16 +104,15 @@ class Hammering(ChoiceTask):
         return get_runner(settings).get_diagram(duration, held, simulated.strike.placement)
 
     def show(self, novel: Sequence[Tool], arm: Path, plan: ChoicePlan, numbers: Mapping[str, Any]) -> Outputs:
-        """Returns figure 9, the blow, the map, and the replay."""
-        first, study = novel[0], plan.study
+        """Returns figure 9, the blow, and the replay."""
+        first = novel[0]
         blows = plan.simulated[first.name]
         records = {f"held by {grip}": blow.nail for grip, blow in blows.items()}
         return Outputs(
             figures={
                 "figure9": partial(draw_start_and_strike, arm, first, blows),
                 "blow": partial(draw_blow, records, force_demanded=self.task.force),
-                "map": partial(draw_work_map, study.map, study.densities, first, self.task.force, study.compared),
             },
-            trajectories=Trajectories(label_blows(list(blows.values()), study.map, study.densities), {}),
+            trajectories=Trajectories(label_blows(list(blows.values())), {}),
             replay=lambda path: write_slow_replay(path, arm, first, blows),
         )

@@ -13,7 +13,6 @@ from affordance.choice.hammer import Hammer
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
-from affordance.control.optimal_swing import SwingComparison
 from affordance.experiments.shared.decisions import NUM_PRIOR_CHOICES
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.objects.tool import Tool
@@ -59,44 +58,6 @@ def measure_demand(task: Hammer, tool: Tool, costs: Mapping[str, BlowCost]) -> d
         # Energy to drive the nail from its set depth, and from the surface of the wood.
         "tip_energy": (task.force**2 - (nail.stiffness * nail.depth_set) ** 2) / (2.0 * nail.stiffness),
         "tip_energy_from_surface": task.force**2 / (2.0 * nail.stiffness),
-    }
-
-
-def measure_crossovers(
-    crossovers: Sequence[float], checked: Mapping[float, Mapping[str, Blow]], forces: Array
-) -> dict[str, Any]:
-    """Returns the planned forces at which the cheaper grip changes, and simulated blows on either side."""
-    reason = None if crossovers else f"one grip is the cheaper one from {forces[0]:.0f} to {forces[-1]:.0f} N"
-    return {
-        "force_crossover_N": crossovers[0] if crossovers else None,
-        "force_crossover_reason": reason,
-        "force_crossovers_N": crossovers,
-        "force_crossover_checked": [
-            {"force_demanded_N": force, **measure_blows(blows)} for force, blows in checked.items()
-        ],
-    }
-
-
-def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]:
-    """Computes cost and convergence of swings to the same strike under other criteria."""
-    return {
-        grip: {
-            kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
-            for kind, swing in swings._asdict().items()
-        }
-        for grip, swings in comparisons.items()
-    }
-
-
-def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
-    """Computes travel and forces of blows on a nail of constant resistance."""
-    return {
-        grip: {
-            "travel_m": blow.travel,
-            "force_measured_N": blow.force,
-            "contact_peak_N": float(blow.nail.contact.max()),
-        }
-        for grip, blow in blows.items()
     }
 
 

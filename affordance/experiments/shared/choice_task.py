@@ -22,14 +22,12 @@ class ChoicePlan(NamedTuple):
         costs: Costs planned for the true tools, by tool and grip, if the task plans them; else for those observed.
         simulated: Simulations of the task under the true densities, by tool and grip.
         off_axis: Largest relative change of the work if a part is shifted by 2 mm, by tool.
-        study: Further results about the first tool; None for none.
     """
 
     choices: Mapping[str, Choice]
     costs: Mapping[str, Mapping[str, Any]]
     simulated: Mapping[str, Mapping[str, Any]]
     off_axis: Mapping[str, float]
-    study: Any = None
 
 
 class ChoiceTask(ABC):
@@ -99,8 +97,4 @@ class ChoiceTask(ABC):
         Raises:
             BadValueError: The task's file asks for what a grip cannot do.
         """
-        return None
-
-    def study(self, tool: Tool, plan: ChoicePlan, settings: Settings, *, jobs: int) -> Any:
-        """Studies the task further with the first tool; settings have no errors."""
         return None

@@ -94,17 +94,12 @@ class ChoiceExperiment(Experiment):
         return collect_experience(self.experience, folder, repeats=repeats, jobs=jobs)
 
     def plan(self, jobs: int) -> ChoicePlan:
-        """Plans the choices, simulates the task with every grip, and studies it.
+        """Plans the choices, and simulates the task with every grip.
 
         Raises:
             BadValueError: The task cannot be done with a grip, or no grip is cheaper than the others.
             SeeingError: The features cannot be extracted from a picture of a tool.
         """
-        plan, exact = self.plan_choices(jobs), remove_errors(self.settings)
-        return plan._replace(study=self.adapter.study(self.novel[0], plan, exact, jobs=jobs))
-
-    def plan_choices(self, jobs: int) -> ChoicePlan:
-        """Plans without the task's own study; see ``plan``."""
         adapter, exact = self.adapter, remove_errors(self.settings)
         choices = self._plan(self.settings, "plans", jobs)
         true = choices

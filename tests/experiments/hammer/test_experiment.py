@@ -1,7 +1,6 @@
 """Simulation IV: few observers."""
 
 import dataclasses
-import functools
 import json
 import shutil
 
@@ -12,19 +11,14 @@ from helpers.shared import compute_once, make_folder_once
 
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.ranking import NO_OPTION
-from affordance.control.optimal_swing import compare_swings
-from affordance.exceptions import AffordanceError, BadValueError, StallError
-from affordance.experiments.hammer import study
-from affordance.experiments.hammer.drawings import draw_work_map, label_blows
+from affordance.exceptions import BadValueError
+from affordance.experiments.hammer.drawings import label_blows
 from affordance.experiments.hammer.measures import compute_share_of_light_ends
-from affordance.experiments.hammer.study import list_densities_of_map
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.runner import run_experiment
-from affordance.experiments.shared.correct_grip import remove_errors
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
-from affordance.objects.tool import Grip
 from affordance.proprioception.faults import Faults
 from affordance.vision.features import FeatureSource
 
@@ -35,7 +29,6 @@ SHAPES = {
     "p_correct_headed_tool": (7,),
     "energy_ratio_true": (),
     "force_demanded_N": (),
-    "force_crossover_N": (),
     "tip_energy": (),
     "off_axis_2mm_change": (),
 }
@@ -49,14 +42,7 @@ def experiment():
 
 @pytest.fixture(scope="module")
 def plan(experiment, tmp_path_factory):
-    """With shorter splines for other swings, whose search takes longest (tests/control/test_optimal_swing.py)."""
-
-    def make():
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(study, "compare_swings", functools.partial(compare_swings, num_pieces=2))
-            return experiment.plan(jobs=1)
-
-    return compute_once(tmp_path_factory, "hammer_plan", make)
+    return compute_once(tmp_path_factory, "hammer_plan", lambda: experiment.plan(jobs=1))
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +61,7 @@ def numbers(folder):
 
 
 def test_results_are_as_documented(folder):
-    numbers = check_results(folder, SHAPES, ("figure9", "figure10", "blow", "map"), "reach and hammer", "hammer")
+    numbers = check_results(folder, SHAPES, ("figure9", "figure10", "blow"), "reach and hammer", "hammer")
     assert numbers["correct_grip"] in {"steel", "wood"}
     for key in ("energy_true", "force_measured_N", "kinetic_energy_true", "energy_without_raising_true"):
         assert numbers[key].keys() == {"steel", "wood"}
@@ -101,70 +87,6 @@ def test_energy_is_accounted_for(numbers):
         parts = numbers["energy_raising_true"][grip] + numbers["energy_without_raising_true"][grip]
         assert parts == pytest.approx(work)
         assert numbers["tip_energy"] < numbers["kinetic_energy_true"][grip] < work
-        swings = numbers["swings"][grip]
-        assert swings["least_effort"]["effort"] < swings["least_acceleration"]["effort"]
-        assert swings["least_work"]["energy"] < swings["least_acceleration"]["energy"]
-        assert swings["least_acceleration"]["energy"] == pytest.approx(work, rel=0.03)
-
-
-def test_contact_simulation_confirms_that_the_cheaper_grip_changes_at_the_crossover(numbers):
-    below, above = numbers["force_crossover_checked"]
-    assert below["force_demanded_N"] < numbers["force_crossover_N"] < above["force_demanded_N"]
-    cheaper = [min(each["energy_true"], key=each["energy_true"].get) for each in (below, above)]
-    assert cheaper == ["steel", "wood"]
-
-
-def test_forces_are_checked_on_either_side_of_a_crossover_above_the_demanded_force(experiment, plan, monkeypatch):
-    """As it is where so little is demanded that the steel end is the cheaper one."""
-    monkeypatch.setattr(study, "_MAP_FORCES", 20)
-    monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
-    monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
-    (crossover,) = plan.study.crossovers
-    weaker = dataclasses.replace(experiment.task, force=0.95 * crossover)
-    first, settings = experiment.novel[0], remove_errors(experiment.settings)
-    costs, simulated = (each[first.name] for each in (plan.costs, plan.simulated))
-    found = study.study_blows(first, weaker, settings, costs, simulated, jobs=1)
-    assert found.crossovers == pytest.approx([crossover], abs=0.05)
-    (below, dealt_below), (above, dealt_above) = found.checked.items()
-    assert below < crossover < above
-    assert weaker.force < above
-    assert [min(dealt, key=lambda grip: dealt[grip].work) for dealt in (dealt_below, dealt_above)] == [
-        "steel",
-        "wood",
-    ]
-
-
-def test_study_goes_on_without_other_swings_where_none_is_found(experiment, plan, monkeypatch, caplog):
-    def find_none(*arguments):
-        raise AffordanceError("no motion keeps the limits")
-
-    monkeypatch.setattr(study, "compare_swings", find_none)
-    tool, blows = experiment.novel[0], plan.simulated["stick"]
-    found = study._compare_swings(tool.list_gripped(), plan.costs["stick"], blows, experiment.settings, 1)
-    assert found == {}
-    assert "other swings than ours are not compared: no motion keeps the limits" in caplog.text
-
-
-def test_study_goes_on_without_blows_that_fail_in_contact(experiment, plan, numbers, monkeypatch, caplog):
-    """As a light arm stalls on a nail that yields, though it can deal the demanded blow."""
-
-    def stall(*arguments, nail=None, **changes):
-        if nail is not None:
-            raise StallError("stick", 0.8, 200_000, ())
-        return plan.simulated["stick"]["wood"]
-
-    monkeypatch.setattr(study, "simulate_blow", stall)
-    monkeypatch.setattr(study, "_MAP_FORCES", 20)
-    monkeypatch.setattr(study, "_MAP_DENSITIES", 2)
-    monkeypatch.setattr(study, "_compare_swings", lambda *arguments: {})
-    first, settings = experiment.novel[0], remove_errors(experiment.settings)
-    costs, simulated = (each[first.name] for each in (plan.costs, plan.simulated))
-    found = study.study_blows(first, experiment.task, settings, costs, simulated, jobs=1)
-    assert found.yielding == {}
-    assert len(found.checked) == 2
-    assert "left out of the study: the simulated blow with the stick stalls" in caplog.text
-    remarks = render(experiment, plan, numbers, yielding_nail={}).remarks
-    assert not any("constant resistance" in remark for remark in remarks)
 
 
 def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
@@ -172,7 +94,7 @@ def test_what_is_true_depends_neither_on_sight_nor_on_faults(experiment, plan):
     settings = dataclasses.replace(
         experiment.settings, feature_source=FeatureSource.PIXELS, faults=Faults(arm_mass_factor=1.05)
     )
-    again = dataclasses.replace(experiment.with_settings(settings), novel=experiment.novel[:1]).plan_choices(jobs=1)
+    again = dataclasses.replace(experiment.with_settings(settings), novel=experiment.novel[:1]).plan(jobs=1)
     for grip, blow in plan.simulated["stick"].items():
         other = again.simulated["stick"][grip]
         assert (other.work, other.force) == (blow.work, blow.force)
@@ -192,15 +114,6 @@ def test_blows_are_those_of_each_tool(plan):
             assert costs[grip] is cost_model or (costs[grip].speeds == cost_model.speeds).all()
 
 
-@pytest.mark.parametrize(
-    ("true", "least", "most"),
-    [(7850.0, 300.0, 11_340.0), (11_340.0, 300.0, 12_474.0), (19_300.0, 300.0, 21_230.0), (110.0, 100.0, 11_340.0)],
-)
-def test_map_holds_the_true_density(true, least, most):
-    densities = list_densities_of_map(true)
-    assert (densities[0], densities[-1]) == pytest.approx((least, most))
-
-
 def test_share_of_light_ends_is_of_what_was_chosen():
     rho = np.array([[1.0, 2.0], [1.0, 2.0], [2.0, 1.0], [1.0, 2.0]])
     near, far = np.array([0, 1]), np.array([1, 0])
@@ -210,12 +123,12 @@ def test_share_of_light_ends_is_of_what_was_chosen():
 
 def test_trajectories_last_until_the_nail_of_a_heavy_arm_is_at_rest(plan):
     blows = list(plan.simulated["stick"].values())
-    usual = label_blows(blows, plan.study.map, plan.study.densities)["time_since_touch"].values
+    usual = label_blows(blows)["time_since_touch"].values
     assert usual[-1] == pytest.approx(0.012, abs=1e-4)
     nail = blows[0].nail
     slow = nail._replace(times=nail.time_of_touch + 4.0 * (nail.times - nail.time_of_touch))
     heavy = dataclasses.replace(blows[0], nail=slow)
-    longer = label_blows([heavy], plan.study.map, plan.study.densities)["time_since_touch"].values
+    longer = label_blows([heavy])["time_since_touch"].values
     assert longer[-1] > slow.time_of_rest - slow.time_of_touch > 0.012
 
 
@@ -242,34 +155,6 @@ def test_words_of_the_section_follow_its_numbers(experiment, plan, numbers):
     assert any(
         "Of 100 choices by densities from the prior 12.3 grip" in r for r in write(p_light_end_held=0.123).remarks
     )
-    crossed = write(force_crossovers_N=[133.0, 200.0, 300.0])
-    assert "cross at 133, 200, 300 N" in find_table(crossed, "demanded force (N)").caption
-    low, high = numbers["force_crossover_checked"]
-    deep = {**high, "travel_m": {"wood": 0.0073, "steel": 0.0071}}
-    rows = find_table(write(force_crossover_checked=[low, deep]), "demanded force (N)").rows
-    assert rows[1][2] == "7.3 (wood), 7.1 (steel)"
-    kinds = ("least_acceleration", "least_work", "least_effort")
-    swings = {
-        grip: {
-            kind: {"energy": work, "effort": 1.0, "converged": grip == "wood"}
-            for kind, work in zip(kinds, works, strict=True)
-        }
-        for grip, works in (("wood", (10.0, 3.0, 50.0)), ("steel", (15.0, 2.0, 40.0)))
-    }
-    rows = find_table(write(swings=swings), "all searches converged").rows
-    assert rows == [["wood", "10.00", "3.00", "50.00", "yes"], ["steel", "15.00", "2.00", "40.00", "no"]]
-
-
-def test_without_a_crossover_or_other_swings_their_tables_are_left_out(experiment, plan, numbers):
-    none = {"force_crossover_N": None, "force_crossovers_N": [], "force_crossover_checked": [], "swings": {}}
-    whole, section = render(experiment, plan, numbers), render(experiment, plan, numbers, **none)
-    assert len(section.tables) == len(whole.tables) - 2
-    assert not any("cross at" in table.caption for table in section.tables)
-
-
-def test_yielding_nail_is_driven_as_deep_by_the_same_energy(numbers):
-    for grip, blow in numbers["yielding_nail"].items():
-        assert blow["travel_m"] == pytest.approx(numbers["travel_m"][grip], rel=0.05)
 
 
 def test_names_of_numbers_are_known_beforehand(experiment, plan, numbers):
@@ -335,27 +220,6 @@ def plan_stick(models):
     """Plans for the first tool alone, which is enough to find out that something cannot be done."""
     experiment = load_choice_experiment("hammer", models)
     return dataclasses.replace(experiment, novel=experiment.novel[:1]).plan(jobs=1)
-
-
-def test_study_of_three_grips_compares_the_two_cheapest(experiment, plan, monkeypatch):
-    """A third grip a little further on than the first, whose blow is taken to cost what the first's does."""
-
-    def find_none(*arguments):
-        raise AffordanceError("no other swing")
-
-    blows = plan.simulated["stick"]
-    monkeypatch.setattr(study, "compare_swings", find_none)
-    monkeypatch.setattr(study, "_simulate", lambda *arguments, **changes: blows["wood"])
-    stick, near = experiment.novel[0], np.eye(4)
-    near[0, 3] = 0.02
-    three = dataclasses.replace(stick, grips=(*stick.grips, Grip("near", near)))
-    costs = {**plan.costs["stick"], "near": plan.costs["stick"]["wood"]}
-    settings = remove_errors(experiment.settings)
-    found = study.study_blows(three, experiment.task, settings, costs, {**blows, "near": blows["wood"]}, jobs=1)
-    assert blows["wood"].work < blows["steel"].work
-    assert found.compared == ("wood", "near")
-    assert found.map.work.shape[0] == 3
-    assert draw_work_map(found.map, found.densities, three, experiment.task.force, found.compared).axes
 
 
 def test_one_tool_makes_the_experiment(experiment, plan):

@@ -7,6 +7,7 @@ import pytest
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.reporting.section import render_section
 from studies.learners import command as study_learners
 from studies.learners import decoy_again, honest_objects, results
 
@@ -118,7 +119,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     assert last < one < 6500.0
     for figure in ("decoy_again", "memory"):
         assert (tmp_path / "learners" / f"{figure}.png").stat().st_size > 10_000
-    claims = results.describe(numbers, 2).claims
+    claims = render_section(results.SECTION, numbers, results.list_facts(2)).claims
     assert [claim.met for claim in claims if "brass" in claim.text][:2] == [False, True]
     assert "Kinds" in (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = capsys.readouterr().out

@@ -1,9 +1,10 @@
 """Study of the blows with one tool: forces and densities at which the cheaper grip changes, and other swings."""
 
 import logging
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,16 +12,23 @@ import numpy as np
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
-from affordance.choice.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
-from affordance.control.optimal_swing import SwingComparison, compare_swings
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
+from affordance.experiments.hammer.measures import measure_blows
+from affordance.experiments.shared.choice_task import ChoicePlan
+from affordance.experiments.shared.choosing import ChoiceExperiment
+from affordance.experiments.shared.correct_grip import remove_errors
+from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
+from studies.hammering.figure import draw_work_map
+from studies.hammering.optimal_swing import SwingComparison, compare_swings
+from studies.hammering.work_map import HammeringMap, find_crossovers, map_work, pick_forces_around
+from studies.study import Findings
 
 _LOG = logging.getLogger(__name__)
 
@@ -54,25 +62,18 @@ class HammerStudy(NamedTuple):
     densities: Array
 
 
-def study_blows(
-    tool: Tool,
-    task: Hammer,
-    settings: Settings,
-    costs: Mapping[str, BlowCost],
-    simulated: Mapping[str, Blow],
-    *,
-    jobs: int,
-) -> HammerStudy:
-    """Studies the blows with one tool, in processes.
+def study_blows(experiment: ChoiceExperiment, plan: ChoicePlan, *, jobs: int) -> HammerStudy:
+    """Studies the blows with the first novel tool of an experiment, in processes.
 
     Args:
-        tool: Tool of the study.
-        task: Task of the blow.
-        settings: Settings of arm and controller, without errors.
-        costs: Planned blows, by grip.
-        simulated: Simulated blows, by grip.
+        experiment: Experiment of hammering.
+        plan: Plan of the experiment.
         jobs: Number of processes.
     """
+    tool, settings = experiment.novel[0], remove_errors(experiment.settings)
+    task = experiment.task
+    assert isinstance(task, Hammer)
+    costs, simulated = plan.costs[tool.name], plan.simulated[tool.name]
     held, true = tool.list_gripped(), list_densities([tool])
     least, most = task.nail.stiffness * task.nail.depth_set, _MAP_MAX_FORCE * task.force
     forces = np.linspace(_MAP_MIN_FORCE * least, most, _MAP_FORCES)
@@ -170,3 +171,68 @@ def _compare_swings(
 
 def _compare(settings: Settings, target: Target, swing: Swing, pi: Array) -> SwingComparison:
     return compare_swings(ArmModel(load_arm(settings.arm)), target, swing, pi)
+
+
+def describe_blows(study: HammerStudy, experiment: ChoiceExperiment) -> Findings:
+    """Lists numbers, figure and files of the study."""
+    tool, task = experiment.novel[0], experiment.task
+    assert isinstance(task, Hammer)
+    numbers = {
+        "force_demanded_N": task.force,
+        **measure_crossovers(study.crossovers, study.checked, study.map.forces),
+        "swings": measure_swings(study.swings),
+        "yielding_nail": measure_yielding(study.yielding),
+    }
+    facts = {"tool": tool.name, "nail_stiffness": task.nail.stiffness, "depth_set": task.nail.depth_set}
+    figures = {"map": partial(draw_work_map, study.map, study.densities, tool, task.force, study.compared)}
+    return Findings(numbers, facts, figures, writers=(partial(_write_map, study, list(tool.list_gripped())),))
+
+
+def _write_map(study: HammerStudy, grips: Sequence[str], folder: Path) -> None:
+    """Writes the map of work as map.nc."""
+    axes = ("grip", "density", "force")
+    variables = {
+        "work": LabelledArray(axes, study.map.work, "J", "work of a blow"),
+        "feasible": LabelledArray(axes, study.map.feasible, "1", "whether the blow is feasible"),
+        "force": LabelledArray(("force",), study.map.forces, "N", "demanded peak of the nail's resistance"),
+        "density": LabelledArray(("density",), study.densities, "kg/m^3", "density of the denser part"),
+    }
+    write_trajectories(folder / "map.nc", Trajectories(variables, {"grip": grips}))
+
+
+def measure_crossovers(
+    crossovers: Sequence[float], checked: Mapping[float, Mapping[str, Blow]], forces: Array
+) -> dict[str, Any]:
+    """Returns the planned forces at which the cheaper grip changes, and simulated blows on either side."""
+    reason = None if crossovers else f"one grip is the cheaper one from {forces[0]:.0f} to {forces[-1]:.0f} N"
+    return {
+        "force_crossover_N": crossovers[0] if crossovers else None,
+        "force_crossover_reason": reason,
+        "force_crossovers_N": crossovers,
+        "force_crossover_checked": [
+            {"force_demanded_N": force, **measure_blows(blows)} for force, blows in checked.items()
+        ],
+    }
+
+
+def measure_swings(comparisons: Mapping[str, SwingComparison]) -> dict[str, Any]:
+    """Computes cost and convergence of swings to the same strike under other criteria."""
+    return {
+        grip: {
+            kind: {"energy": swing.work, "effort": swing.effort, "converged": swing.converged}
+            for kind, swing in swings._asdict().items()
+        }
+        for grip, swings in comparisons.items()
+    }
+
+
+def measure_yielding(blows: Mapping[str, Blow]) -> dict[str, Any]:
+    """Computes travel and forces of blows on a nail of constant resistance."""
+    return {
+        grip: {
+            "travel_m": blow.travel,
+            "force_measured_N": blow.force,
+            "contact_peak_N": float(blow.nail.contact.max()),
+        }
+        for grip, blow in blows.items()
+    }

@@ -13,12 +13,12 @@ from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, plan_strike
 from affordance.choice.motion_cost import MotionCost, PlannedMotion
-from affordance.control.optimal_swing import OptimalSwing, SwingSearch
 from affordance.control.swing import Swing
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.settings import Settings
+from studies.hammering.optimal_swing import OptimalSwing, SwingSearch
 
 # Speeds of the motion relative to the one found: from a tap to what the lightest tool needs.
 _PACES = np.geomspace(0.25, 2.0, 12)

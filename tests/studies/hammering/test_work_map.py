@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from affordance.choice.work_map import pick_forces_around
+from studies.hammering.work_map import pick_forces_around
 
 FORCES = np.linspace(102.0, 800.0, 80)
 ALL = np.ones(80, dtype=bool)

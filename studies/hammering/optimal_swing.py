@@ -25,7 +25,7 @@ from affordance.arrays import Array
 from affordance.control.swing import COASTING_TIME, StrikeCondition, Swing, Target
 from affordance.exceptions import AffordanceError
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.inverse_dynamics import InverseDynamics
+from studies.hammering.inverse_dynamics import InverseDynamics
 
 # Function of torques and rates at the nodes, (N, num_joints) each: integrand, (N,), and its derivatives by both.
 Integrand = Callable[[Array, Array], tuple[Array, Array, Array]]
