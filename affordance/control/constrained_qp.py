@@ -91,7 +91,7 @@ class AccelerationProgram:
         # Drake aborts the process if coefficients are not finite.
         if not all(np.isfinite(array).all() for array in (x, M, bias, guess, *goal)):
             return None
-        q, v = np.split(x, 2)
+        q, v = x[: len(x) // 2], x[len(x) // 2 :]
         tau_max = self._limits.tau_max
         self._torque.evaluator().UpdateCoefficients(M, -tau_max - bias, tau_max - bias)
         self._set_goal(q, v, goal)

@@ -53,7 +53,7 @@ class PathFollowing:
 
     def compute_goal(self, model: ArmModel, x: Array, time: float, horizon: float) -> TerminalGoal:
         """Computes the goal: the path's position, and the least joint rates along it, at the horizon's end."""
-        q, v = np.split(x, 2)
+        q, v = x[: len(x) // 2], x[len(x) // 2 :]
         q_end = q + horizon * v
         model.set_state(np.concatenate([q_end, v]))
         p_WF = model.compute_point_position(self._p_TF)
