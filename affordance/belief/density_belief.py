@@ -154,6 +154,13 @@ class DensityBelief:
         untruncated_mean: Array = self.covariance @ self.information_vector
         return untruncated_mean
 
+    def select(self, indices: Sequence[int]) -> "DensityBelief":
+        """Returns the belief about some of the densities, in the order of their indices, the others marginalised."""
+        chosen = list(indices)
+        if chosen == list(range(self.size)):
+            return self
+        return DensityBelief.from_moments(self.untruncated_mean[chosen], self.covariance[np.ix_(chosen, chosen)])
+
     def condition(self, likelihood: Likelihood) -> "DensityBelief":
         """Returns the posterior by Bayes' rule."""
         return DensityBelief(

@@ -115,10 +115,7 @@ class KindMemory:
     def belief(self) -> DensityBelief:
         """Belief about a new object of each colour, which is that about the colour's most populous kind."""
         kinds = [self.kinds.find_most_populous(colour) for colour in range(len(self.colours))]
-        if kinds == list(range(len(self.kinds.colours))):
-            return self.kinds.belief
-        mean, covariance = self.kinds.belief.untruncated_mean, self.kinds.belief.covariance
-        return DensityBelief.from_moments(mean[kinds], covariance[np.ix_(kinds, kinds)])
+        return self.kinds.belief.select(kinds)
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
         """Returns the belief about a new object of a material; see ``MaterialMemory.density``.

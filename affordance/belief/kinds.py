@@ -55,13 +55,7 @@ class OwnDensities(NamedTuple):
 
     def restrict_to(self, columns: tuple[int, ...]) -> "OwnDensities":
         """Returns the densities of some of the columns."""
-        if columns == self.columns:
-            return self
-        if not columns:
-            return OwnDensities()
-        indices = [self.columns.index(column) for column in columns]
-        covariance = self.belief.covariance[np.ix_(indices, indices)]
-        return OwnDensities(columns, DensityBelief.from_moments(self.belief.untruncated_mean[indices], covariance))
+        return OwnDensities(columns, self.belief.select([self.columns.index(column) for column in columns]))
 
 
 class KnownObject(NamedTuple):

@@ -126,9 +126,7 @@ def _renumber(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:
     """Returns the remaining kinds only; no object may be of another kind."""
     if len(remaining) == len(kinds.colours):
         return kinds
-    covariance = kinds.belief.covariance[np.ix_(remaining, remaining)]
-    belief = DensityBelief.from_moments(kinds.belief.untruncated_mean[remaining], covariance)
-    return _select(replace(kinds, belief=belief), remaining)
+    return _select(replace(kinds, belief=kinds.belief.select(remaining.tolist())), remaining)
 
 
 def _select(kinds: Kinds, remaining: NDArray[np.intp]) -> Kinds:

@@ -154,11 +154,7 @@ class MaterialMemory:
         """Returns the memory of these known colours only, in their order."""
         if tuple(colours) == self.colours:
             return self
-        indices = [self.colours.index(look) for look in colours]
-        covariance = self.belief.covariance[np.ix_(indices, indices)]
-        return MaterialMemory(
-            tuple(colours), DensityBelief.from_moments(self.belief.untruncated_mean[indices], covariance)
-        )
+        return MaterialMemory(tuple(colours), self.belief.select([self.colours.index(colour) for colour in colours]))
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "MaterialMemory":
         """Returns the memory with the prior added for each new colour."""

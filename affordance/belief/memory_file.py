@@ -1,18 +1,27 @@
-"""Files of memories of materials, by which one run can use what an earlier one has learned."""
+"""Memories of materials as JSON, by which one run can use what an earlier one has learned.
 
+Python writes the shortest decimal that reads as the same number, so a memory is restored to the last bit.
+"""
+
+import json
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from affordance.belief import memory_record
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.kind_memory import KindMemory
+from affordance.belief.kind_memory import KindMemory, KindSettings
+from affordance.belief.kinds import KindPrior, Kinds, KnownObject, Membership, OwnDensities
+from affordance.belief.kinds_gate import GateSettings
+from affordance.belief.learner import Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.files.atomic import write_json, write_text
+from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.bounded import read_json
 from affordance.files.constraints import StrPath, check_path
+from affordance.objects.appearance import PartAppearance
 
 # Key by which the file of a learner with kinds is recognised.
 _OF_KINDS = "gate"
@@ -32,18 +41,12 @@ def write_memory(path: StrPath, memory: Memory) -> Path:
     """
     path = check_path("path", path)
     if isinstance(memory, KindMemory):
-        write_text(path, memory_record.write_memory(memory) + "\n")
+        write_text(path, format_kinds(memory) + "\n")
     elif isinstance(memory, MaterialMemory):
-        content = {
-            "colours": [list(colour) for colour in memory.colours],
-            "precision": memory.belief.precision,
-            "information_vector": memory.belief.information_vector,
-        }
-        write_json(path, content)
+        write_json(path, {"colours": memory.colours, **to_plain(memory.belief)})
     else:
-        raise BadArgumentError(
-            "memory", "", f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
-        )
+        problem = f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
+        raise BadArgumentError("memory", "", problem)
     return path
 
 
@@ -57,10 +60,68 @@ def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
     content = read_json(path)
     try:
         if _OF_KINDS in content:
-            return memory_record.build_memory(content)
-        colours = tuple((float(r), float(g), float(b)) for r, g, b in content["colours"])
-        precision = np.array(content["precision"], dtype=float).reshape(len(colours), len(colours))
-        belief = DensityBelief(precision, np.array(content["information_vector"], dtype=float).reshape(len(colours)))
-        return MaterialMemory(colours, belief)
+            return _build_kinds(content)
+        return MaterialMemory(_read_colours(content), _read_belief(content))
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
+
+
+def format_kinds(memory: KindMemory) -> str:
+    """Returns the JSON text of a memory with kinds; an object recalled but not yet learned from is omitted."""
+    settings, kinds = memory.settings, memory.kinds
+    content = {
+        "gate": settings.gate,
+        "pick": settings.pick,
+        "seed": settings.seed,
+        "colours": memory.colours,
+        "num_lifts": memory.num_lifts,
+        "colour_of_kind": kinds.colours,
+        "kinds": kinds.belief,
+        "prior_of_kind": kinds.priors,
+        "objects": [
+            {
+                "appearance": known.appearance,
+                "colours": known.colours,
+                "memberships": known.memberships,
+                "own_columns": known.own.columns,
+                "own": known.own.belief,
+            }
+            for known in kinds.objects
+        ],
+    }
+    return json.dumps(to_plain(content))
+
+
+def parse_kinds(text: str | bytes) -> KindMemory:
+    """Restores a memory with kinds from its JSON text."""
+    return _build_kinds(json.loads(text))
+
+
+def _build_kinds(content: Mapping[str, Any]) -> KindMemory:
+    settings = KindSettings(GateSettings(**content["gate"]), Pick(content["pick"]), tuple(content["seed"]))
+    objects = tuple(_read_object(known) for known in content["objects"])
+    priors = tuple(KindPrior(**prior) for prior in content["prior_of_kind"])
+    kinds = Kinds(tuple(content["colour_of_kind"]), _read_belief(content["kinds"]), objects, priors)
+    return KindMemory(settings, _read_colours(content), kinds, content["num_lifts"])
+
+
+def _read_object(content: Mapping[str, Any]) -> KnownObject:
+    appearance = tuple(_read_part(part) for part in content["appearance"])
+    memberships = tuple(Membership(**membership) for membership in content["memberships"])
+    own = OwnDensities(tuple(content["own_columns"]), _read_belief(content["own"]))
+    return KnownObject(appearance, tuple(content["colours"]), memberships, own)
+
+
+def _read_part(content: Mapping[str, Any]) -> PartAppearance:
+    colour, position = ((float(a), float(b), float(c)) for a, b, c in (content["colour"], content["position"]))
+    return PartAppearance(**{**content, "colour": colour, "position": position, "sizes": tuple(content["sizes"])})
+
+
+def _read_colours(content: Mapping[str, Any]) -> tuple[tuple[float, float, float], ...]:
+    return tuple((float(red), float(green), float(blue)) for red, green, blue in content["colours"])
+
+
+def _read_belief(content: Mapping[str, Any]) -> DensityBelief:
+    information_vector = np.array(content["information_vector"], dtype=float)
+    size = len(information_vector)
+    return DensityBelief(np.array(content["precision"], dtype=float).reshape(size, size), information_vector)

@@ -14,7 +14,7 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_record import read_memory
+from affordance.belief.memory_file import parse_kinds
 from affordance.belief.object_belief import Memory
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
@@ -106,7 +106,7 @@ class Experience:
     def recall(self, repeat: int, num_trials: int) -> Memory:
         """Returns the memory of an observer after a number of trials."""
         if self.kinds.size:
-            return read_memory(bytes(self.kinds[repeat, num_trials]))
+            return parse_kinds(bytes(self.kinds[repeat, num_trials]))
         return MaterialMemory(
             self.colours,
             DensityBelief(self.precision[repeat, num_trials], self.information_vector[repeat, num_trials]),

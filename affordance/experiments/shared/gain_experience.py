@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.learners import start_memory
-from affordance.belief.memory_record import write_memory
+from affordance.belief.memory_file import format_kinds
 from affordance.belief.object_belief import Memory
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.files.model_files import list_arm_files
@@ -47,7 +47,7 @@ def gain_experience(config: ExperienceConfig, repeat: int) -> dict[str, NDArray[
         memory as text.
     """
     memories, records = run_trials(config, repeat)
-    texts = [write_memory(memory).encode() for memory in memories if isinstance(memory, KindMemory)]
+    texts = [format_kinds(memory).encode() for memory in memories if isinstance(memory, KindMemory)]
     return {
         "precision": np.stack([memory.belief.precision for memory in memories]),
         "information_vector": np.stack([memory.belief.information_vector for memory in memories]),

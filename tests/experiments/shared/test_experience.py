@@ -7,7 +7,7 @@ import pytest
 
 from affordance.belief.learner import Learner
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_record import write_memory
+from affordance.belief.memory_file import format_kinds
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, draw_order
 from affordance.experiments.shared.gain_experience import gain_experience, run_trials
@@ -72,7 +72,7 @@ def test_memory_of_a_learner_with_kinds_is_kept_whole(learner):
         kinds=gained["kinds"],
     )
     for trial, memory in enumerate(memories):
-        assert write_memory(experience.recall(0, trial)) == write_memory(memory)
+        assert format_kinds(experience.recall(0, trial)) == format_kinds(memory)
     assert len(memories[-1].kinds.objects) == 2
     assert memories[-1].settings.seed == (3, 1, Stream.KINDS)
 

@@ -10,7 +10,7 @@ from affordance.belief.kind_memory import KindMemory, KindSettings
 from affordance.belief.kinds_gate import GateSettings
 from affordance.belief.learner import Pick
 from affordance.belief.likelihood import Likelihood
-from affordance.belief.memory_record import read_memory, write_memory
+from affordance.belief.memory_file import format_kinds, parse_kinds
 from affordance.objects.appearance import PartAppearance
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -37,7 +37,7 @@ def learn_from_an_odd_rod(memory):
 def test_memory_comes_back_to_the_last_bit(pick):
     start = KindMemory(KindSettings(GateSettings(0.25), pick, (3, 1)))
     memory = learn_from_an_odd_rod(start)
-    again = read_memory(write_memory(memory))
+    again = parse_kinds(format_kinds(memory))
     assert any(known.own.columns for known in memory.kinds.objects)  # or less would have to come back
     assert (again.settings, again.colours, again.num_lifts) == (memory.settings, memory.colours, memory.num_lifts)
     assert again.kinds.colours == memory.kinds.colours
@@ -56,13 +56,13 @@ def test_memory_comes_back_to_the_last_bit(pick):
 
 def test_a_memory_before_anything_was_met_comes_back():
     start = KindMemory(KindSettings(GateSettings(0.25)))
-    again = read_memory(write_memory(start).encode())
+    again = parse_kinds(format_kinds(start).encode())
     assert (again.colours, again.kinds.objects, again.belief.size) == ((), (), 0)
 
 
 def test_text_is_json_without_what_was_only_recalled():
     start = KindMemory(KindSettings(GateSettings(0.25)))
     recalled = start.recall([PartAppearance(BRASS, (0.1, 0.02), (0.0, 0.0, 0.0))], PRIOR).memory
-    content = json.loads(write_memory(recalled))
+    content = json.loads(format_kinds(recalled))
     assert content["objects"] == []
     assert content["colours"] == [list(BRASS)]
