@@ -11,17 +11,19 @@ from collections.abc import Sequence
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.objects.colour import JUST_NOTICEABLE, convert_to_lab
+from affordance.objects.colour import JUST_NOTICEABLE, Colour, convert_to_lab, is_same_colour
 
 # Volume of the colours that sRGB holds, in cubic units of CIELAB (tests/belief/test_colour_recognition.py).
 GAMUT_VOLUME = 8.2e5
 
 
+def find_colour_index(colours: Sequence[Colour], colour: Colour) -> int | None:
+    """Returns the index of the first known colour that looks the same; None if none does."""
+    return next((index for index, known in enumerate(colours) if is_same_colour(known, colour)), None)
+
+
 def compute_colour_probabilities(
-    colour: tuple[float, float, float],
-    colour_sd: float,
-    colours: Sequence[tuple[float, float, float]],
-    lightness_sd: float = 0.0,
+    colour: Colour, colour_sd: float, colours: Sequence[Colour], lightness_sd: float = 0.0
 ) -> Array:
     """Computes probabilities that a colour is each of K known colours and, last, a new one, shape (K + 1,).
 
@@ -44,7 +46,7 @@ def compute_colour_probabilities(
     return probabilities
 
 
-def _find_brightening(colour: tuple[float, float, float]) -> Array:
+def _find_brightening(colour: Colour) -> Array:
     """Computes the change of a colour in CIELAB with the light, per unit of L*, shape (3,)."""
     dark = np.maximum(np.array(colour), 1.0 / 255.0) * 0.98
     change = convert_to_lab(dark) - convert_to_lab(0.99 * dark)

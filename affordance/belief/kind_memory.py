@@ -6,7 +6,7 @@ probabilities of the kinds of the object, the most probable hypothesis or a rand
 updated by Bayes' rule.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arguments import check_member, check_number, check_seed
-from affordance.belief.colour_recognition import compute_colour_probabilities
-from affordance.belief.density_belief import Density, DensityBelief, FindLikelihood, Prior
+from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.density_belief import DensityBelief, FindLikelihood, Prior
 from affordance.belief.kinds import NO_KINDS, KindPrior, Kinds, KnownObject, Membership, OwnDensities
 from affordance.belief.kinds_gate import (
     GateSettings,
@@ -27,12 +27,10 @@ from affordance.belief.kinds_gate import (
     weigh,
 )
 from affordance.belief.kinds_upkeep import assign, restrict_colours, teach, tidy
-from affordance.belief.known_density import describe_density, tabulate_densities
 from affordance.belief.learner import Pick
-from affordance.belief.object_belief import Lesson, Recollection
+from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
 from affordance.objects.appearance import PartAppearance, is_same_object
-from affordance.objects.colour import Colour, is_same_colour
-from affordance.objects.material import Material, MaterialLike
+from affordance.objects.colour import Colour
 
 # Bounds of the numbers in the gate's settings, dimensionless.
 _LEAST, _MOST = 1e-9, 1e9
@@ -87,7 +85,7 @@ class ObjectAtHand(NamedTuple):
 
 
 @dataclass(frozen=True)
-class KindMemory:
+class KindMemory(Memory):
     """Memory of kinds and objects.
 
     Attributes:
@@ -109,7 +107,7 @@ class KindMemory:
         return f"KindMemory({counts} in {self.num_lifts} lifts: {self.belief.describe()})"
 
     def _repr_html_(self) -> str:
-        return tabulate_densities("Memory of materials, most populous kinds", self.colours, self.belief)
+        return tabulate_densities("Memory of materials, most populous kinds", self)
 
     @cached_property
     def belief(self) -> DensityBelief:
@@ -117,26 +115,16 @@ class KindMemory:
         kinds = [self.kinds.find_most_populous(colour) for colour in range(len(self.colours))]
         return self.kinds.belief.select(kinds)
 
-    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """Returns the belief about a new object of a material; see ``MaterialMemory.density``.
-
-        Raises:
-            BadArgumentError: The material does not exist, or no object of its colour was met.
-        """
-        return describe_density(self.colours, self.belief, material, materials)
-
     def find(self, appearance: Sequence[PartAppearance]) -> int | None:
         """Returns the index of the object of an appearance; None if it was never lifted."""
-        for index, known in enumerate(self.kinds.objects):
-            if is_same_object(known.appearance, appearance):
-                return index
-        return None
+        objects = enumerate(self.kinds.objects)
+        return next((index for index, known in objects if is_same_object(known.appearance, appearance)), None)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> "KindMemory":
         """Returns the memory with a kind for each new colour, which starts with the prior."""
         memory = self
         for colour in colours:
-            if memory._find_colour(colour) is None:
+            if find_colour_index(memory.colours, colour) is None:
                 first = KindPrior(prior.mode, prior.sd)
                 kinds = memory.kinds.add((len(memory.colours),), [first])
                 memory = replace(memory, colours=(*memory.colours, colour), kinds=kinds)
@@ -151,18 +139,14 @@ class KindMemory:
             if best < len(self.colours):
                 return self, best
         memory = self.add_colours([colour], prior)
-        index = memory._find_colour(colour)
+        index = find_colour_index(memory.colours, colour)
         assert index is not None
         return memory, index
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[KindMemory]":
         """Recalls the belief about this object or, if it was never lifted, about new objects of its colours.
 
-        The cost is a comparison with every object, and O(K^3) for K kinds.
-
-        Args:
-            appearance: Appearance of each part.
-            prior: Prior of materials that were never met.
+        The cost is a comparison with every object, and O(K^3) for K kinds; see ``Memory``.
         """
         memory, parts = self, []
         for part in appearance:
@@ -256,9 +240,6 @@ class KindMemory:
             return self.kinds.predict_new(known.colours[column], prior, self.settings.gate.spread)
         variance = hypothesis.densities.covariance[column, column]
         return KindPrior(float(hypothesis.densities.untruncated_mean[column]), float(np.sqrt(variance)))
-
-    def _find_colour(self, colour: Colour) -> int | None:
-        return next((i for i, known in enumerate(self.colours) if is_same_colour(known, colour)), None)
 
     def _get_at_hand(self) -> ObjectAtHand:
         if self.at_hand is None:

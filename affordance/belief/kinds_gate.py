@@ -189,23 +189,15 @@ def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, set
         find_likelihood: Function that finds the likelihood of the measured torques.
         settings: Settings of the gate.
     """
-    judged = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
-    log_evidences = [
-        belief.compute_untruncated_log_evidence(likelihood, posterior) for belief, likelihood, posterior in judged
-    ]
+    verdicts = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
+    log_evidences = [verdict.log_evidence for verdict in verdicts]
     log_weights = np.log([hypothesis.probability for hypothesis in hypotheses]) + log_evidences
     weights = np.exp(log_weights - log_weights.max())
-    return [
-        Verdict(hypothesis._replace(densities=belief), probability, log_evidence, likelihood, posterior)
-        for hypothesis, probability, log_evidence, (belief, likelihood, posterior) in zip(
-            hypotheses, (weights / weights.sum()).tolist(), log_evidences, judged, strict=True
-        )
-    ]
+    probabilities = (weights / weights.sum()).tolist()
+    return [each._replace(probability=value) for each, value in zip(verdicts, probabilities, strict=True)]
 
 
-def settle_breadth(
-    hypothesis: Hypothesis, find_likelihood: FindLikelihood, kappa: float
-) -> tuple[DensityBelief, Likelihood, DensityBelief]:
+def settle_breadth(hypothesis: Hypothesis, find_likelihood: FindLikelihood, kappa: float) -> Verdict:
     """Evaluates the breadth of new kinds at the posterior density under a hypothesis, by iteration.
 
     Each pass uses the density of the pass before, the first that before the lift. If the object is denser than the
@@ -217,7 +209,7 @@ def settle_breadth(
         find_likelihood: Function that finds the likelihood of the measured torques.
         kappa: Breadth of a category over its mean density.
 
-    Returns: Belief about the object's densities before the lift; likelihood; belief after it.
+    Returns: Verdict, with the probability before the lift.
     """
     columns = list(hypothesis.founded)
     belief = hypothesis.densities
@@ -229,7 +221,9 @@ def settle_breadth(
         if np.all(np.abs(rho - previous) <= _SETTLED * belief.untruncated_mean[columns]):
             break
         belief = _change_variances(belief, columns, kappa**2 * (rho**2 - previous**2))
-    return belief, likelihood, posterior
+    log_evidence = belief.compute_untruncated_log_evidence(likelihood, posterior)
+    judged = hypothesis._replace(densities=belief)
+    return Verdict(judged, hypothesis.probability, log_evidence, likelihood, posterior)
 
 
 def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float) -> Verdict:

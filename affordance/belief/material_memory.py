@@ -10,13 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.arguments import check_kind, check_number
-from affordance.belief.colour_recognition import compute_colour_probabilities
-from affordance.belief.density_belief import EMPTY_BELIEF, Density, DensityBelief, FindLikelihood, Prior
-from affordance.belief.known_density import describe_density, tabulate_densities
-from affordance.belief.object_belief import Lesson, Recollection
+from affordance.belief.colour_recognition import compute_colour_probabilities, find_colour_index
+from affordance.belief.density_belief import EMPTY_BELIEF, DensityBelief, FindLikelihood, Prior
+from affordance.belief.object_belief import Lesson, Memory, Recollection, tabulate_densities
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
-from affordance.objects.colour import Colour, is_same_colour, show_colour
+from affordance.objects.colour import Colour, show_colour
 from affordance.objects.inertia import DENSITIES
 from affordance.objects.material import Material, MaterialLike
 from affordance.objects.materials import find_colour
@@ -28,7 +27,7 @@ _CERTAIN_SD = 1e-3
 
 
 @dataclass(frozen=True)
-class MaterialMemory:
+class MaterialMemory(Memory):
     """Beliefs about the mean density of each colour met so far.
 
     Attributes:
@@ -54,7 +53,7 @@ class MaterialMemory:
         return f"MaterialMemory({', '.join(map(show_colour, self.colours)) or 'no colour'}: {self.belief.describe()})"
 
     def _repr_html_(self) -> str:
-        return tabulate_densities("Memory of materials", self.colours, self.belief)
+        return tabulate_densities("Memory of materials", self)
 
     @classmethod
     def from_densities[M: MaterialLike](
@@ -82,25 +81,6 @@ class MaterialMemory:
         )
         return cls(colours, DensityBelief.from_moments(known, _CERTAIN_SD**2 * np.eye(len(known))))
 
-    def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
-
-        Args:
-            material: Name of a material, a material, or a colour.
-            materials: Materials by name; None for those of the package.
-
-        Raises:
-            BadArgumentError: The material does not exist, or no object of its colour was met.
-        """
-        return describe_density(self.colours, self.belief, material, materials)
-
-    def find(self, colour: Colour) -> int | None:
-        """Returns the index of a colour, or None if it was never met."""
-        for index, look in enumerate(self.colours):
-            if is_same_colour(look, colour):
-                return index
-        return None
-
     def recognise(
         self, colour: Colour, colour_sd: float, prior: Prior, lightness_sd: float = 0.0
     ) -> "tuple[MaterialMemory, int]":
@@ -110,26 +90,19 @@ class MaterialMemory:
         their mixture: measurements of it then update each of them by its share. The normal distribution approximates
         the mixture (docs/decisions/0015-vision-from-pixels.md).
 
-        Args:
-            colour: Measured colour, red, green and blue in [0, 1].
-            colour_sd: Standard deviation of the measurement in each direction of CIELAB; 0 if it is exact.
-            prior: Prior of materials that were never met.
-            lightness_sd: Standard deviation of an additional error of its brightness, in units of L*.
-
-        Returns: The memory with the colour, and the index of its material.
+        Arguments and result are those of ``Memory``.
         """
         if colour_sd == 0.0:
             memory = self.add_colours([colour], prior)
-            index = memory.find(colour)
+            index = find_colour_index(memory.colours, colour)
             assert index is not None
             return memory, index
         probabilities = compute_colour_probabilities(colour, colour_sd, self.colours, lightness_sd)
         best = int(np.argmax(probabilities))
         if probabilities[best] >= CERTAIN and best < len(self.colours):
             return self, best
-        return MaterialMemory((*self.colours, colour), self.belief.extend_by_mixture(probabilities, prior)), len(
-            self.colours
-        )
+        belief = self.belief.extend_by_mixture(probabilities, prior)
+        return MaterialMemory((*self.colours, colour), belief), len(self.colours)
 
     def recall(self, appearance: Sequence[PartAppearance], prior: Prior) -> "Recollection[MaterialMemory]":
         """Recalls the belief about objects of these colours, at a cost of O(M^3) for M colours; see ``Memory``."""
@@ -160,6 +133,6 @@ class MaterialMemory:
         """Returns the memory with the prior added for each new colour."""
         memory = self
         for colour in colours:
-            if memory.find(colour) is None:
+            if find_colour_index(memory.colours, colour) is None:
                 memory = MaterialMemory((*memory.colours, colour), memory.belief.extend(prior, 1))
         return memory

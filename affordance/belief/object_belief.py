@@ -11,14 +11,23 @@ from functools import cached_property
 from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import numpy as np
+from scipy.special import ndtr
 
 from affordance.arrays import Array
+from affordance.belief.colour_recognition import find_colour_index
 from affordance.belief.density_belief import Density, DensityBelief, FindLikelihood, Prior
 from affordance.belief.likelihood import Likelihood
+from affordance.exceptions import BadArgumentError
+from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance
-from affordance.objects.colour import Colour
+from affordance.objects.colour import Colour, show_colour
 from affordance.objects.geometry import Geometry
 from affordance.objects.material import Material, MaterialLike
+from affordance.objects.materials import find_colour
+
+_FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
+# Nodes by which the variance is integrated over a standard normal variable; the outermost lies at 5.5.
+_NUM_NODES = 12
 
 
 class Recollection[M](NamedTuple):
@@ -62,7 +71,29 @@ class Memory(Protocol):
         """Belief about the mean density of new objects of each colour."""
 
     def density(self, material: MaterialLike, materials: Mapping[str, Material] | None = None) -> Density:
-        """Returns the belief about a material that was met; see ``MaterialMemory.density``."""
+        """Returns the belief about a material that was met: mean, standard deviation and percentiles, [kg/m^3].
+
+        Args:
+            material: Name of a material, a material, or a colour.
+            materials: Materials by name; None for those of the package.
+
+        Raises:
+            BadArgumentError: The material does not exist, or no object of its colour was met.
+        """
+        colour = find_colour(material, materials)
+        index = find_colour_index(self.colours, colour)
+        if index is None:
+            met = ", ".join(map(show_colour, self.colours)) or "none"
+            name = repr(material) if isinstance(material, str) else show_colour(colour)
+            problem = f"is {name}, of which nothing was met; colours met are {met}"
+            raise BadArgumentError("material", "", problem)
+        nodes, weights = np.polynomial.hermite_e.hermegauss(_NUM_NODES)
+        percentiles = self.belief.compute_percentiles([*_FRACTIONS, *ndtr(nodes)])[:, index]
+        mean = float(self.belief.compute_mean()[index])
+        squares = (percentiles[len(_FRACTIONS) :] - mean) ** 2
+        sd = float(np.sqrt(weights @ squares / weights.sum()))
+        p05, p25, median, p75, p95 = (float(value) for value in percentiles[: len(_FRACTIONS)])
+        return Density(mean, sd, p05, p25, median, p75, p95)
 
     def add_colours(self, colours: Sequence[Colour], prior: Prior) -> Self:
         """Returns the memory with the prior added for each new colour."""
@@ -98,6 +129,16 @@ class Memory(Protocol):
             find_likelihood: Function that finds the likelihood of the measured torques.
             deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         """
+
+
+def tabulate_densities(caption: str, memory: Memory) -> str:
+    """Builds an HTML table of the densities of all colours."""
+    low, median, high = memory.belief.compute_percentiles([0.05, 0.5, 0.95]) if memory.colours else np.zeros((3, 0))
+    rows = [
+        [show_colour(colour), f"{median[i]:.4g}", f"{low[i]:.4g} to {high[i]:.4g}"]
+        for i, colour in enumerate(memory.colours)
+    ]
+    return build_table(caption, ["colour", "median (kg/m^3)", "90 % interval"], rows)
 
 
 @dataclass(frozen=True)

@@ -54,7 +54,15 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
     The error is at most 1e-8, or the rounding error of a large logarithm; with four or more correlated coordinates it
     is about 1e-5.
     """
-    return sum(_compute_log_mass(mean[block], covariance[np.ix_(block, block)]) for block in _blocks(covariance))
+    log_mass = 0.0
+    for block in _blocks(covariance):
+        block_mean, block_covariance = mean[block], covariance[np.ix_(block, block)]
+        if len(block) <= _MAX_NESTED:
+            log_mass += orthant_quadrature.compute_log_mass(block_mean, block_covariance)
+        else:
+            _, weights, log_bound = _weigh_points(block_mean, block_covariance)
+            log_mass += log_bound + float(np.log(weights.mean()))
+    return log_mass
 
 
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
@@ -141,13 +149,6 @@ def _blocks(covariance: Array) -> Iterator[NDArray[np.intp]]:
     reachable = np.linalg.matrix_power(related, len(related))
     for first in np.flatnonzero(~np.tril(reachable, -1).any(axis=1)):
         yield np.flatnonzero(reachable[first])
-
-
-def _compute_log_mass(mean: Array, covariance: Array) -> float:
-    if len(mean) <= _MAX_NESTED:
-        return orthant_quadrature.compute_log_mass(mean, covariance)
-    _, weights, log_bound = _weigh_points(mean, covariance)
-    return log_bound + float(np.log(weights.mean()))
 
 
 def _weigh_points(mean: Array, covariance: Array) -> tuple[Array, Array, float]:

@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import truncnorm
 
 from affordance.belief.density_belief import DensityBelief
-from affordance.belief.known_density import describe_density
+from affordance.belief.material_memory import MaterialMemory
 
 COLOURS = ((0.8, 0.6, 0.1), (0.5, 0.5, 0.6))
 
@@ -11,7 +11,7 @@ COLOURS = ((0.8, 0.6, 0.1), (0.5, 0.5, 0.6))
 @pytest.mark.parametrize(("mean", "sd"), [(5000.0, 300.0), (500.0, 1000.0)])
 def test_density_is_that_of_a_normal_distribution_of_positive_values(mean, sd):
     belief = DensityBelief.from_moments(np.array([mean, 3000.0]), np.diag([sd, 100.0]) ** 2)
-    found = describe_density(COLOURS, belief, COLOURS[0])
+    found = MaterialMemory(COLOURS, belief).density(COLOURS[0])
     expected = truncnorm(-mean / sd, np.inf, loc=mean, scale=sd)
     assert found.mean == pytest.approx(expected.mean(), rel=1e-6)
     assert found.sd == pytest.approx(expected.std(), rel=1e-3)
