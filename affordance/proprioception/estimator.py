@@ -12,7 +12,6 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
-from affordance.objects.geometry import Geometry
 from affordance.proprioception.fixed_point import find_fixed_point
 from affordance.proprioception.torque_noise import NoiseModel
 
@@ -80,27 +79,12 @@ def condition_on_torques(
 
     Arguments and errors are those of compute_posterior; at least one sample is required.
     """
+    features, num_samples = statistics
 
-    def find(belief: DensityBelief) -> Likelihood:
-        return find_likelihood(belief, prior.geometry, statistics, num_joints, noise)
+    def find_likelihood(belief: DensityBelief) -> Likelihood:
+        return find_fixed_point(
+            belief, lambda rho: noise.compute_likelihood(features, num_samples, num_joints, prior.geometry, rho)
+        )
 
-    lesson = prior.memory.learn(prior.densities, find, deviation_sd)
+    lesson = prior.memory.learn(prior.densities, find_likelihood, deviation_sd)
     return ObjectBelief(lesson.memory, lesson.densities, prior.geometry), lesson.likelihood
-
-
-def find_likelihood(
-    densities: DensityBelief, geometry: Geometry, statistics: TorqueStatistics, num_joints: int, noise: NoiseModel
-) -> Likelihood:
-    """Finds the likelihood of measured torques, with the size of errors evaluated at the posterior mean.
-
-    Args:
-        densities: Belief about the object's densities before the measurement.
-        geometry: Geometry of the object.
-        statistics: Statistics of the measured torques.
-        num_joints: Number of joints.
-        noise: Errors of measured torques.
-    """
-    return find_fixed_point(
-        densities,
-        lambda rho: noise.compute_likelihood(statistics.features, statistics.num_samples, num_joints, geometry, rho),
-    )

@@ -1,17 +1,22 @@
 """Measured torques of an object held still, without simulation, for studies with thousands of holds.
 
-The arm rests in one posture, so the measurement is the mean torque of a hold without motion.
+The arm rests in one posture, so the measurement is the mean torque of a hold without motion: tau = tau_arm + Y pi
+with constant tau_arm and Y (paper, eq. 2 at rest).
 """
+
+from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.belief.density_belief import DensityBelief
+from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import TorqueStatistics
-from affordance.proprioception.torque_noise import NoiseModel
+from affordance.proprioception.fixed_point import find_fixed_point
+from affordance.proprioception.torque_noise import NoiseModel, WeberNoise, draw_acceleration_error
 
 
 class StaticHold:
@@ -76,3 +81,37 @@ class StaticHold:
                 return TorqueStatistics(noise.compute_features(felt, tau_arm, Y), num_samples)
             statistics = statistics.add(noise.compute_features(felt + error, tau_arm, Y))
         return statistics
+
+
+class StaticPercept(NamedTuple):
+    """Measured torques of one object at rest, and their likelihood, at a small part of the estimator's cost.
+
+    The likelihood equals that of ``WeberNoise`` for an arm at rest and an object of exact geometry: errors of the
+    joints are then independent, and no matrix is factorised.
+
+    Attributes:
+        tau_arm: Torque of the arm alone, shape (num_joints,), [N m].
+        regressor: Torque per density, Y Phi, shape (num_joints, M), [N m / (kg/m^3)].
+        residual: Measured torque less that of the arm alone, shape (num_joints,), [N m].
+        noise: Errors of measured torques.
+    """
+
+    tau_arm: Array
+    regressor: Array
+    residual: Array
+    noise: WeberNoise
+
+    def compute_likelihood(self, rho: Array) -> Likelihood:
+        """Computes the likelihood of the densities, with errors evaluated at the torque that rho, (M,), predicts."""
+        predicted = self.tau_arm + self.regressor @ rho
+        variances = self.noise.threshold**2 + (self.noise.weber_fraction * predicted) ** 2
+        weighted = self.regressor.T / variances
+        log_scale = float(np.log(2.0 * np.pi * variances).sum())
+        log_constant = -0.5 * (float((self.residual**2 / variances).sum()) + log_scale)
+        return Likelihood(
+            weighted @ self.regressor, weighted @ self.residual, log_constant, -0.5 * log_scale, len(variances)
+        )
+
+    def find_likelihood(self, belief: DensityBelief) -> Likelihood:
+        """Finds the likelihood with errors evaluated at the posterior mean of a belief about M densities."""
+        return find_fixed_point(belief, self.compute_likelihood)

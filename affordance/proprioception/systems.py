@@ -10,11 +10,10 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import Inference, TorqueStatistics, compute_posterior
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
-from affordance.proprioception.torque_noise import NoiseModel
+from affordance.proprioception.torque_noise import NoiseModel, draw_acceleration_error
 
 
 class SampleCounts(NamedTuple):

@@ -1,4 +1,4 @@
-"""Errors of measured joint torques: the observation models of proprioception.
+"""Errors of measured joint torques and accelerations: the observation models of proprioception.
 
 Both models reduce a trial to the running mean of a feature vector, so that the estimator is recursive with either,
 and convert that mean to a likelihood of the held object's densities. With tau the measured torque, tau_arm that of
@@ -16,6 +16,7 @@ from affordance.checked_fields import Setting, check_fields
 from affordance.files.constraints import Within
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.runs.random_streams import Stream
 
 
 @runtime_checkable
@@ -196,3 +197,14 @@ class WhiteNoise:
     def compute_sd(self, tau: Array) -> Array:
         """Returns the standard deviation, which is equal at all torques."""
         return np.full(len(tau), self.sd)
+
+
+def draw_acceleration_error(sd: float, seed: tuple[int, ...], num_joints: int) -> Array:
+    """Draws the error of measured accelerations in a trial, shape (num_joints,), [rad/s^2]; zero if sd is zero.
+
+    The paper assumes exact accelerations, and so does the estimator: the error multiplies the whole mass matrix, arm
+    included (docs/decisions/0027-robustness.md).
+    """
+    if sd == 0.0:
+        return np.zeros(num_joints)
+    return sd * np.random.default_rng((*seed, Stream.ACCELERATION)).standard_normal(num_joints)

@@ -1,6 +1,6 @@
 """Trial in which the hand pushes against a clamp, which then opens and hands over the object.
 
-The force has a closed form (``control.clamp``). The hand's motion after release has none for the outstretched arm:
+The force has a closed form (``control.hold``). The hand's motion after release has none for the outstretched arm:
 with a believed weight a seventh too small, the arm is unstable, to first order, against turning its forearm, and
 higher orders determine how far it sinks. For hundreds of lifts it is simulated at some beliefs and interpolated.
 """
@@ -12,7 +12,7 @@ from pydrake.systems.analysis import ApplySimulatorConfig
 
 from affordance.arguments import Seed
 from affordance.belief.object_belief import Memory
-from affordance.control.clamp import ClampAndRelease
+from affordance.control.hold import ClampAndRelease
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import Tool
 from affordance.simulation.trial import TrialRunner, finish

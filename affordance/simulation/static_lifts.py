@@ -1,6 +1,6 @@
 """Hundreds of lifts of an observer in closed form: belief, exerted force and measurements of an arm at rest.
 
-In each lift the observer sees an object, pushes with the believed weight of the object (``control.clamp``), and then
+In each lift the observer sees an object, pushes with the believed weight of the object (``control.hold``), and then
 holds it: the observer learns from the torques of the arm at rest with the object in hand, with measurement errors.
 The arm is that of all simulations, in its home posture; nothing is simulated.
 """
@@ -15,15 +15,13 @@ from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import Memory
-from affordance.control.clamp import compute_clamp_force
 from affordance.exceptions import BadArgumentError
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.inertia import build_inertia_map
 from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.static_percept import StaticPercept
+from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import Settings
 from affordance.vision.features import VisionError, measure_features
@@ -137,7 +135,8 @@ class StaticLifter:
             columns[np.arange(len(recollection.columns)), list(recollection.columns)] = 1.0
             Phi = tool.Phi @ columns  # (10, M)
             rng = np.random.default_rng([*seed, number, 1])
-            forces.append(self._compute_force(densities, Phi, rng))
+            rho = densities.compute_point_estimate(self.settings.point_estimate, rng)
+            forces.append(float((Phi @ rho)[0]) * self._gravity)
             expected.append(float(Phi[0] @ densities.compute_mode()))
             beliefs.append(densities)
             if lift.teaches:
@@ -172,10 +171,6 @@ class StaticLifter:
             self._hold.tau_arm + self._hold.Y @ tool.parameters,
             self._gravity * tool.mass,
         )
-
-    def _compute_force(self, densities: DensityBelief, Phi: Array, rng: np.random.Generator) -> float:
-        rho = densities.compute_point_estimate(self.settings.point_estimate, rng)
-        return compute_clamp_force(Phi @ rho, self._gravity)
 
     def _feel(self, tool: _SeenTool, Phi: Array, seed: tuple[int, ...]) -> StaticPercept:
         gain, offset = self._noise.draw_trial_errors(seed, len(tool.tau))

@@ -17,8 +17,7 @@ from affordance.belief.kinds_gate import (
 )
 from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.static_percept import StaticPercept
+from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)

@@ -7,8 +7,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.proprioception.fixed_point import descend, find_fixed_point
-from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.static_percept import StaticPercept
+from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 NOISE = WeberNoise(0.07, 0.097)

@@ -7,10 +7,9 @@ from scipy.stats import norm
 
 from affordance.belief.density_belief import Prior
 from affordance.plant.arm_model import ArmModel
-from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 TRUE = np.array([700.0, 7800.0])

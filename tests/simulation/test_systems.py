@@ -18,10 +18,9 @@ from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import TerminalGoal
 from affordance.control.systems import MpcController, TaskSystem
-from affordance.proprioception.acceleration_error import draw_acceleration_error
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.systems import DensityEstimator, Proprioception
-from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
+from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, VisualPrior
 from studies.speed.peer_arms import build_pinocchio, read_grip

@@ -3,9 +3,9 @@ import pytest
 from helpers.seen_objects import TWO_MATERIALS, detect_parts
 
 from affordance.belief.density_belief import DensityBelief, Prior
-from affordance.proprioception.estimator import find_likelihood
-from affordance.proprioception.static_hold import StaticHold
-from affordance.proprioception.static_percept import StaticPercept
+from affordance.belief.object_belief import ObjectBelief
+from affordance.proprioception.estimator import condition_on_torques
+from affordance.proprioception.static_hold import StaticHold, StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -21,6 +21,7 @@ def test_likelihood_is_that_of_the_estimator(arm, noise, num_materials):
     percept = StaticPercept(hold.tau_arm, hold.Y @ belief.geometry.Phi, statistics.features[:7] - hold.tau_arm, noise)
     for densities in (belief.densities, narrow):
         found = percept.find_likelihood(densities)
-        expected = find_likelihood(densities, belief.geometry, statistics, 7, noise)
+        seen = ObjectBelief(belief.memory, densities, belief.geometry)
+        _, expected = condition_on_torques(seen, statistics, 7, noise, PRIOR.deviation_sd)
         for one, other in zip(found, expected, strict=True):
             np.testing.assert_allclose(one, other, rtol=1e-10)
