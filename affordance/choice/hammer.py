@@ -21,7 +21,7 @@ from affordance.files.data_model import DataModel, load_model
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.contact_face import ContactFace
+from affordance.plant.contact import ContactFace
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.nail import Nail, NailEntry, NailPlacement
 from affordance.settings import Settings

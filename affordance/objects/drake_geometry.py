@@ -1,6 +1,6 @@
 """Drake geometry for drawing solids.
 
-A tool's contact geometry is not its solids but the striking face (plant/contact_face.py): Drake's point contact
+A tool's contact geometry is not its solids but the striking face (plant/contact.py): Drake's point contact
 replaces any mesh by its convex hull, which would fill the claw of a hammer.
 """
 

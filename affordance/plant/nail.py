@@ -1,9 +1,10 @@
-"""Nail driven in Simulation IV: its data, and its bodies in a plant.
+"""Nail driven in Simulation IV: its data, its bodies in a plant, and the resistance of the wood to it.
 
-The nail slides along its own axis in a fixed block. Its resistance is a system of its own (nail_system.py), for
-Drake's joints have damping but no dry friction.
+The nail slides along its own axis in a fixed block. Its resistance is a system of its own, for Drake's joints have
+damping but no dry friction. Frames: W the world, N at the top of the head with Nz along the driving direction.
 """
 
+import math
 from dataclasses import dataclass
 from typing import Annotated, NamedTuple, Self
 
@@ -13,12 +14,13 @@ from pydrake.geometry import Box, Cylinder, Sphere
 from pydrake.math import RigidTransform, RotationMatrix
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import FixedOffsetFrame, Joint, PrismaticJoint, SpatialInertia
+from pydrake.systems.framework import BasicVector, Context
 
 from affordance.arrays import Array
+from affordance.drake.sampled_system import SampledSystem
 from affordance.files.constraints import Within
 from affordance.files.data_model import DataModel
-from affordance.plant.contact_face import ContactFace
-from affordance.plant.contact_material import CONTACT_STIFFNESS, register_surface
+from affordance.plant.contact import CONTACT_STIFFNESS, ContactFace, register_surface
 
 # Withdrawal load of a nail from the side grain of wood, per depth and diameter: 54.12 G^(5/2) N/mm^2 with G the
 # wood's specific gravity (Wood Handbook FPL-GTR-190, chapter 8); the same skin friction resists it on the way in.
@@ -32,6 +34,10 @@ STICTION_TOLERANCE = 1e-2
 _TOUCH = 1.0
 # Fraction of its travel after which a nail counts as at rest.
 _ALMOST = 0.999
+# Rate of the nail below which it counts as at rest. Dry friction is a step there, which no integrator of smooth
+# systems can handle; a tanh of this width replaces it, so that a nail at rest creeps by its own weight, 0.3 um per
+# second, [m/s].
+_REST = 1e-3
 _BLOCK = 0.1  # edge of the block that is drawn, [m]
 
 
@@ -208,3 +214,37 @@ def add_nail(plant: MultibodyPlant, placement: NailPlacement, name: str = "nail"
         block = X_WN @ RigidTransform(np.array([0.0, 0.0, surface + 0.5 * _BLOCK]))
         plant.RegisterVisualGeometry(plant.world_body(), block, Box(_BLOCK, _BLOCK, _BLOCK), f"{name}_block", wood)
     return joint
+
+
+class NailResistance(SampledSystem):
+    """Dry friction of the wood: opposes motion, without rebound, with a magnitude that depends on the nail's depth.
+
+    Input ports:
+        state: Distance that the nail was driven since it was set, and its rate, (2,), [m, m/s].
+
+    Output ports:
+        force: Force on the nail along the driving direction, and zeros for the plant's other velocities,
+            (num_velocities,), [N, N m].
+        resistance: Resistance against being driven in, (1,), [N].
+    """
+
+    def __init__(self, nail: Nail, *, num_velocities: int, index: int) -> None:
+        super().__init__()
+        self._nail = nail
+        self._size = num_velocities
+        self._index = index
+        self._state = self.declare_vector_input("state", 2)
+        self.DeclareVectorOutputPort("force", num_velocities, self._calc_force)
+        self.DeclareVectorOutputPort("resistance", 1, self._calc_resistance)
+
+    def _compute_resistance(self, context: Context) -> float:
+        travel, rate = self._state.Eval(context)
+        return self._nail.compute_resistance(self._nail.depth_set + travel) * math.tanh(rate / _REST)
+
+    def _calc_force(self, context: Context, output: BasicVector) -> None:
+        force = np.zeros(self._size)
+        force[self._index] = -self._compute_resistance(context)
+        output.SetFromVector(force)
+
+    def _calc_resistance(self, context: Context, output: BasicVector) -> None:
+        output.SetFromVector(np.array([self._compute_resistance(context)]))

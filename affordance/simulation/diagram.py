@@ -26,8 +26,7 @@ from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.held_torque import compute_stiffness
 from affordance.plant.load import add_arm, load_arm
-from affordance.plant.nail import NailPlacement
-from affordance.plant.nail_system import NailResistance
+from affordance.plant.nail import NailPlacement, NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
 from affordance.proprioception.systems import DensityEstimator, Proprioception

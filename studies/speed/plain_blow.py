@@ -17,8 +17,7 @@ from affordance.arrays import Array
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM
 from affordance.plant.load import attach_tool, parse_arm
-from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, add_nail
-from affordance.plant.nail_system import NailResistance
+from affordance.plant.nail import STICTION_TOLERANCE, NailPlacement, NailResistance, add_nail
 
 # Modulus of both bodies, such that they approach under a blow's peak as far as with point contact. Two spheres of
 # radii R_1 and R_2 resist by about pi E R_1 R_2 / (R_1 + R_2)^2 times the approach squared, [Pa].

@@ -16,7 +16,7 @@ from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
-from affordance.plant.contact_material import CONTACT_STIFFNESS
+from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 from studies.hammering.work_map import find_crossovers, map_work

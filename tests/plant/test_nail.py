@@ -15,9 +15,8 @@ from pydrake.systems.primitives import LogVectorOutput
 from affordance.choice.hammer import load_hammer
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.plant.contact_material import CONTACT_STIFFNESS
-from affordance.plant.nail import NailPlacement, NailRecord, add_nail
-from affordance.plant.nail_system import NailResistance
+from affordance.plant.contact import CONTACT_STIFFNESS
+from affordance.plant.nail import NailPlacement, NailRecord, NailResistance, add_nail
 
 GOOD = (MODELS / "nail.yaml").read_text(encoding="utf-8")
 DOWN = np.array([0.0, 0.0, -1.0])

@@ -10,7 +10,7 @@ from affordance.choice.blow_cost import AIM
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import StallError
 from affordance.objects.tool import list_densities
-from affordance.plant.contact_material import CONTACT_STIFFNESS
+from affordance.plant.contact import CONTACT_STIFFNESS
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.blow import simulate_blow
 from affordance.simulation.diagram import build_trial_diagram

@@ -6,7 +6,7 @@ from pydrake.multibody.plant import CoulombFriction
 
 from affordance.choice.hammer import load_hammer
 from affordance.files.model_folder import MODELS
-from affordance.plant import contact_material
+from affordance.plant import contact
 from affordance.settings import Settings
 from affordance.simulation.trial import get_runner
 from studies.tools.blows import check_blows
@@ -31,7 +31,7 @@ def test_friction_on_the_nail_is_what_raises_the_peak_above_the_plan(monkeypatch
     """The plan's effective mass is that of a face that slides freely; one that sticks also resists turning."""
     assert 1.0 < (rough := check("claw hammer", "choked")).force / rough.force_aimed < 1.1
     get_runner.cache_clear()
-    monkeypatch.setattr(contact_material, "_FRICTION", CoulombFriction(static_friction=0.0, dynamic_friction=0.0))
+    monkeypatch.setattr(contact, "_FRICTION", CoulombFriction(static_friction=0.0, dynamic_friction=0.0))
     smooth = check("claw hammer", "choked")
     get_runner.cache_clear()
     assert smooth.force == pytest.approx(smooth.force_aimed, rel=0.01)

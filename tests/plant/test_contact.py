@@ -10,8 +10,7 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import DiagramBuilder
 
 from affordance.objects.inertia import Ellipsoid
-from affordance.plant.contact_face import ContactFace
-from affordance.plant.contact_material import CONTACT_STIFFNESS, DISSIPATION
+from affordance.plant.contact import CONTACT_STIFFNESS, DISSIPATION, ContactFace
 from affordance.plant.nail import NailPlacement, add_nail
 
 UPRIGHT = np.array([0.0, 0.0, 1.0])
