@@ -1,10 +1,13 @@
-"""Hammering: the free end of the tool drives a nail with a demanded peak force."""
+"""Hammering: the free end of the tool drives a nail with a demanded peak force.
+
+Frames: W the world, T the tool, S the striking point on its surface.
+"""
 
 import contextlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Self
 
 import numpy as np
 from pydantic import Field, model_validator
@@ -69,14 +72,29 @@ class Hammer:
         )
 
     def build_cost(self, model: ArmModel, parts: Sequence[PosedShape], settings: Settings) -> BlowCost:
-        """Plans swings of all speeds, which do not depend on the tool's inertia.
+        """Plans swings of increasing tip speed, up to that which a massless tool would need.
+
+        They do not depend on the tool's inertia. If there are none, the result has a reason.
 
         Args:
             model: Model of the arm; its state and payload are changed.
             parts: Parts of the tool, posed relative to the hand.
             settings: Settings of the controller.
         """
-        return plan_blows(model, parts, self, settings)
+        target = self.find_target(model, parts)
+        swings, infeasible_reason = _plan_swings(model, target, self)
+        period, measure = settings.control_period, settings.cost_measure
+        return BlowCost(
+            nail=self.nail,
+            force=self.force,
+            target=target,
+            swings=tuple(swings.values()),
+            speeds=np.array(list(swings)),
+            masses=tuple(_weigh(model, target, swing) for swing in swings.values()),
+            motions=tuple(MotionCost(model, sample_swing(each, period), measure=measure) for each in swings.values()),
+            joint_names=tuple(model.arm.joint_names),
+            infeasible_reason=infeasible_reason,
+        )
 
 
 class _BlowEntry(DataModel):
@@ -133,80 +151,35 @@ def load_hammer(path: StrPath) -> Hammer:
     return load_model(check_path("path", path), HammerEntry).build_task()
 
 
-def plan_blows(model: ArmModel, parts: Sequence[PosedShape], hammer: Hammer, settings: Settings) -> BlowCost:
-    """Plans swings of increasing tip speed, up to the speed that a massless tool would need.
-
-    Args:
-        model: Model of the arm; its state and payload are changed.
-        parts: Parts of the tool, posed relative to the hand.
-        hammer: Hammering task.
-        settings: Settings of the controller.
-
-    Returns: Swings and their costs; with a reason if there are no swings.
-    """
-    target = hammer.find_target(model, parts)
-    table = _plan_table(model, target, hammer)
-    return BlowCost(
-        nail=hammer.nail,
-        force=hammer.force,
-        target=target,
-        swings=tuple(table.swings),
-        speeds=np.array(table.speeds),
-        masses=tuple(table.masses),
-        motions=tuple(
-            MotionCost(model, sample_swing(swing, settings.control_period), measure=settings.cost_measure)
-            for swing in table.swings
-        ),
-        joint_names=tuple(model.arm.joint_names),
-        infeasible_reason=table.infeasible_reason,
-    )
-
-
-class _Table(NamedTuple):
-    """Swings of increasing tip speed, [m/s], with their effective masses; a reason if there are no swings."""
-
-    speeds: list[float]
-    swings: list[Swing]
-    masses: list[EffectiveMass]
-    infeasible_reason: str
-
-
-def _plan_table(model: ArmModel, target: Target, hammer: Hammer) -> _Table:
-    """Plans swings of tip speeds that increase in steps, and further ones in between if those are too few."""
-
-    def weigh(swing: Swing) -> EffectiveMass:
-        return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
-
-    speeds, swings, masses = [0.0], list[Swing](), list[EffectiveMass]()
-    fastest, infeasible_reason = _SPEED_STEP, ""
-    while speeds[-1] < fastest:
-        speed = speeds[-1] + max(_SPEED_STEP, _SPEED_GROWTH * speeds[-1])
+def _plan_swings(model: ArmModel, target: Target, hammer: Hammer) -> tuple[dict[float, Swing], str]:
+    """Plans swings by increasing tip speed, [m/s], further ones in between if these are few; a reason if none is."""
+    swings: dict[float, Swing] = {}
+    speed, fastest, infeasible_reason = 0.0, _SPEED_STEP, ""
+    while speed < fastest:
+        guess = swings.get(speed)
+        speed += max(_SPEED_STEP, _SPEED_GROWTH * speed)
         try:
-            swings.append(find_swing(model, target, hammer, speed, swings[-1] if swings else None))
+            swings[speed] = find_swing(model, target, hammer, speed, guess)
         except AffordanceError as error:
-            if not swings:
-                infeasible_reason = str(error)
+            infeasible_reason = "" if swings else str(error)
             break
-        speeds.append(speed)
-        masses.append(weigh(swings[-1]))
         # The effective mass of arm and tool is at least that of the arm alone.
-        (least_mass,) = masses[-1].compute(np.zeros((1, NUM_PARAMETERS)))
+        (least_mass,) = _weigh(model, target, swings[speed]).compute(np.zeros((1, NUM_PARAMETERS)))
         fastest = float(hammer.nail.compute_tip_speed(np.array(AIM * hammer.force), least_mass))
-    nodes = dict(zip(speeds[1:], swings, strict=True))
-    between = 1
-    while between and 0 < len(nodes) < _FEWEST_SPEEDS:
-        known = [0.0, *sorted(nodes)]
+    added = len(swings)
+    while added and len(swings) < _FEWEST_SPEEDS:
+        known = [0.0, *sorted(swings)]
         known.append(2.0 * known[-1] - known[-2])  # perhaps half a step more is within the limits
-        between = len(nodes)
         for low, high in itertools.pairwise(known):
+            middle, guess = 0.5 * (low + high), swings[low or known[1]]
             with contextlib.suppress(AffordanceError):
-                guess = nodes[low if low > 0.0 else known[1]]
-                nodes[0.5 * (low + high)] = find_swing(model, target, hammer, 0.5 * (low + high), guess)
-        between = len(nodes) - between
-    if len(nodes) > len(swings):
-        speeds, swings = [0.0, *sorted(nodes)], [nodes[speed] for speed in sorted(nodes)]
-        masses = [weigh(swing) for swing in swings]
-    return _Table(speeds[1:], swings, masses, infeasible_reason)
+                swings[middle] = find_swing(model, target, hammer, middle, guess)
+        added = len(swings) + 2 - len(known)
+    return dict(sorted(swings.items(), key=lambda each: each[0])), infeasible_reason
+
+
+def _weigh(model: ArmModel, target: Target, swing: Swing) -> EffectiveMass:
+    return EffectiveMass(model, target.p_TS, target.direction_W, swing.q_end)
 
 
 def plan_strike(

@@ -16,7 +16,7 @@ from affordance.control.problem import MpcSettings
 from affordance.control.task import Task
 from affordance.drake.sampled_system import ObjectParameter, SampledSystem, Source
 from affordance.plant.arm import Arm
-from affordance.plant.held_torque import HeldTorqueModel
+from affordance.plant.arm_model import HeldTorqueModel
 
 _LOG = logging.getLogger(__name__)
 

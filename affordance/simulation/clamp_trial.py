@@ -2,7 +2,7 @@
 
 The force has a closed form (``control.hold``). The hand's motion after release has none for the outstretched arm:
 with a believed weight a seventh too small, the arm is unstable, to first order, against turning its forearm, and
-higher orders determine how far it sinks. For hundreds of lifts it is simulated at some beliefs and interpolated.
+higher orders determine how far it sinks.
 """
 
 from typing import NamedTuple
@@ -23,8 +23,6 @@ CLAMPED = 1.0
 # The force is averaged over this time before release (Cesanek et al. 2021), [s], with this number of readings.
 _AVERAGED = 0.01
 _NUM_READINGS = 10
-# Ratios of believed to true weight at which excursions are tabulated, denser where the hand moves little.
-_FACTORS = np.array([0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.35, 1.5, 1.75, 2.0])
 # Times of logged rows are rounded, [s].
 _ROUNDING = 1e-9
 

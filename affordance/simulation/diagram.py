@@ -23,8 +23,7 @@ from affordance.control.hold import Hold
 from affordance.control.systems import MpcController, TaskSystem
 from affordance.objects.tool import Tool
 from affordance.plant.arm import Arm
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.held_torque import compute_stiffness
+from affordance.plant.arm_model import ArmModel, compute_stiffness
 from affordance.plant.load import add_arm, load_arm
 from affordance.plant.nail import NailPlacement, NailResistance
 from affordance.plant.serial_chain import SerialChain, build_chain

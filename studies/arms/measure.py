@@ -6,7 +6,7 @@ foresee. A plan of minimum acceleration in N steps from rest at a distance e fro
 
     e = (1 + 1 / N) T^2 / 6 M^-1 Y (pi - pi_believed)
 
-with M the mass matrix under the believed load, for a torque that is held (plant/held_torque.py). The heavier arm and
+with M the mass matrix under the believed load, for a torque that is held (plant/arm_model.py). The heavier arm and
 rotors are at the hand, the less it sags: along the vertical, by (1 + 1 / N) T^2 g / 6 times the mass not foreseen,
 over the sum of the arm's own effective mass and the believed mass.
 """
@@ -24,8 +24,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.plant.arm import ARM
-from affordance.plant.arm_model import ArmModel, compute_payload_regressor
-from affordance.plant.held_torque import HeldTorqueModel
+from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_payload_regressor
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner

@@ -17,8 +17,7 @@ from affordance.control.systems import MpcController
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness
+from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffness
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner

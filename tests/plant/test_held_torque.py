@@ -9,8 +9,7 @@ from pydrake.multibody.plant import MultibodyPlant
 from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
 from affordance.plant.arm import ARM, Arm
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.held_torque import HeldTorqueModel, compute_stiffness
+from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffness
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.diagram import build_trial_diagram
