@@ -21,8 +21,14 @@ def mpc(arm):
 
 
 @pytest.fixture
-def hold(arm):
-    return Hold(arm.home)
+def goal(arm, model):
+    """Rest at home, as of a hold."""
+    return Hold(arm.home).compute_goal(model, np.zeros(14), 0.0, 0.24)
+
+
+@pytest.fixture
+def at_home(arm):
+    return np.concatenate([arm.home, np.zeros(7)])
 
 
 def draw_state(arm, rng, angle, rate):
@@ -57,20 +63,16 @@ def measure_overstep(vdot, x, limits, settings):
     return s_q, max(0.0, (np.abs(v) - limits.v_max).max())
 
 
-def test_free_plan_predicts_its_own_motion(mpc, arm, model, hold, rng):
+def test_free_plan_predicts_its_own_motion(mpc, arm, rng, goal):
     x = draw_state(arm, rng, 0.1, 0.5)
-    model.set_state(x)
-    trajectory = mpc.solve_free(x, hold.compute_goal(model, x, 0.0, 0.24))
-    vdot, angles, rates = np.split(trajectory, 3)
+    vdot, angles, rates = np.split(mpc.solve_free(x, goal), 3)
     q, v = roll_out(vdot, x, SETTINGS.horizon)
     np.testing.assert_allclose(angles, q, atol=1e-12)
     np.testing.assert_allclose(rates, v, atol=1e-12)
 
 
-def test_free_plan_is_stationary_by_finite_differences(mpc, arm, model, hold, rng):
+def test_free_plan_is_stationary_by_finite_differences(mpc, arm, rng, goal):
     x = draw_state(arm, rng, 0.1, 0.5)
-    model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0, 0.24)
     vdot = mpc.solve_free(x, goal)[: SETTINGS.num_steps]
     cost = compute_cost(vdot, x, goal, SETTINGS)
     for _ in range(20):
@@ -81,7 +83,7 @@ def test_free_plan_is_stationary_by_finite_differences(mpc, arm, model, hold, rn
         assert abs(costs[0] - costs[1]) < 1e-6 * (costs[0] + costs[1] - 2 * cost)
 
 
-def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, model, rng):
+def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, rng):
     """Minimum-acceleration control of a double integrator: vdot(0) = 6 dq / T^2 - 4 v / T."""
     settings = MpcSettings(horizon=0.4, num_steps=400, goal_weight=1e12)
     mpc = MinimumAccelerationMpc(arm.limits, settings)
@@ -93,20 +95,16 @@ def test_many_fine_steps_give_the_known_optimum_of_continuous_time(arm, model, r
     np.testing.assert_allclose(first, expected, atol=0.02 * np.abs(expected).max())
 
 
-def test_goal_is_missed_by_no_more_than_the_weight_allows(mpc, arm, model, hold, rng):
+def test_goal_is_missed_by_no_more_than_the_weight_allows(mpc, arm, rng, goal):
     x = draw_state(arm, rng, 0.2, 0.0)
-    model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0, 0.24)
     _, angles, _ = np.split(mpc.solve_free(x, goal), 3)
     assert np.abs(angles[-1] - goal.d_q).max() < 1e-4 * np.abs(goal.d_q - x[:7]).max()
 
 
-def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model, hold, rng):
+def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model, rng, goal):
     compared = 0
     for _ in range(60):
         x = draw_state(arm, rng, 0.05, 0.3)
-        model.set_state(x)
-        goal = hold.compute_goal(model, x, 0.0, 0.24)
         solution = mpc.solve(x, goal, model)
         if solution.status is MpcStatus.FREE:
             limited = mpc.solve_limited(x, goal, model)
@@ -117,7 +115,7 @@ def test_closed_form_equals_the_program_where_no_limit_is_active(mpc, arm, model
 
 
 def test_program_that_is_always_used_gives_the_same_plans_and_says_as_well_where_a_limit_is_active(
-    mpc, arm, model, hold, rng, monkeypatch
+    mpc, arm, model, rng, monkeypatch, goal
 ):
     always = MinimumAccelerationMpc(arm.limits, dataclasses.replace(SETTINGS, always_program=True))
     monkeypatch.setattr(always, "solve_free", None)
@@ -125,8 +123,6 @@ def test_program_that_is_always_used_gives_the_same_plans_and_says_as_well_where
     for scale in np.linspace(0.02, 1.0, 40):
         x = draw_state(arm, rng, 0.1 * scale, 5.0 * scale)
         x[:7] = np.clip(x[:7], arm.limits.q_lower, arm.limits.q_upper)
-        model.set_state(x)
-        goal = hold.compute_goal(model, x, 0.0, 0.24)
         one, other = mpc.solve(x, goal, model), always.solve(x, goal, model)
         np.testing.assert_allclose(other.vdot, one.vdot, rtol=1e-6, atol=1e-7)
         np.testing.assert_allclose(other.tau, one.tau, rtol=1e-6, atol=1e-7)
@@ -227,28 +223,25 @@ def test_limits_that_cannot_be_kept_are_overstepped_as_little_as_possible():
     np.testing.assert_allclose(vdot, found, atol=0.05)
 
 
-def test_goals_far_beyond_the_limits_do_not_move_the_arm_beyond_them(mpc, arm, model):
+def test_goals_far_beyond_the_limits_do_not_move_the_arm_beyond_them(mpc, arm, model, at_home):
     """What the goal's weight would like does not matter: from home, where staying put breaks nothing."""
-    x = np.concatenate([arm.home, np.zeros(7)])
-    model.set_state(x)
     one = np.eye(7)
     for beyond in (0.03, 0.3, 3.0):
         for limit, sign in ((arm.limits.q_lower, -1.0), (arm.limits.q_upper, 1.0)):
             goal = TerminalGoal(one, limit + sign * beyond, one, np.zeros(7))
-            solution = mpc.solve(x, goal, model)
+            solution = mpc.solve(at_home, goal, model)
             assert solution.status is MpcStatus.LIMITED
-            s_q, s_v = measure_overstep(solution.vdot, x, arm.limits, SETTINGS)
+            s_q, s_v = measure_overstep(solution.vdot, at_home, arm.limits, SETTINGS)
             assert s_q < 1e-7
             assert s_v < 1e-6
             assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-7).all()
 
 
-def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
+def test_torque_limits_are_always_kept(mpc, arm, model, rng, goal):
     limited = 0
     for _ in range(60):
         x = draw_state(arm, rng, 0.4, 3.0)
-        model.set_state(x)
-        solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+        solution = mpc.solve(x, goal, model)
         limited += solution.status is MpcStatus.LIMITED
         assert solution.status is not MpcStatus.FAILED
         assert (np.abs(solution.tau) <= arm.limits.tau_max + 1e-6).all()
@@ -256,13 +249,10 @@ def test_torque_limits_are_always_kept(mpc, arm, model, hold, rng):
     assert limited > 10
 
 
-def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, hold):
+def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, goal, at_home):
     """A joint on its way beyond its limit, with room enough to brake."""
-    elbow = arm.joint_names.index("elbow_flexion")
-    x = np.concatenate([arm.home, np.zeros(7)])
+    x, elbow = at_home, arm.joint_names.index("elbow_flexion")
     x[elbow], x[7 + elbow] = arm.limits.q_lower[elbow] + 0.02, -1.0
-    model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0, 0.24)
     free = np.split(mpc.solve_free(x, goal), 3)[1]
     assert free[:, elbow].min() < arm.limits.q_lower[elbow] - 0.01
     solution = mpc.solve(x, goal, model)
@@ -271,34 +261,29 @@ def test_angle_limit_is_kept_where_it_can_be(mpc, arm, model, hold):
     assert q[:, elbow].min() > arm.limits.q_lower[elbow] - 1e-8
 
 
-def test_state_beyond_a_limit_has_a_plan_that_comes_back(mpc, arm, model, hold):
-    x = np.concatenate([arm.home, np.zeros(7)])
-    elbow = arm.joint_names.index("elbow_flexion")
+def test_state_beyond_a_limit_has_a_plan_that_comes_back(mpc, arm, model, goal, at_home):
+    x, elbow = at_home, arm.joint_names.index("elbow_flexion")
     x[elbow] = arm.limits.q_lower[elbow] - 0.1
-    model.set_state(x)
-    solution = mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+    solution = mpc.solve(x, goal, model)
     assert solution.status is MpcStatus.LIMITED
     q, _ = roll_out(solution.vdot, x, SETTINGS.horizon)
     assert q[-1, elbow] > arm.limits.q_lower[elbow] - 1e-3
 
 
-def test_joints_without_limits_are_left_alone(arm, model, hold, rng):
+def test_joints_without_limits_are_left_alone(arm, model, rng, goal):
     unbounded = np.full(7, np.inf)
     mpc = MinimumAccelerationMpc(JointLimits(-unbounded, unbounded, unbounded, unbounded), SETTINGS)
     x = draw_state(arm, rng, 1.0, 10.0)
-    model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0, 0.24)
     solution = mpc.solve(x, goal, model)
     assert solution.status is MpcStatus.FREE
     np.testing.assert_allclose(mpc.solve_limited(x, goal, model).vdot, solution.vdot, rtol=0, atol=1e-6)
 
 
-def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
+def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, rng, goal):
     states = [draw_state(arm, rng, 0.6, 6.0) for _ in range(3)]
 
     def solve(x):
-        model.set_state(x)
-        return mpc.solve(x, hold.compute_goal(model, x, 0.0, 0.24), model)
+        return mpc.solve(x, goal, model)
 
     first = solve(states[0])
     assert first.status is MpcStatus.LIMITED
@@ -309,13 +294,9 @@ def test_result_does_not_depend_on_earlier_solves(mpc, arm, model, hold, rng):
     assert len(mpc._programs) == 1
 
 
-def test_state_that_is_not_finite_fails_without_torque(mpc, arm, model, hold):
-    x = np.concatenate([arm.home, np.zeros(7)])
-    model.set_state(x)
-    goal = hold.compute_goal(model, x, 0.0, 0.24)
-    broken = x.copy()
-    broken[3] = np.nan
-    assert mpc.solve(broken, goal, model).status is MpcStatus.FAILED
+def test_state_that_is_not_finite_fails_without_torque(mpc, model, goal, at_home):
+    at_home[3] = np.nan
+    assert mpc.solve(at_home, goal, model).status is MpcStatus.FAILED
 
 
 def test_earlier_plan_goes_on_step_by_step(mpc):
@@ -345,13 +326,10 @@ def test_sampled_loop_is_stable_for_a_believed_inertia_too_large_by(arm, ratio):
     assert np.abs(poles).max() < 0.999
 
 
-def test_programs_are_kept_per_number_of_goal_rows(mpc, arm, model, hold):
-    x = np.concatenate([arm.home, np.zeros(7)])
-    model.set_state(x)
-    whole = hold.compute_goal(model, x, 0.0, 0.24)
-    mpc.solve_limited(x, whole, model)
+def test_programs_are_kept_per_number_of_goal_rows(mpc, model, goal, at_home):
+    mpc.solve_limited(at_home, goal, model)
     program = mpc._programs[7, 7]
-    mpc.solve_limited(x, whole._replace(C_q=whole.C_q[:3], d_q=whole.d_q[:3]), model)
-    mpc.solve_limited(x, whole, model)
+    mpc.solve_limited(at_home, goal._replace(C_q=goal.C_q[:3], d_q=goal.d_q[:3]), model)
+    mpc.solve_limited(at_home, goal, model)
     assert mpc._programs[7, 7] is program
     assert set(mpc._programs) == {(7, 7), (3, 7)}
