@@ -4,14 +4,18 @@ from math import factorial
 
 import numpy as np
 import pytest
-from numpy.typing import ArrayLike
 from scipy.optimize import brentq, minimize
 from scipy.special import log_ndtr
 from scipy.stats import kstest, multivariate_normal, norm, truncnorm
 
-from affordance.arrays import Array
 from affordance.belief import minimax_tilting as tilting
-from affordance.belief import truncated_normal as positive_gaussian
+from affordance.belief.truncated_normal import (
+    compute_log_mass,
+    compute_mean,
+    compute_mode,
+    compute_percentiles,
+    draw_samples,
+)
 from affordance.exceptions import AffordanceError
 
 # Pairs with their mass near, across and far from the bounds.
@@ -26,22 +30,20 @@ FRACTIONS = np.array([0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99])
 LOW_FRACTIONS = np.array([1e-9, 1e-6, 1e-4, 0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4])
 MANY_FRACTIONS = np.concatenate([LOW_FRACTIONS, [0.5], 1 - LOW_FRACTIONS[::-1]])
 
-Pair = tuple[Array, Array]
-
 
 @pytest.fixture(params=CASES, ids=list(CASES))
-def pair(request: pytest.FixtureRequest) -> Pair:
+def pair(request):
     mean, covariance = CASES[request.param]
     return np.array(mean), np.array(covariance)
 
 
-def correlate(sds: ArrayLike, correlation: float) -> Array:
+def correlate(sds, correlation):
     """The covariance of coordinates that all correlate alike."""
     scales = np.asarray(sds, dtype=float)
     return np.outer(scales, scales) * (correlation + (1 - correlation) * np.eye(len(scales)))
 
 
-def draw_distribution(rng: np.random.Generator, size: int, *, narrowest: float, farthest: float) -> Pair:
+def draw_distribution(rng, size, *, narrowest, farthest):
     """A random mean and covariance; narrowest: smallest SD there is in any direction; farthest: means in SDs."""
     axes = np.linalg.qr(rng.normal(size=(size, size)))[0]
     covariance = axes @ np.diag(10.0 ** rng.uniform(2 * np.log10(narrowest), 0, size)) @ axes.T
@@ -53,12 +55,12 @@ def draw_distribution(rng: np.random.Generator, size: int, *, narrowest: float, 
 GAUSS_NODES, GAUSS_WEIGHTS = np.polynomial.legendre.leggauss(300)
 
 
-def place_gauss_nodes(lower: float, upper: float) -> tuple[Array, Array]:
+def place_gauss_nodes(lower, upper):
     half = 0.5 * (upper - lower)
     return lower + half * (1 + GAUSS_NODES), half * GAUSS_WEIGHTS
 
 
-def integrate_over_box(mean: Array, covariance: Array, box: list[tuple[float, float]]) -> tuple[float, Array]:
+def integrate_over_box(mean, covariance, box):
     """Brute force over a box, for pairs: the log of the mass and the mean."""
     (x, x_weights), (y, y_weights) = (place_gauss_nodes(*ends) for ends in box)
     precision = np.linalg.inv(covariance)
@@ -70,7 +72,7 @@ def integrate_over_box(mean: Array, covariance: Array, box: list[tuple[float, fl
     return float(log_mass), np.array([shares.sum(axis=1) @ x, shares.sum(axis=0) @ y]) / shares.sum()
 
 
-def bracket_far_tail(mean: Array, covariance: Array) -> tuple[float, float, float]:
+def bracket_far_tail(mean, covariance):
     """Rigorous bounds of log P(x > 0) where all components of rates = -covariance^-1 mean are positive.
 
     The density is phi(0) exp(-rates.x - y), y = x.precision.x / 2 >= 0. Its integral is phi(0) / prod(rates) times
@@ -83,7 +85,7 @@ def bracket_far_tail(mean: Array, covariance: Array) -> tuple[float, float, floa
     assert (rates > 0).all()
     indices = range(len(mean))
 
-    def expect(*which: int) -> float:
+    def expect(*which):
         """Expectation of the product of some of x."""
         return float(np.prod([factorial(which.count(i)) / rates[i] ** which.count(i) for i in indices]))
 
@@ -99,65 +101,65 @@ def bracket_far_tail(mean: Array, covariance: Array) -> tuple[float, float, floa
 class Contest:
     """x_i = s_i (z_i - z_0), z independent standard normal: all x > 0 means that z_0 is the least of M + 1."""
 
-    def __init__(self, sds: ArrayLike) -> None:
+    def __init__(self, sds):
         self.sds = np.asarray(sds, dtype=float)
         self.mean = np.zeros(len(self.sds))
         self.covariance = np.outer(self.sds, self.sds) * (1 + np.eye(len(self.sds)))
         self.z = np.linspace(-10, 10, 20_001)
 
-    def exceed(self, x: float) -> float:
+    def exceed(self, x):
         """P(x_i / s_i > x given all positive). Of such functions trapezoidal sums are exact to rounding."""
         count = len(self.sds)
         integrand = norm.pdf(self.z) * norm.sf(self.z + x) * norm.sf(self.z) ** (count - 1)
         return float((count + 1) * np.trapezoid(integrand, self.z))
 
-    def compute_percentiles(self, fractions: Array) -> Array:
+    def compute_percentiles(self, fractions):
         roots = [brentq(lambda x, f=f: self.exceed(x) - (1 - f), 0, 20, xtol=1e-13) for f in fractions]
         return np.outer(roots, self.sds)
 
-    def compute_mean(self) -> Array:
+    def compute_mean(self):
         x, weights = place_gauss_nodes(0, 20)
         return self.sds * float(np.array([self.exceed(value) for value in x]) @ weights)
 
 
-def test_mass_of_pairs_of_zero_mean_is_sheppards() -> None:
+def test_mass_of_pairs_of_zero_mean_is_sheppards():
     for correlation in (-0.999999, -0.999, -0.5, 0.3, 0.999, 0.999999):
-        log_mass = positive_gaussian.compute_log_mass(np.zeros(2), correlate([3.0, 700.0], correlation))
+        log_mass = compute_log_mass(np.zeros(2), correlate([3.0, 700.0], correlation))
         assert log_mass == pytest.approx(np.log(np.arccos(-correlation) / (2 * np.pi)), abs=1e-9)
 
 
-def test_mass_of_triples_of_zero_mean_is_known(rng: np.random.Generator) -> None:
+def test_mass_of_triples_of_zero_mean_is_known(rng):
     """P = 1/8 + (sum of the arcsines of the correlations) / 4 pi."""
     chain = np.array([[1.0, 0.6, 0.0], [0.6, 1.0, -0.7], [0.0, -0.7, 1.0]])
     for covariance in [chain] + [draw_distribution(rng, 3, narrowest=0.03, farthest=0.0)[1] for _ in range(10)]:
         sds = np.sqrt(np.diag(covariance))
         angles = np.arcsin((covariance / np.outer(sds, sds))[np.triu_indices(3, 1)])
-        log_mass = positive_gaussian.compute_log_mass(np.zeros(3), covariance)
+        log_mass = compute_log_mass(np.zeros(3), covariance)
         assert np.exp(log_mass) == pytest.approx(1 / 8 + angles.sum() / (4 * np.pi), abs=1e-11)
 
 
 @pytest.mark.parametrize("size", [2, 3, 4, 6])
-def test_of_a_contest_everything_is_known(size: int) -> None:
+def test_of_a_contest_everything_is_known(size):
     contest = Contest(10.0 ** np.linspace(0, 3, size))
     # Two or three coordinates by quadrature, more by averaging over points.
     log_mass_error, error = (1e-10, 1e-6) if size <= 3 else (1e-4, 1e-3)
-    log_mass = positive_gaussian.compute_log_mass(contest.mean, contest.covariance)
+    log_mass = compute_log_mass(contest.mean, contest.covariance)
     assert log_mass == pytest.approx(-np.log(size + 1), abs=log_mass_error)
-    percentiles = positive_gaussian.compute_percentiles(contest.mean, contest.covariance, FRACTIONS)
+    percentiles = compute_percentiles(contest.mean, contest.covariance, FRACTIONS)
     expected = contest.compute_percentiles(FRACTIONS)
     np.testing.assert_allclose(percentiles / contest.sds, expected / contest.sds, rtol=0, atol=error)
-    means = positive_gaussian.compute_mean(contest.mean, contest.covariance)
+    means = compute_mean(contest.mean, contest.covariance)
     np.testing.assert_allclose(means / contest.sds, contest.compute_mean() / contest.sds, rtol=0, atol=error)
 
 
-def test_mass_mean_and_percentiles_of_a_pair_agree_with_brute_force(pair: Pair) -> None:
+def test_mass_mean_and_percentiles_of_a_pair_agree_with_brute_force(pair):
     mean, covariance = pair
     sds = np.sqrt(np.diag(covariance))
     box = [(max(m - 9 * s, 0.0), max(m, 0.0) + 9 * s) for m, s in zip(mean, sds, strict=True)]
     log_mass, means = integrate_over_box(mean, covariance, box)
-    assert positive_gaussian.compute_log_mass(mean, covariance) == pytest.approx(log_mass, abs=1e-10)
-    np.testing.assert_allclose(positive_gaussian.compute_mean(mean, covariance), means, rtol=0, atol=1e-9 * sds.min())
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
+    assert compute_log_mass(mean, covariance) == pytest.approx(log_mass, abs=1e-10)
+    np.testing.assert_allclose(compute_mean(mean, covariance), means, rtol=0, atol=1e-9 * sds.min())
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
     for i, f in itertools.product(range(2), range(len(FRACTIONS))):
         x = percentiles[f, i]
         below, _ = integrate_over_box(mean, covariance, [*box[:i], (box[i][0], x), *box[i + 1 :]])
@@ -168,10 +170,10 @@ def test_mass_mean_and_percentiles_of_a_pair_agree_with_brute_force(pair: Pair) 
         assert abs(np.exp(below - log_mass) - FRACTIONS[f]) / density < 1e-6 * sds[i]
 
 
-def test_percentiles_of_independent_coordinates_are_those_of_truncated_normals() -> None:
+def test_percentiles_of_independent_coordinates_are_those_of_truncated_normals():
     mean, sds = np.array([1000.0, -200.0]), np.array([4000.0, 100.0])
-    percentiles = positive_gaussian.compute_percentiles(mean, np.diag(sds**2), FRACTIONS)
-    means = positive_gaussian.compute_mean(mean, np.diag(sds**2))
+    percentiles = compute_percentiles(mean, np.diag(sds**2), FRACTIONS)
+    means = compute_mean(mean, np.diag(sds**2))
     for i in range(2):
         expected = truncnorm(-mean[i] / sds[i], np.inf, loc=mean[i], scale=sds[i])
         np.testing.assert_allclose(percentiles[:, i], expected.ppf(FRACTIONS), rtol=1e-12)
@@ -179,10 +181,10 @@ def test_percentiles_of_independent_coordinates_are_those_of_truncated_normals()
 
 
 @pytest.mark.parametrize("distance", [40.0, 95.0, 105.0, 1e4, 1e6])
-def test_mean_and_percentiles_far_in_the_tail_obey_laplaces_continued_fraction(distance: float) -> None:
+def test_mean_and_percentiles_far_in_the_tail_obey_laplaces_continued_fraction(distance):
     """Mills' ratio, sf / pdf at d, is 1 / (d + 1 / (d + 2 / (d + 3 / ...)))."""
 
-    def compute_fraction(d: Array, first: int) -> Array:
+    def compute_fraction(d, first):
         value = d
         for numerator in range(60, first - 1, -1):
             value = d + numerator / value
@@ -191,45 +193,45 @@ def test_mean_and_percentiles_far_in_the_tail_obey_laplaces_continued_fraction(d
     mean, covariance = np.array([-7.0 * distance]), np.array([[49.0]])
     # The mean's excess over the bound is 1 / ratio - d.
     expected = 7.0 * compute_fraction(np.array([distance]), 2)
-    np.testing.assert_allclose(positive_gaussian.compute_mean(mean, covariance), expected, rtol=1e-10)
-    excesses = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)[:, 0] / 7.0
+    np.testing.assert_allclose(compute_mean(mean, covariance), expected, rtol=1e-10)
+    excesses = compute_percentiles(mean, covariance, FRACTIONS)[:, 0] / 7.0
     ratios = compute_fraction(distance + excesses, 1) / compute_fraction(np.array([distance]), 1)
     above = np.exp(-excesses * (distance + 0.5 * excesses)) * ratios
     np.testing.assert_allclose(above, 1 - FRACTIONS, rtol=0, atol=2e-10)
 
 
-def test_what_covaries_through_others_is_treated_together_and_the_rest_apart() -> None:
+def test_what_covaries_through_others_is_treated_together_and_the_rest_apart():
     covariance = np.diag([4.0, 9.0, 1.0, 25.0])
     covariance[0, 2] = covariance[2, 0] = 1.2
     covariance[2, 3] = covariance[3, 2] = -2.0
     mean = np.array([-1.0, 2.0, 0.3, 4.0])
     together = np.array([0, 2, 3])
     block = mean[together], covariance[np.ix_(together, together)]
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
-    np.testing.assert_array_equal(percentiles[:, together], positive_gaussian.compute_percentiles(*block, FRACTIONS))
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
+    np.testing.assert_array_equal(percentiles[:, together], compute_percentiles(*block, FRACTIONS))
     np.testing.assert_allclose(percentiles[:, 1], truncnorm(-2 / 3, np.inf, 2, 3).ppf(FRACTIONS), rtol=1e-12)
-    log_mass = positive_gaussian.compute_log_mass(mean, covariance)
-    assert log_mass == pytest.approx(positive_gaussian.compute_log_mass(*block) + log_ndtr(2 / 3), abs=1e-12)
+    log_mass = compute_log_mass(mean, covariance)
+    assert log_mass == pytest.approx(compute_log_mass(*block) + log_ndtr(2 / 3), abs=1e-12)
 
 
-def test_nothing_is_certain_about_nothing(rng: np.random.Generator) -> None:
+def test_nothing_is_certain_about_nothing(rng):
     mean, covariance = np.zeros(0), np.zeros((0, 0))
-    assert positive_gaussian.compute_log_mass(mean, covariance) == 0.0
-    assert positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS).shape == (len(FRACTIONS), 0)
-    assert positive_gaussian.draw_samples(mean, covariance, rng, 3).shape == (3, 0)
+    assert compute_log_mass(mean, covariance) == 0.0
+    assert compute_percentiles(mean, covariance, FRACTIONS).shape == (len(FRACTIONS), 0)
+    assert draw_samples(mean, covariance, rng, 3).shape == (3, 0)
 
 
 @pytest.mark.parametrize("size", [2, 3])
-def test_percentiles_by_quadrature_agree_with_the_exact_ones_where_correlation_is_tiny(size: int) -> None:
+def test_percentiles_by_quadrature_agree_with_the_exact_ones_where_correlation_is_tiny(size):
     mean, sds = np.array([100.0, 9000.0, -500.0])[:size], np.array([300.0, 100.0, 50.0])[:size]
-    by_quadrature = positive_gaussian.compute_percentiles(mean, correlate(sds, 1e-9), FRACTIONS)
-    exact = positive_gaussian.compute_percentiles(mean, np.diag(sds**2), FRACTIONS)
+    by_quadrature = compute_percentiles(mean, correlate(sds, 1e-9), FRACTIONS)
+    exact = compute_percentiles(mean, np.diag(sds**2), FRACTIONS)
     np.testing.assert_allclose(by_quadrature / sds, exact / sds, rtol=0, atol=1e-6)
 
 
-def test_percentiles_of_fractions_beyond_rounding_error_stay_in_order(pair: Pair) -> None:
+def test_percentiles_of_fractions_beyond_rounding_error_stay_in_order(pair):
     fractions = np.array([1e-300, 1e-30, 1e-12, 0.5, 1 - 1e-12, 1 - 1e-16])
-    percentiles = positive_gaussian.compute_percentiles(*pair, fractions)
+    percentiles = compute_percentiles(*pair, fractions)
     assert (percentiles > 0).all()
     assert (np.diff(percentiles, axis=0) >= 0).all()
     # Normal tails: 1e-16 is 8.3 SDs.
@@ -240,31 +242,29 @@ def test_percentiles_of_fractions_beyond_rounding_error_stay_in_order(pair: Pair
 @pytest.mark.parametrize("size", [2, 3])
 @pytest.mark.parametrize("distance", [30.0, 40.0, 1000.0])
 @pytest.mark.parametrize("correlation", [-0.49, 0.5, 0.9])
-def test_mass_far_in_the_tail_is_within_rigorous_bounds(size: int, distance: float, correlation: float) -> None:
+def test_mass_far_in_the_tail_is_within_rigorous_bounds(size, distance, correlation):
     mean, covariance = np.full(size, -distance), correlate(np.ones(size), correlation)
     lower, upper, _ = bracket_far_tail(mean, covariance)
-    log_mass = positive_gaussian.compute_log_mass(mean, covariance)
+    log_mass = compute_log_mass(mean, covariance)
     rounding = 1e-14 * abs(lower)
     assert lower - rounding <= log_mass <= upper + rounding
 
 
 @pytest.mark.parametrize("correlation", [-0.999, -0.999999])
-def test_a_pair_in_the_tail_with_opposed_coordinates_is_exponentially_distributed(
-    correlation: float, rng: np.random.Generator
-) -> None:
+def test_a_pair_in_the_tail_with_opposed_coordinates_is_exponentially_distributed(correlation, rng):
     mean, sds = np.array([-4000.0, -80.0]), np.array([100.0, 2.0])
     covariance = correlate(sds, correlation)
     lower, _, y = bracket_far_tail(mean, covariance)
     assert y < 1e-6
-    log_mass = positive_gaussian.compute_log_mass(mean, covariance)
+    log_mass = compute_log_mass(mean, covariance)
     # A correlation so near one is rounded by 1e-16 / (1 - correlation) of what matters of it.
     assert log_mass == pytest.approx(lower, rel=1e-9)
     rates = -np.linalg.solve(covariance, mean)
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
     # Weights within [1 - y, 1] change a probability by 2 y at most, and this one's density is rate (1 - f).
     shift = 2 * y / (1 - FRACTIONS)
     assert (np.abs(percentiles * rates + np.log1p(-FRACTIONS)[:, None]) <= shift[:, None] + 1e-6).all()
-    samples = positive_gaussian.draw_samples(mean, covariance, rng, 20_000)
+    samples = draw_samples(mean, covariance, rng, 20_000)
     assert (samples > 0).all()
     for i in range(2):
         assert kstest(samples[:, i] * rates[i], "expon").pvalue > 1e-4
@@ -272,81 +272,81 @@ def test_a_pair_in_the_tail_with_opposed_coordinates_is_exponentially_distribute
     assert abs((samples * rates - 1).prod(axis=1).mean()) < 5 * 0.007
 
 
-def test_a_pair_in_the_tail_with_coordinates_alike_agrees_with_brute_force(rng: np.random.Generator) -> None:
+def test_a_pair_in_the_tail_with_coordinates_alike_agrees_with_brute_force(rng):
     mean, covariance = np.array([-40.0, -40.0]), correlate([1.0, 1.0], 0.999)
     log_mass, means = integrate_over_box(mean, covariance, [(0.0, 1.5)] * 2)
-    assert positive_gaussian.compute_log_mass(mean, covariance) == pytest.approx(log_mass, abs=1e-9)
-    np.testing.assert_allclose(positive_gaussian.compute_mean(mean, covariance), means, rtol=1e-8)
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
+    assert compute_log_mass(mean, covariance) == pytest.approx(log_mass, abs=1e-9)
+    np.testing.assert_allclose(compute_mean(mean, covariance), means, rtol=1e-8)
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
 
-    def cumulate(x: float) -> float:
+    def cumulate(x):
         return float(np.exp(integrate_over_box(mean, covariance, [(0.0, x), (0.0, 1.5)])[0] - log_mass))
 
     np.testing.assert_allclose([cumulate(x) for x in percentiles[:, 0]], FRACTIONS, rtol=0, atol=1e-7)
     np.testing.assert_allclose(percentiles[:, 1], percentiles[:, 0], rtol=1e-12)
-    samples = positive_gaussian.draw_samples(mean, covariance, rng, 20_000)
+    samples = draw_samples(mean, covariance, rng, 20_000)
     axis = np.linspace(1e-9, 0.5, 100)
     cumulative = np.array([cumulate(x) for x in axis])
     for i in range(2):
         assert kstest(samples[:, i], partial(np.interp, xp=axis, fp=cumulative)).pvalue > 1e-4
 
 
-def test_one_bound_decides_where_coordinates_are_all_but_equal() -> None:
+def test_one_bound_decides_where_coordinates_are_all_but_equal():
     mean, sds = np.array([-1000.0, 300.0]), np.array([500.0, 200.0])
     covariance = correlate(sds, 1 - 1e-10)
-    assert positive_gaussian.compute_log_mass(mean, covariance) == pytest.approx(log_ndtr(-2.0), abs=1e-8)
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
+    assert compute_log_mass(mean, covariance) == pytest.approx(log_ndtr(-2.0), abs=1e-8)
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
     alone = truncnorm(2.0, np.inf).ppf(FRACTIONS)
     # Given one coordinate the other has an SD of 1.4e-5.
     np.testing.assert_allclose((percentiles - mean) / sds, np.column_stack([alone, alone]), rtol=0, atol=1e-6)
 
 
-def test_both_bounds_decide_where_coordinates_are_all_but_opposed() -> None:
+def test_both_bounds_decide_where_coordinates_are_all_but_opposed():
     """A total known well, and the split not at all: the mass lies along a line between the axes."""
     mean, sds = np.array([300.0, 500.0]), np.array([400.0, 400.0])
     covariance = correlate(sds, -(1 - 1e-10))
     low, high = -mean[0] / sds[0], mean[1] / sds[1]
     expected = np.log(norm.cdf(high) - norm.cdf(low))
     # The bounds are blurred by an SD of 1.4e-5, which cancels to first order.
-    assert positive_gaussian.compute_log_mass(mean, covariance) == pytest.approx(expected, abs=1e-8)
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, FRACTIONS)
+    assert compute_log_mass(mean, covariance) == pytest.approx(expected, abs=1e-8)
+    percentiles = compute_percentiles(mean, covariance, FRACTIONS)
     first = truncnorm(low, high).ppf(FRACTIONS)
     second = -truncnorm(low, high).ppf(1 - FRACTIONS)
     np.testing.assert_allclose((percentiles - mean) / sds, np.column_stack([first, second]), rtol=0, atol=1e-6)
 
 
-def test_mass_does_not_depend_on_the_order_of_coordinates(rng: np.random.Generator) -> None:
+def test_mass_does_not_depend_on_the_order_of_coordinates(rng):
     for _ in range(10):
         mean, covariance = draw_distribution(rng, 3, narrowest=1e-3, farthest=20.0)
         masses = []
         for order in itertools.permutations(range(3)):
             chosen = np.array(order)
-            masses.append(positive_gaussian.compute_log_mass(mean[chosen], covariance[np.ix_(chosen, chosen)]))
+            masses.append(compute_log_mass(mean[chosen], covariance[np.ix_(chosen, chosen)]))
         np.testing.assert_allclose(masses, masses[0], rtol=1e-9, atol=1e-8)
 
 
-def test_three_coordinates_agree_with_rejection_by_brute_force(rng: np.random.Generator) -> None:
+def test_three_coordinates_agree_with_rejection_by_brute_force(rng):
     mean = np.array([200.0, 500.0, -100.0])
     root = np.array([[300.0, 0, 0], [-150.0, 250.0, 0], [100.0, -120.0, 200.0]])
     covariance = root @ root.T
     brute = rng.multivariate_normal(mean, covariance, 1_000_000)
     brute = brute[(brute > 0).all(axis=1)]
-    log_mass = positive_gaussian.compute_log_mass(mean, covariance)
+    log_mass = compute_log_mass(mean, covariance)
     assert np.exp(log_mass) == pytest.approx(len(brute) / 1e6, rel=0.01)
     fractions = np.array([0.25, 0.5, 0.75])
-    percentiles = positive_gaussian.compute_percentiles(mean, covariance, fractions)
+    percentiles = compute_percentiles(mean, covariance, fractions)
     np.testing.assert_allclose(percentiles, np.quantile(brute, fractions, axis=0), atol=4.0)
-    np.testing.assert_allclose(positive_gaussian.compute_mean(mean, covariance), brute.mean(axis=0), atol=3.0)
-    samples = positive_gaussian.draw_samples(mean, covariance, rng, 100_000)
+    np.testing.assert_allclose(compute_mean(mean, covariance), brute.mean(axis=0), atol=3.0)
+    samples = draw_samples(mean, covariance, rng, 100_000)
     np.testing.assert_allclose(
         np.quantile(samples, fractions, axis=0), np.quantile(brute, fractions, axis=0), atol=5.0
     )
     np.testing.assert_allclose(np.cov(samples.T), np.cov(brute.T), rtol=0.05, atol=500.0)
 
 
-def test_samples_are_positive_and_distributed_as_they_should(pair: Pair, rng: np.random.Generator) -> None:
+def test_samples_are_positive_and_distributed_as_they_should(pair, rng):
     mean, covariance = pair
-    samples = positive_gaussian.draw_samples(mean, covariance, rng, 20_000)
+    samples = draw_samples(mean, covariance, rng, 20_000)
     assert samples.shape == (20_000, 2)
     assert (samples > 0).all()
     sds = np.sqrt(np.diag(covariance))
@@ -359,9 +359,9 @@ def test_samples_are_positive_and_distributed_as_they_should(pair: Pair, rng: np
         assert kstest(samples[:, i], partial(np.interp, xp=axis, fp=cumulative)).pvalue > 1e-4
 
 
-def test_samples_of_a_contest_of_five_are_distributed_as_they_should(rng: np.random.Generator) -> None:
+def test_samples_of_a_contest_of_five_are_distributed_as_they_should(rng):
     contest = Contest([1.0, 30.0, 5.0, 1000.0])
-    samples = positive_gaussian.draw_samples(contest.mean, contest.covariance, rng, 20_000)
+    samples = draw_samples(contest.mean, contest.covariance, rng, 20_000)
     axis = np.linspace(0, 12, 600)
     cumulative = np.array([1 - contest.exceed(x) for x in axis])
     for i in range(4):
@@ -369,25 +369,23 @@ def test_samples_of_a_contest_of_five_are_distributed_as_they_should(rng: np.ran
 
 
 @pytest.mark.parametrize("distance", [10.0, 40.0, 1e4, 1e8])
-def test_samples_however_far_in_the_tail_are_found(distance: float, rng: np.random.Generator) -> None:
+def test_samples_however_far_in_the_tail_are_found(distance, rng):
     mean, covariance = np.array([-300.0 * distance]), np.array([[300.0**2]])
-    excesses = positive_gaussian.draw_samples(mean, covariance, rng, 5000)[:, 0] / 300.0 * distance
+    excesses = draw_samples(mean, covariance, rng, 5000)[:, 0] / 300.0 * distance
     assert (excesses > 0).all()
     # Where truncnorm's own digits end the distribution is exponential, up to 1 / distance^2.
     expected = truncnorm(distance, np.inf, loc=-(distance**2), scale=distance).cdf if distance < 1e3 else "expon"
     assert kstest(excesses, expected).pvalue > 1e-4
 
 
-def test_samples_depend_on_nothing_but_the_seed() -> None:
+def test_samples_depend_on_nothing_but_the_seed():
     mean, covariance = np.array([-40.0, -40.0]), correlate([1.0, 1.0], 0.999)
-    first, second = (
-        positive_gaussian.draw_samples(mean, covariance, np.random.default_rng(3), 100) for _ in range(2)
-    )
+    first, second = (draw_samples(mean, covariance, np.random.default_rng(3), 100) for _ in range(2))
     np.testing.assert_array_equal(first, second)
-    assert (first != positive_gaussian.draw_samples(mean, covariance, np.random.default_rng(4), 100)).all()
+    assert (first != draw_samples(mean, covariance, np.random.default_rng(4), 100)).all()
 
 
-def test_weights_of_proposals_are_bounded_and_their_mean_is_the_mass(rng: np.random.Generator) -> None:
+def test_weights_of_proposals_are_bounded_and_their_mean_is_the_mass(rng):
     contest = Contest([1.0, 30.0, 5.0, 1000.0])
     proposal = tilting.build_proposal(contest.mean, contest.covariance)
     _, log_weights = tilting.propose(proposal, 1 - rng.random((100_000, 4)))
@@ -399,9 +397,7 @@ def test_weights_of_proposals_are_bounded_and_their_mean_is_the_mass(rng: np.ran
 
 
 @pytest.mark.parametrize("size", [2, 3])
-def test_a_quarter_of_the_proposals_is_accepted_whatever_the_distribution(
-    size: int, rng: np.random.Generator
-) -> None:
+def test_a_quarter_of_the_proposals_is_accepted_whatever_the_distribution(size, rng):
     for _ in range(100):
         mean, covariance = draw_distribution(rng, size, narrowest=1e-4, farthest=10.0 ** rng.uniform(-1, 2))
         _, log_weights = tilting.propose(tilting.build_proposal(mean, covariance), 1 - rng.random((4000, size)))
@@ -410,48 +406,46 @@ def test_a_quarter_of_the_proposals_is_accepted_whatever_the_distribution(
         assert np.exp(log_weights).mean() > 0.25 - 3 * 0.008
 
 
-def test_too_few_accepted_proposals_are_reported(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(positive_gaussian, "_MAX_BATCHES", 1)
+def test_too_few_accepted_proposals_are_reported(rng, monkeypatch):
+    monkeypatch.setattr("affordance.belief.truncated_normal._MAX_BATCHES", 1)
     mean, covariance = np.array([-40.0, -40.0]), correlate([1.0, 1.0], 0.999)
     with pytest.raises(
         AffordanceError, match=r"of 1000 proposals for 2 coordinates .* were accepted, 1000 were wanted"
     ):
-        positive_gaussian.draw_samples(mean, covariance, rng, 1000)
+        draw_samples(mean, covariance, rng, 1000)
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_everything_is_finite_positive_and_consistent_for_random_distributions(seed: int) -> None:
+def test_everything_is_finite_positive_and_consistent_for_random_distributions(seed):
     rng = np.random.default_rng(seed)
     for size in (1, 2, 2, 2, 3, 4):
         farthest = 10.0 ** rng.uniform(-1, np.log10(40))
         mean, covariance = draw_distribution(rng, size, narrowest=3e-4, farthest=farthest)
-        log_mass = positive_gaussian.compute_log_mass(mean, covariance)
+        log_mass = compute_log_mass(mean, covariance)
         assert np.isfinite(log_mass)
         assert log_mass < 1e-9
-        percentiles = positive_gaussian.compute_percentiles(mean, covariance, MANY_FRACTIONS)
+        percentiles = compute_percentiles(mean, covariance, MANY_FRACTIONS)
         assert np.isfinite(percentiles).all()
         assert (percentiles > 0).all()
         assert (np.diff(percentiles, axis=0) > 0).all()
-        samples = positive_gaussian.draw_samples(mean, covariance, rng, 4000)
+        samples = draw_samples(mean, covariance, rng, 4000)
         assert np.isfinite(samples).all()
         assert (samples > 0).all()
         standard_errors = samples.std(axis=0) / np.sqrt(4000)
-        assert (
-            np.abs(samples.mean(axis=0) - positive_gaussian.compute_mean(mean, covariance)) < 5 * standard_errors
-        ).all()
+        assert (np.abs(samples.mean(axis=0) - compute_mean(mean, covariance)) < 5 * standard_errors).all()
         # Of 4000 samples 2000 are expected below, with a standard error of 32.
         medians = percentiles[MANY_FRACTIONS == 0.5]
         assert (np.abs((samples < medians).sum(axis=0) - 2000) < 5 * 32).all()
 
 
-def test_mode_is_the_constrained_maximum(pair: Pair) -> None:
+def test_mode_is_the_constrained_maximum(pair):
     mean, covariance = pair
     precision = np.linalg.inv(covariance)
     floor = 10.0
-    mode = positive_gaussian.compute_mode(mean, precision, floor)
+    mode = compute_mode(mean, precision, floor)
     scale = np.sqrt(np.diag(covariance))
 
-    def compute_cost(z: Array) -> float:
+    def compute_cost(z):
         deviation = floor + z * scale - mean
         return float(0.5 * deviation @ precision @ deviation)
 
@@ -460,6 +454,6 @@ def test_mode_is_the_constrained_maximum(pair: Pair) -> None:
     assert (mode >= floor).all()
 
 
-def test_mode_is_the_mean_where_the_mean_is_allowed() -> None:
+def test_mode_is_the_mean_where_the_mean_is_allowed():
     mean = np.array([600.0, 7800.0])
-    np.testing.assert_array_equal(positive_gaussian.compute_mode(mean, np.eye(2), 10.0), mean)
+    np.testing.assert_array_equal(compute_mode(mean, np.eye(2), 10.0), mean)
