@@ -7,6 +7,7 @@ import pytest
 from helpers.children import Start, keep_children
 from helpers.held_stick import HELD
 
+from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.experiments.protocol_runs import load_hold_experiment
@@ -16,6 +17,7 @@ from affordance.plant.arm import Arm
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import SerialChain, build_chain
+from affordance.proprioception.static_hold import StaticHold
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.trial import TrialRunner
 
@@ -45,6 +47,18 @@ def model(arm: Arm) -> ArmModel:
 @pytest.fixture(scope="session")
 def chain(arm: Arm) -> SerialChain:
     return build_chain(arm)
+
+
+@pytest.fixture(scope="session")
+def hold(arm: Arm) -> StaticHold:
+    """The arm at rest in its home posture."""
+    return StaticHold(arm)
+
+
+@pytest.fixture
+def at_home(arm: Arm) -> Array:
+    """State of rest in the home posture."""
+    return np.concatenate([arm.home, np.zeros(arm.num_joints)])
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""Reaching: the free end of the tool follows a path in space."""
+"""Reaching: the free end F of the tool T follows a path in the world W (paper, Simulation III)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -53,7 +53,7 @@ class Reach:
         q_start = model.arm.find_posture(dict(self.path.start))
         if problem := describe_rank_loss(model, q_start, p_TF):
             raise AffordanceError(f"the start {problem}")
-        model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+        model.set_posture(q_start)
         return PathFollowing(
             self.path.build_trajectory(),
             q_start=q_start,

@@ -1,4 +1,4 @@
-"""Task of following a path with the free end of a tool."""
+"""Task of following a path in the world W with the free end F of a tool T (docs/decisions/0012-reaching.md)."""
 
 from collections.abc import Iterable
 

@@ -112,7 +112,7 @@ class StrikeCondition:
         self._target = target
         self._velocity_W = speed * target.direction_W
         self._across = np.linalg.svd(target.direction_W[None])[2][1:]  # two directions across the blow
-        model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
+        model.set_posture(target.q_start)
         turned = [] if target.direction_W @ self._compute_normal() > _ALONG else [np.inf]
         self.lower: Array = np.zeros(8 + len(turned))
         self.upper: Array = np.array([0.0] * 8 + turned)
@@ -120,7 +120,7 @@ class StrikeCondition:
     def compute(self, z: Array) -> Array:
         """Computes the miss of position, velocity and squareness, and the cosine; (8,) or (9,), z (2 num_joints,)."""
         model, target, n = self._model, self._target, len(z) // 2
-        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
+        model.set_posture(z[:n])
         p_WS, J = model.compute_point_position(target.p_TS), model.compute_point_jacobian(target.p_TS)
         normal_W = self._compute_normal()
         along = J @ z[n:] - self._velocity_W
@@ -178,7 +178,7 @@ def find_target(
         offset_W: Position of the target relative to that of the striking point at the start, shape (3,), [m].
         direction_W: Direction of the blow, a unit vector, shape (3,).
     """
-    model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+    model.set_posture(q_start)
     ahead = []
     for part in parts:
         for face in part.strikes:
@@ -281,6 +281,6 @@ def _solve(program: MathematicalProgram, z: Array, condition: StrikeCondition) -
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:
     """Returns the start angles, with the least rates that give S its velocity there, (2 num_joints,)."""
-    model.set_state(np.concatenate([target.q_start, np.zeros(len(target.q_start))]))
+    model.set_posture(target.q_start)
     J = model.compute_point_jacobian(target.p_TS)
     return np.concatenate([target.q_start, np.linalg.pinv(J) @ (speed * target.direction_W)])

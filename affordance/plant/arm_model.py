@@ -4,7 +4,8 @@ Torques due to a held tool are linear in its inertial parameters:
 
     tau = tau_arm(q, v, vdot) + Y(q, v, vdot) pi          (from the paper's eq. 2)
 
-The equations are in wrench_regressor.py, which computes Y along whole trajectories.
+The equations are in wrench_regressor.py, which computes Y along whole trajectories. Frames: W the world, H the hand,
+T the tool, Q a point fixed to it (plant/arm.py).
 """
 
 import numpy as np
@@ -48,6 +49,10 @@ class ArmModel:
     def set_state(self, x: Array) -> None:
         """Sets joint angles and velocities, stacked to shape (2 num_joints,), [rad, rad/s]."""
         self._plant.SetPositionsAndVelocities(self._context, x)
+
+    def set_posture(self, q: Array) -> None:
+        """Sets joint angles, shape (num_joints,), [rad], at rest."""
+        self.set_state(np.concatenate([q, np.zeros(len(q))]))
 
     def compute_inverse_dynamics(self, vdot: Array) -> Array:
         """Computes the torques for given joint accelerations, shape (num_joints,), [N m] (paper, eq. 2)."""
@@ -197,5 +202,5 @@ class HeldTorqueModel(ArmModel):
 def compute_stiffness(arm: Arm, period: float) -> float:
     """Computes the control period over the shortest time constant of damping, for the empty arm at home, [1]."""
     model = HeldTorqueModel(arm, period)
-    model.set_state(np.concatenate([arm.home, np.zeros(arm.num_joints)]))
+    model.set_posture(arm.home)
     return model.compute_fastest_decay()

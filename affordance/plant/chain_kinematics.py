@@ -1,7 +1,8 @@
-"""Kinematics of a serial arm along whole trajectories, in NumPy.
+"""Kinematics of a serial arm along whole trajectories, in NumPy, by outward recursion over the joints.
 
 Drake computes one state per call; figures, heights and regressors need hundreds. The chain's constants are read once
-from a Drake plant. Frames: W world, T the frame at the end of the chain (the tool).
+from a Drake plant. Frames: W world, F a joint's frame on its parent, M its moving frame, T the end of the chain (the
+tool).
 """
 
 from dataclasses import dataclass

@@ -1,4 +1,8 @@
-"""Effective mass of arm and tool at the striking point, along the blow: 1 / (n^T J M^-1 J^T n)."""
+"""Effective mass of arm and tool at the striking point S, along the blow: 1 / (n^T J M^-1 J^T n).
+
+J is the translational Jacobian Jv_v_WS and n the blow's direction in W (Khatib 1995, Int. J. Robotics Research
+14:19-36, from memory).
+"""
 
 import numpy as np
 
@@ -27,7 +31,7 @@ class EffectiveMass:
         """
         n = len(q)
         model.set_payload(np.zeros(NUM_PARAMETERS))
-        model.set_state(np.concatenate([q, np.zeros(n)]))
+        model.set_posture(q)
         self._M_arm = model.compute_mass_matrix()
         self._along = direction_W @ model.compute_point_jacobian(p_TS)
         vdot = np.vstack([np.zeros(n), np.eye(n)])

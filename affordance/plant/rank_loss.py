@@ -26,7 +26,7 @@ def compute_mobility(model: ArmModel, q: Array, p_TQ: Array) -> float:
         q: Joint angles, shape (num_joints,), [rad].
         p_TQ: Position of Q in the tool, shape (3,), [m].
     """
-    model.set_state(np.concatenate([q, np.zeros(len(q))]))
+    model.set_posture(q)
     return float(np.linalg.svd(model.compute_point_jacobian(p_TQ), compute_uv=False)[-1])
 
 

@@ -1,7 +1,8 @@
 """Wrench regressor: the wrench on a held body, and its joint torques, are linear in its inertial parameters.
 
-By the Newton-Euler equations of the tool about To, with a the acceleration of To less gravity, alpha and w its
-angular acceleration and velocity, all expressed in T:
+By the Newton-Euler equations of the tool about To (Atkeson, An & Hollerbach 1986, Int. J. Robotics Research 5:101,
+from memory), with a the acceleration of To less gravity, alpha and w the tool's angular acceleration and velocity,
+all expressed in T:
 
     f = m a + alpha x (m p) + w x (w x (m p)),    n = (m p) x a + I alpha + w x I w
 

@@ -255,7 +255,7 @@ def _read_record(trial: TrialDiagram, context: Context, tool: Tool) -> TrialReco
 def _find_overloaded(trial: TrialDiagram, tool: Tool, q_start: Array) -> tuple[str, ...]:
     """Names the joints too weak to hold arm and tool at rest at q_start, (num_joints,), [rad], and logs a warning."""
     trial.model.set_payload(tool.parameters)
-    trial.model.set_state(np.concatenate([q_start, np.zeros(len(q_start))]))
+    trial.model.set_posture(q_start)
     tau = np.abs(trial.model.compute_inverse_dynamics(np.zeros(len(q_start))))
     loads = [
         (name, f"{name} with {torque:.3g} N m, must be at most {bound:.3g}")

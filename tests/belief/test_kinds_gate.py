@@ -17,7 +17,7 @@ from affordance.belief.kinds_gate import (
 )
 from affordance.belief.likelihood import Likelihood
 from affordance.objects.inertia import NUM_PARAMETERS
-from affordance.proprioception.static_hold import StaticHold, StaticPercept
+from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -106,9 +106,9 @@ def test_evidence_is_the_integral_of_likelihood_times_belief(mean, sd):
 
 
 @pytest.mark.parametrize("true", [1500.0, 2000.0, 2500.0, 700.0])
-def test_errors_that_grow_with_torque_hardly_change_what_is_judged(arm, true):
+def test_errors_that_grow_with_torque_hardly_change_what_is_judged(true, hold):
     """Their size is taken at the posterior mean of each hypothesis; beside quadrature over densities that know it."""
-    hold, noise = StaticHold(arm), WeberNoise(0.07, 0.097)
+    noise = WeberNoise(0.07, 0.097)
     Phi = np.zeros((NUM_PARAMETERS, 1))
     Phi[0] = 600e-6  # the test object of Linear+
     regressor = (hold.Y @ Phi)[:, 0]

@@ -37,7 +37,7 @@ def test_arm_comes_back_as_optimal_control_in_continuous_time_says(model, arm, r
     t = tick * np.arange(len(found)) / T
     decay = np.exp(-2.0 * t) * (np.cos(np.sqrt(2.0) * t) + np.sqrt(2.0) * np.sin(np.sqrt(2.0) * t))
     np.testing.assert_allclose(found, np.outer(decay, displacement), atol=0.03 * np.abs(displacement).max())
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     missed = np.linalg.norm(places - model.compute_hand_pose().translation(), axis=1)
     assert missed[0] > 0.02
     assert missed[-1] < 1e-3

@@ -26,11 +26,6 @@ def goal(arm, model):
     return Hold(arm.home).compute_goal(model, np.zeros(14), 0.0, 0.24)
 
 
-@pytest.fixture
-def at_home(arm):
-    return np.concatenate([arm.home, np.zeros(7)])
-
-
 def draw_state(arm, rng, angle, rate):
     return np.concatenate([arm.home + angle * rng.normal(size=7), rate * rng.normal(size=7)])
 

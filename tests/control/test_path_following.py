@@ -11,7 +11,7 @@ HORIZON, NOW = 0.24, 0.7
 
 @pytest.fixture
 def task(model, arm):
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     path = TimedPath(((0.1, 0.0, 0.2), (0.3, -0.1, 0.2)), duration=2.0, tolerance=0.01).build_trajectory()
     return PathFollowing(path, q_start=arm.home, p_WFstart=model.compute_point_position(P_TF), p_TF=P_TF)
 
@@ -24,7 +24,7 @@ def test_goal_is_the_place_on_the_path_when_the_horizon_ends(task, model, arm, r
     p_WFend, v_WFend = task.compute_reference(NOW + HORIZON)
     q_end = x[:7] + HORIZON * x[7:]
     for step in (np.zeros(7), 1e-5 * rng.standard_normal(7)):
-        model.set_state(np.concatenate([q_end + step, np.zeros(7)]))
+        model.set_posture(q_end + step)
         assert_allclose(goal.C_q @ (q_end + step) - goal.d_q, model.compute_point_position(P_TF) - p_WFend, atol=1e-9)
     # The rates give F the path's velocity, traded against their size: a ridge regression of 1 cm.
     traded = np.linalg.lstsq(np.vstack([goal.C_q, 0.01 * np.eye(7)]), np.concatenate([v_WFend, np.zeros(7)]))[0]

@@ -40,7 +40,7 @@ def test_start_is_the_only_posture_nearest_to_the_middle_of_all_ranges(model):
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
     def compute_hand_axis(q):
-        model.set_state(np.concatenate([q, np.zeros(7)]))
+        model.set_posture(q)
         return model.compute_hand_pose().rotation().matrix()[:, 0]
 
     def search(q):
@@ -108,7 +108,7 @@ def test_task_begins_where_its_start_says(model):
     task = reach.begin(model, P_TF)
     q_start = model.arm.find_posture(dict(reach.path.start))
     np.testing.assert_array_equal(task.q_start, q_start)
-    model.set_state(np.concatenate([q_start, np.zeros(7)]))
+    model.set_posture(q_start)
     np.testing.assert_allclose(task.compute_reference(0.0)[0], model.compute_point_position(P_TF), atol=1e-12)
 
 

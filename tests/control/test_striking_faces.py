@@ -33,6 +33,6 @@ def test_face_looks_at_the_nail_when_it_strikes(model, name):
     held = HAMMERS[name].gripped_by(next(grip for grip in HAMMERS[name].grips if grip.name == "handle"))
     target = task.find_target(model, held.components)
     swing = plan_swing(model, target, speed=3.0, duration=task.duration)
-    model.set_state(np.concatenate([swing.q_end, np.zeros(len(swing.q_end))]))
+    model.set_posture(swing.q_end)
     normal_W = model.compute_hand_pose().rotation().matrix() @ target.normal_T
     np.testing.assert_allclose(normal_W, target.direction_W, atol=1e-4)

@@ -36,7 +36,7 @@ def target(model, held):
 
 
 def test_striking_point_is_the_lowest_of_the_free_part(model, held, target):
-    model.set_state(np.concatenate([target.q_start, np.zeros(7)]))
+    model.set_posture(target.q_start)
     free = held.components[1]
     rng = np.random.default_rng(0)
     directions = rng.standard_normal((2000, 3))
@@ -96,7 +96,7 @@ def test_no_nearby_swing_has_less_acceleration(model, target):
     swing = plan_swing(model, target, speed=1.0, duration=D)
 
     def miss(z):
-        model.set_state(np.concatenate([z[:n], np.zeros(n)]))
+        model.set_posture(z[:n])
         place = model.compute_point_position(target.p_TS) - target.p_WS
         velocity = model.compute_point_jacobian(target.p_TS) @ z[n:] - 1.0 * DOWN
         normal = model.compute_hand_pose().rotation().matrix() @ target.normal_T
@@ -143,7 +143,7 @@ def test_effective_mass_is_that_of_an_impulse(model, held, target):
     heavy, light = mass.compute(np.array([held.parameters, np.zeros(10)]))
     assert light < heavy
     model.set_payload(held.parameters)
-    model.set_state(np.concatenate([swing.q_end, np.zeros(7)]))
+    model.set_posture(swing.q_end)
     J = model.compute_point_jacobian(target.p_TS)
     change = np.linalg.solve(model.compute_mass_matrix(), J.T @ DOWN)
     # Put back through inverse dynamics: the torques that this change of rates needs are those of the impulse.

@@ -59,8 +59,8 @@ def test_gravity_is_that_of_the_earth(model):
     np.testing.assert_array_equal(model.gravity, [0, 0, -9.81])
 
 
-def test_home_is_straight_out_and_horizontal_with_the_palm_down(arm, model):
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+def test_home_is_straight_out_and_horizontal_with_the_palm_down(model, arm):
+    model.set_posture(arm.home)
     X_WH = model.compute_hand_pose()
     reach = 0.3274 + 0.2570 + 0.19
     np.testing.assert_allclose(X_WH.translation(), [reach, 0, 1.44], atol=1e-12)
@@ -70,7 +70,7 @@ def test_home_is_straight_out_and_horizontal_with_the_palm_down(arm, model):
 
 
 def test_load_bends_the_elbow_and_flexes_the_wrist(arm, model):
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     gravity = -model.compute_inverse_dynamics(np.zeros(7))
     by_name = dict(zip(arm.joint_names, gravity, strict=True))
     assert by_name["elbow_flexion"] > 0.5
@@ -103,7 +103,7 @@ def test_home_is_within_limits_and_limits_are_finite(arm):
 
 def test_torque_limits_bear_the_heaviest_object_of_the_experiment(arm, model, weight):
     model.set_payload(max(weight.tools, key=lambda tool: tool.mass).parameters)
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     assert (np.abs(model.compute_inverse_dynamics(np.zeros(7))) < 0.7 * arm.limits.tau_max).all()
 
 
@@ -112,7 +112,7 @@ def test_payload_lives_in_the_model_that_was_given_it(arm, weight):
     heavy.set_payload(weight.tools[3].parameters)
     torques = []
     for model in (light, heavy, light):
-        model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+        model.set_posture(arm.home)
         torques.append(model.compute_inverse_dynamics(np.zeros(7)))
     np.testing.assert_array_equal(torques[0], torques[2])
     assert abs(torques[1] - torques[0]).max() > 1.0
@@ -143,73 +143,71 @@ def test_file_that_is_no_model_is_named(tmp_path):
     assert "\n" not in str(error.value)
 
 
-def write_copy(tmp_path, old, new):
-    for name in ("arm.sdf", "arm.dmd.yaml", "package.xml"):
-        (tmp_path / name).write_text((MODELS / name).read_text(encoding="utf-8"))
-    sdf = tmp_path / "arm.sdf"
-    assert old in sdf.read_text(encoding="utf-8")
-    sdf.write_text(sdf.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
+@pytest.fixture
+def arm_file(tmp_path):
+    for name in ("arm.dmd.yaml", "arm.sdf", "package.xml"):
+        shutil.copy(MODELS / name, tmp_path / name)
     return tmp_path / ARM.name
 
 
-def test_arm_without_a_hand_frame_is_refused(tmp_path):
-    path = write_copy(tmp_path, 'frame name="hand_grip"', 'frame name="claw"')
-    with pytest.raises(ModelFileError, match=r"hand_grip"):
-        load_arm(path)
+def change(arm_file, old, new):
+    """Changes the model that directives name."""
+    sdf = arm_file.parent / "arm.sdf"
+    text = sdf.read_text(encoding="utf-8")
+    assert old in text
+    sdf.write_text(text.replace(old, new), encoding="utf-8")
 
 
-def test_arm_with_a_joint_without_actuator_is_refused(tmp_path):
-    path = write_copy(tmp_path, "<effort>9.5</effort>", "<effort>0</effort>")
-    message = (
-        r"arm.dmd.yaml: has no actuator for wrist_deviation; in a URDF .* <transmission>, in an SDF .* other than 0$"
-    )
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('frame name="hand_grip"', 'frame name="claw"', "hand_grip"),
+        (
+            "<effort>9.5</effort>",
+            "<effort>0</effort>",
+            r"arm.dmd.yaml: has no actuator for wrist_deviation; in a URDF .* <transmission>, in an SDF .* than 0$",
+        ),
+        (
+            'name="elbow_flexion" type="revolute"',
+            'name="elbow_flexion" type="prismatic"',
+            "has elbow_flexion of type prismatic, must be revolute$",
+        ),
+        (
+            "<lower>-1.396263</lower>",
+            "<lower>-1</lower>",
+            "has forearm_rotation at -1.22173 rad .* must be from -1 to 1.39626",
+        ),
+        (
+            "<velocity>26.4</velocity>",
+            "<velocity>0</velocity>",
+            "has elbow_flexion with a velocity limit of 0 rad/s, must be more than 0",
+        ),
+    ],
+    ids=["no hand frame", "no actuator", "sliding joint", "home beyond a limit", "joint that may not move"],
+)
+def test_unsuitable_arm_is_refused_by_what_is_wrong(arm_file, old, new, message):
+    change(arm_file, old, new)
     with pytest.raises(ModelFileError, match=message):
-        load_arm(path)
+        load_arm(arm_file)
 
 
-def test_arm_without_a_moving_joint_is_refused(tmp_path):
-    path = write_copy(tmp_path, 'type="revolute"', 'type="fixed"')
-    before, _, rest = path.read_text(encoding="utf-8").partition("      default_joint_positions:")
-    path.write_text(before + rest[rest.index("  - add_weld:") :], encoding="utf-8")
+def test_arm_without_a_moving_joint_is_refused(arm_file):
+    change(arm_file, 'type="revolute"', 'type="fixed"')
+    before, _, rest = arm_file.read_text(encoding="utf-8").partition("      default_joint_positions:")
+    arm_file.write_text(before + rest[rest.index("  - add_weld:") :], encoding="utf-8")
     with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: has 0 joints and 0 actuators, must have one for each$"):
-        load_arm(path)
+        load_arm(arm_file)
 
 
-def test_base_that_floats_is_refused_by_name(tmp_path):
-    path = write_copy(tmp_path, "", "")
-    path.write_text(path.read_text(encoding="utf-8").partition("  - add_weld:")[0])
-    with pytest.raises(
-        ModelFileError, match=r"arm.dmd.yaml: leaves base floating, must weld it to the world with add_"
-    ):
-        load_arm(path)
+def test_base_that_floats_is_refused_by_name(arm_file):
+    arm_file.write_text(arm_file.read_text(encoding="utf-8").partition("  - add_weld:")[0])
+    with pytest.raises(ModelFileError, match=r"arm.dmd.yaml: leaves base floating, must weld it to the world with"):
+        load_arm(arm_file)
 
 
-def test_joint_of_another_type_is_refused_by_name_and_type(tmp_path):
-    path = write_copy(tmp_path, 'name="elbow_flexion" type="revolute"', 'name="elbow_flexion" type="prismatic"')
-    with pytest.raises(ModelFileError, match=r"has elbow_flexion of type prismatic, must be revolute$"):
-        load_arm(path)
-
-
-def test_posture_beyond_a_limit_is_refused_by_joint_and_bound(tmp_path):
-    path = write_copy(tmp_path, "<lower>-1.396263</lower>", "<lower>-1</lower>")
-    with pytest.raises(ModelFileError, match=r"has forearm_rotation at -1.22173 rad .* must be from -1 to 1.39626"):
-        load_arm(path)
-
-
-def test_joint_that_may_not_move_is_refused(tmp_path):
-    path = write_copy(tmp_path, "<velocity>26.4</velocity>", "<velocity>0</velocity>")
-    with pytest.raises(
-        ModelFileError, match=r"has elbow_flexion with a velocity limit of 0 rad/s, must be more than 0"
-    ):
-        load_arm(path)
-
-
-def test_arm_is_loaded_anew_once_one_of_its_files_has_changed(tmp_path):
-    for name in ("arm.dmd.yaml", "arm.sdf", "package.xml"):
-        shutil.copy(MODELS / name, tmp_path / name)
-    arm = load_arm(tmp_path / ARM.name)
-    assert load_arm(tmp_path / ARM.name) is arm
-    text = (tmp_path / "arm.sdf").read_text(encoding="utf-8")
-    (tmp_path / "arm.sdf").write_text(text.replace("<effort>67.9<", "<effort>50.0<"), encoding="utf-8")
-    assert load_arm(tmp_path / ARM.name).limits.tau_max[0] == 50.0
+def test_arm_is_loaded_anew_once_one_of_its_files_has_changed(arm_file):
+    arm = load_arm(arm_file)
+    assert load_arm(arm_file) is arm
+    change(arm_file, "<effort>67.9<", "<effort>50.0<")
+    assert load_arm(arm_file).limits.tau_max[0] == 50.0
     assert arm.limits.tau_max[0] == 67.9

@@ -21,7 +21,7 @@ def test_mobility_is_how_far_the_point_moves_at_least(model, rng):
     q = model.arm.find_posture(dict(PATH.start))
 
     def find_place(q):
-        model.set_state(np.concatenate([q, np.zeros(7)]))
+        model.set_posture(q)
         return model.compute_point_position(P_TQ)
 
     J = np.column_stack([(find_place(q + h) - find_place(q - h)) / 2e-5 for h in 1e-5 * np.eye(7)])

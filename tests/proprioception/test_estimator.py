@@ -12,17 +12,11 @@ from affordance.belief.object_belief import ObjectBelief
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.wrench_regressor import compute_payload_regressors
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 FIXED = WeberNoise(weber_fraction=0.0, threshold=0.3)  # a percept of errors that do not depend on torque
 FRACTIONS = (0.05, 0.25, 0.5, 0.75, 0.95)
-
-
-@pytest.fixture(scope="module")
-def hold(arm):
-    return StaticHold(arm)
 
 
 def learn(belief, statistics, noise, num_joints=7, deviation_sd=PRIOR.deviation_sd):

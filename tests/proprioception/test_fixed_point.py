@@ -7,15 +7,10 @@ from affordance.belief.likelihood import Likelihood
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
 from affordance.proprioception.fixed_point import descend, find_fixed_point
-from affordance.proprioception.static_hold import StaticHold, StaticPercept
+from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 NOISE = WeberNoise(0.07, 0.097)
-
-
-@pytest.fixture(scope="module")
-def hold(arm):
-    return StaticHold(arm)
 
 
 def lift(hold, volumes, true, noise=NOISE, rng=None):
@@ -77,7 +72,7 @@ def test_what_settles_is_what_descent_finds_and_what_a_bracket_finds(hold):
     assert mean == pytest.approx(found, rel=1e-9)
 
 
-def test_iteration_that_runs_in_a_circle_is_left(hold):
+def test_iteration_that_runs_in_a_circle_is_left():
     """Felt thirty times as heavy as it looks: two sizes of errors in turn, for ever."""
     belief = DensityBelief.from_moments([300.0], [[250.0**2]])
     percept = lift(StaticHoldOfOneJoint(), [1.0], [9000.0], WeberNoise(0.3, 0.01))

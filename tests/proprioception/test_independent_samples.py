@@ -8,17 +8,11 @@ from scipy.stats import norm
 from affordance.belief.density_belief import Prior
 from affordance.plant.arm_model import ArmModel
 from affordance.proprioception.estimator import compute_posterior
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 TRUE = np.array([700.0, 7800.0])
 NUM_SAMPLES = 5
-
-
-@pytest.fixture(scope="module")
-def hold(arm):
-    return StaticHold(arm)
 
 
 @pytest.fixture(scope="module")
@@ -111,11 +105,11 @@ def test_misfelt_accelerations_act_through_the_mass_matrices_of_arm_and_object(h
     np.testing.assert_array_equal(felt[:7], exact[:7])  # torques are felt as they are
     model, pi = ArmModel(arm), belief.compute_parameters(TRUE)
     model.set_payload(np.zeros(10))
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     alone = model.compute_mass_matrix()
     np.testing.assert_allclose(felt[7:14] - exact[7:14], alone @ error, atol=1e-12)
     model.set_payload(pi)
-    model.set_state(np.concatenate([arm.home, np.zeros(7)]))
+    model.set_posture(arm.home)
     of_object = model.compute_mass_matrix() - alone
     added = (felt[14:] - exact[14:]).reshape(7, 10) @ pi
     np.testing.assert_allclose(added, of_object @ error, atol=1e-10)

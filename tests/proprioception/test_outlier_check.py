@@ -4,7 +4,6 @@ import pytest
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import DENSITY_MAX
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise
 
 NOISE = WeberNoise(0.07, 0.097)
@@ -25,8 +24,7 @@ def test_reading_is_judged_by_what_is_finite(tau, status):
 
 
 @pytest.fixture(scope="module")
-def held(arm, weight):
-    hold = StaticHold(arm)
+def held(hold, weight):
     tool = weight.tools[2]
     Phi = (tool.parameters / tool.components[0].material.density)[:, None]
     return hold, Geometry(Phi, np.zeros((0, 10, 1)))

@@ -5,7 +5,7 @@ from helpers.seen_objects import TWO_MATERIALS, detect_parts
 from affordance.belief.density_belief import DensityBelief, Prior
 from affordance.belief.object_belief import ObjectBelief
 from affordance.proprioception.estimator import condition_on_torques
-from affordance.proprioception.static_hold import StaticHold, StaticPercept
+from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise
 
 PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
@@ -13,8 +13,7 @@ PRIOR = Prior(mode=1000.0, sd=4000.0, deviation_sd=100.0)
 
 @pytest.mark.parametrize("noise", [WeberNoise(0.07, 0.097), WeberNoise(0.0, 0.3), WeberNoise(0.13, 0.01)])
 @pytest.mark.parametrize("num_materials", [1, 2])
-def test_likelihood_is_that_of_the_estimator(arm, noise, num_materials):
-    hold = StaticHold(arm)
+def test_likelihood_is_that_of_the_estimator(noise, num_materials, hold):
     belief = detect_parts(TWO_MATERIALS[:num_materials], PRIOR)
     narrow = DensityBelief.from_moments(np.full(num_materials, 3000.0), 500.0**2 * np.eye(num_materials))
     statistics = hold.measure(belief, np.array([5000.0, 700.0])[:num_materials], noise, (3, 1))

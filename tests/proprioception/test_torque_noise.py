@@ -9,7 +9,6 @@ from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
 from affordance.plant.arm_model import compute_payload_regressor
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.vision.features import VisionError, measure_features
 
@@ -37,9 +36,9 @@ def test_white_noise_is_new_in_every_sample_and_the_same_for_the_same_seed():
         assert not lasting.any()
 
 
-def test_weber_likelihood_is_that_of_a_normal_percept(arm, rng):
+def test_weber_likelihood_is_that_of_a_normal_percept(rng, hold):
     noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
-    hold, belief = StaticHold(arm), detect_parts(TWO_MATERIALS, PRIOR)
+    belief = detect_parts(TWO_MATERIALS, PRIOR)
     tau = hold.tau_arm + rng.normal(size=7)
     at = np.array([800.0, 7000.0])
     likelihood = noise.compute_likelihood(
@@ -56,7 +55,7 @@ def test_weber_likelihood_is_that_of_a_normal_percept(arm, rng):
         assert actual == pytest.approx(expected, abs=1e-9)
 
 
-def test_white_likelihood_is_the_product_over_samples(arm, rng):
+def test_white_likelihood_is_the_product_over_samples(rng):
     noise = WhiteNoise(sd=0.2)
     belief = detect_parts(TWO_MATERIALS, PRIOR)
     samples = [(rng.normal(size=7), rng.normal(size=7), rng.normal(size=(7, 10))) for _ in range(6)]
@@ -124,9 +123,8 @@ def test_uncertain_geometry_scatters_the_percept_as_looking_again_does(model, rn
     assert (np.abs(actual - expected) < 5 * standard_error).all()
 
 
-def test_uncertain_geometry_makes_a_percept_say_less(arm, rng):
+def test_uncertain_geometry_makes_a_percept_say_less(rng, hold):
     noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
-    hold = StaticHold(arm)
     exact = detect_parts(TWO_MATERIALS, PRIOR)
     blurred = detect_parts([dataclasses.replace(part, size_sd=0.1) for part in TWO_MATERIALS], PRIOR)
     rho = np.array([700.0, 7800.0])
@@ -136,10 +134,10 @@ def test_uncertain_geometry_makes_a_percept_say_less(arm, rng):
 
 
 @pytest.mark.parametrize("num_samples", [1, 4, 30])
-def test_every_independent_sample_counts(arm, num_samples):
+def test_every_independent_sample_counts(num_samples, hold):
     """The mean of n samples has an nth of the variance of one, so that it is n times as precise."""
     belief = detect_parts(TWO_MATERIALS, PRIOR)
-    statistics = StaticHold(arm).measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
+    statistics = hold.measure(belief, np.array([700.0, 7800.0]), WeberNoise(0.07, 0.1), (1,))
     rho = np.array([800.0, 7000.0])
     one = WeberNoise(0.07, 0.1).compute_likelihood(statistics.features, num_samples, 7, belief.geometry, rho)
     noise = WeberNoise(0.07, 0.1, independent_samples=True)

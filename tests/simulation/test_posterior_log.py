@@ -7,8 +7,6 @@ import pytest
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.plant.load import load_arm
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.trial import Observer, TrialRunner
 
@@ -49,12 +47,12 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
     )
 
 
-def test_white_noise_narrows_the_posterior_sample_by_sample(weight):
+def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
     """Of an arm at rest every sample says the same: precision grows in equal steps, of the size of the theory."""
     noise, before = WhiteNoise(0.7), 1e-6
     record = run(weight, know(weight, before), duration=1.0, noise=noise)
     assert np.abs(record.height_centre).max() < 0.002
-    per_density = StaticHold(load_arm()).Y @ weight.tools[0].parameters / 8500.0
+    per_density = hold.Y @ weight.tools[0].parameters / 8500.0
     says = float(per_density @ per_density) / noise.sd**2
     counts = np.array([0, *range(10), 10])
     prior = 1.0 / (1.0 / before + weight.settings.prior.deviation_sd**2)

@@ -10,7 +10,6 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.proprioception.estimator import TorqueStatistics, compute_posterior
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.protocols.object_entries import CylinderEntry
 from affordance.settings import DEFAULT_SETTINGS
@@ -30,9 +29,9 @@ def tools():
 
 
 @pytest.mark.parametrize("learner", list(Learner))
-def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(arm, tools, learner):
+def test_lifts_are_those_of_the_estimator_with_objects_held_at_rest(tools, learner, hold):
     """Forces and all memories, against the visual prior and the estimator of the Diagram."""
-    settings, hold, seed = DEFAULT_SETTINGS, StaticHold(arm), (3, 7)
+    settings, seed = DEFAULT_SETTINGS, (3, 7)
     order = [0, 3, 1, 0, 2, 2, 1, 3, 0]
     record = StaticLifter(tools, settings).run([Lift(tool) for tool in order], start_memory(learner, (5,), 0.3), seed)
     memory = start_memory(learner, (5,), 0.3)

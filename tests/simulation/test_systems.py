@@ -18,7 +18,6 @@ from affordance.control.hold import Hold
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import TerminalGoal
 from affordance.control.systems import MpcController, TaskSystem
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.systems import DensityEstimator, Proprioception
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise, draw_acceleration_error
 from affordance.settings import DEFAULT_SETTINGS
@@ -26,6 +25,7 @@ from affordance.vision.systems import FeatureSensor, MaterialMemorySystem, Visua
 from studies.speed.peer_arms import build_pinocchio, read_grip
 
 PRIOR, NOISE = DEFAULT_SETTINGS.prior, DEFAULT_SETTINGS.noise
+NOTHING, NOWHERE = np.zeros(7), np.zeros(14)
 
 
 def fix(system, context, **values):
@@ -108,11 +108,17 @@ def test_memory_keeps_the_colours_that_are_to_be_remembered(memory_system):
     assert memory.belief.untruncated_mean[0] == pytest.approx(PRIOR.mode)
 
 
-def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
-    system = Proprioception(7, WeberNoise(weber_fraction=0.07, threshold=0.1), 0.05)
+def feel(noise, tau=NOTHING, x=NOWHERE, vdot=NOTHING, **settings):
+    """Joints that feel torques, angles, rates and accelerations, a sample every 50 ms."""
+    system = Proprioception(7, noise, 0.05, **settings)
     context = system.CreateDefaultContext()
-    tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
     fix(system, context, tau=tau, state=x, vdot=vdot)
+    return system, context
+
+
+def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
+    tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
+    system, context = feel(WeberNoise(weber_fraction=0.07, threshold=0.1), tau, x, vdot)
     np.testing.assert_array_equal(evaluate(system, context, "measurement"), np.concatenate([tau, x, vdot]))
     system.draw_errors(context, (1, 2))
     felt = evaluate(system, context, "measurement")
@@ -126,9 +132,7 @@ def test_proprioception_errs_by_gain_and_offset_that_last_the_trial():
 
 def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
     noise = WeberNoise(weber_fraction=0.07, threshold=0.1)
-    system = Proprioception(7, noise, 0.05)
-    context = system.CreateDefaultContext()
-    fix(system, context, state=np.zeros(14), vdot=np.zeros(7))
+    system, context = feel(noise)
     system.draw_errors(context, (3,))
 
     def measure(tau):
@@ -143,9 +147,7 @@ def test_gain_error_multiplies_the_torque_and_offset_adds(rng):
 
 
 def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_asked_for():
-    system = Proprioception(7, WhiteNoise(sd=0.1), 0.05)
-    context = system.CreateDefaultContext()
-    fix(system, context, tau=np.zeros(7), state=np.zeros(14), vdot=np.zeros(7))
+    system, context = feel(WhiteNoise(sd=0.1))
     system.draw_errors(context, (1,))
     context.SetTime(0.05)
     first = evaluate(system, context, "measurement")[:7].copy()
@@ -159,10 +161,8 @@ def test_white_noise_depends_on_trial_and_sample_and_not_on_how_often_it_is_aske
 
 def test_independent_samples_err_by_gain_and_offset_of_their_own():
     noise = WeberNoise(weber_fraction=0.07, threshold=0.1, independent_samples=True)
-    system = Proprioception(7, noise, 0.05)
-    context = system.CreateDefaultContext()
     tau = np.linspace(-30.0, 30.0, 7)
-    fix(system, context, tau=tau, state=np.zeros(14), vdot=np.zeros(7))
+    system, context = feel(noise, tau)
     system.draw_errors(context, (1,))
     errors = []
     for sample in range(1, 400):
@@ -173,10 +173,8 @@ def test_independent_samples_err_by_gain_and_offset_of_their_own():
 
 
 def test_misfelt_acceleration_lasts_the_trial_and_touches_nothing_else():
-    system = Proprioception(7, WeberNoise(weber_fraction=0.0, threshold=0.0), 0.05, acceleration_sd=0.2)
-    context = system.CreateDefaultContext()
     tau, x, vdot = np.arange(7.0), np.arange(14.0), -np.arange(7.0)
-    fix(system, context, tau=tau, state=x, vdot=vdot)
+    system, context = feel(WeberNoise(weber_fraction=0.0, threshold=0.0), tau, x, vdot, acceleration_sd=0.2)
     system.draw_errors(context, (1, 2))
     felt = evaluate(system, context, "measurement")
     np.testing.assert_array_equal(felt[:21], np.concatenate([tau, x]))
@@ -187,10 +185,10 @@ def test_misfelt_acceleration_lasts_the_trial_and_touches_nothing_else():
 
 
 @pytest.fixture
-def estimator(arm):
+def estimator(arm, hold):
     system = DensityEstimator(arm, noise=NOISE, deviation_sd=PRIOR.deviation_sd, sample_period=0.05, duration=1.0)
     context = system.CreateDefaultContext()
-    hold, belief = StaticHold(arm), detect_parts(ONE_MATERIAL, PRIOR)
+    belief = detect_parts(ONE_MATERIAL, PRIOR)
     tau = hold.tau_arm + hold.Y @ belief.compute_parameters(np.array([7850.0]))
     measurement = np.concatenate([tau, arm.home, np.zeros(14)])
     fix(system, context, prior=belief, measurement=measurement)
@@ -241,7 +239,7 @@ def test_equal_samples_say_no_more_than_one_with_one_percept_a_trial(estimator):
 
 
 @pytest.fixture
-def controller(arm):
+def controller(arm, at_home):
     def build(point_estimate=PointEstimate.MODE):
         system = MpcController(
             arm,
@@ -253,31 +251,29 @@ def controller(arm):
         context = system.CreateDefaultContext()
         hold = Hold(arm.home)
         fix(system, context, belief=detect_parts(ONE_MATERIAL, PRIOR), goal=hold)
-        fix(system, context, state=np.concatenate([arm.home, np.zeros(7)]))
+        fix(system, context, state=at_home)
         return system, context
 
     return build
 
 
-def test_controller_holds_the_weight_it_believes_in(controller, arm):
+def test_controller_holds_the_weight_it_believes_in(controller, hold):
     system, context = controller()
     assert not evaluate(system, context, "tau").any()
     update(system, context)
-    hold = StaticHold(arm)
     expected = hold.tau_arm + hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).compute_parameters(np.array([PRIOR.mode]))
     np.testing.assert_allclose(evaluate(system, context, "tau"), expected, atol=1e-9)
     assert system.get_counts(context) == (0, 0)
 
 
-def test_two_contexts_of_one_controller_do_not_disturb_each_other(controller, arm):
+def test_two_contexts_of_one_controller_do_not_disturb_each_other(controller, arm, at_home):
     system, context = controller()
     update(system, context)
     alone = evaluate(system, context, "tau").copy()
-    _, other = controller()
     other = system.CreateDefaultContext()
     memory = detect_parts(ONE_MATERIAL, dataclasses.replace(PRIOR, mode=9000.0)).memory
     fix(system, other, belief=detect_parts(ONE_MATERIAL, PRIOR, memory), goal=Hold(arm.home))
-    fix(system, other, state=np.concatenate([arm.home, np.zeros(7)]))
+    fix(system, other, state=at_home)
     update(system, other)
     assert np.abs(evaluate(system, other, "tau") - alone).max() > 1.0
     update(system, context)
@@ -297,10 +293,9 @@ def test_sampled_density_is_drawn_once_a_trial_from_its_seed(controller):
     np.testing.assert_array_equal(torques[0], torques[2])
 
 
-def test_sampled_densities_are_distributed_as_believed(controller, arm):
+def test_sampled_densities_are_distributed_as_believed(controller, hold):
     """The density behind the torque of each of 500 seeds, against the prior restricted to positive densities."""
     system, context = controller(PointEstimate.SAMPLE)
-    hold = StaticHold(arm)
     per_density = hold.Y @ detect_parts(ONE_MATERIAL, PRIOR).geometry.Phi[:, 0]
     drawn = []
     for seed in range(500):
@@ -313,11 +308,10 @@ def test_sampled_densities_are_distributed_as_believed(controller, arm):
     assert kstest(drawn, believed.cdf).pvalue > 1e-3
 
 
-def test_limited_ticks_are_counted(controller, arm):
+def test_limited_ticks_are_counted(controller, arm, at_home):
     system, context = controller()
-    x = np.concatenate([arm.home, np.zeros(7)])
-    x[arm.joint_names.index("elbow_flexion")] = arm.limits.q_lower[3] - 0.05
-    fix(system, context, state=x)
+    at_home[arm.joint_names.index("elbow_flexion")] = arm.limits.q_lower[3] - 0.05
+    fix(system, context, state=at_home)
     update(system, context)
     assert system.get_counts(context) == (1, 0)
 
@@ -354,7 +348,9 @@ def compute_torques_with_pinocchio(density, x, vdot):
     return pinocchio.rnea(model, model.createData(), q, v, vdot)
 
 
-def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(controller, arm, rng, monkeypatch):
+def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest(
+    controller, arm, rng, monkeypatch, at_home
+):
     """Each tick's torque gives the acceleration planned for its time, zero after the end, in the tick's middle."""
     system, context = controller()
     settings, control_period = DEFAULT_SETTINGS.mpc, DEFAULT_SETTINGS.control_period
@@ -364,7 +360,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
     time = 0.0
 
     def draw_state():
-        return np.concatenate([arm.home, np.zeros(7)]) + 0.02 * rng.normal(size=14)
+        return at_home + 0.02 * rng.normal(size=14)
 
     def compute_torque_of_middle(x, vdot):
         q, v = np.split(x, 2)
@@ -398,13 +394,12 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
     assert system.get_counts(context) == (0, 6 + 52)
 
 
-def test_state_that_is_not_finite_keeps_the_last_torque(controller, arm):
+def test_state_that_is_not_finite_keeps_the_last_torque(controller, at_home):
     system, context = controller()
     update(system, context)
     held = evaluate(system, context, "tau").copy()
-    x = np.concatenate([arm.home, np.zeros(7)])
-    x[2] = np.nan
-    fix(system, context, state=x)
+    at_home[2] = np.nan
+    fix(system, context, state=at_home)
     update(system, context)
     np.testing.assert_array_equal(evaluate(system, context, "tau"), held)
     assert system.get_counts(context) == (0, 1)

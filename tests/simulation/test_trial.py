@@ -15,9 +15,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.material import Material
 from affordance.objects.tool import Component, Tool
-from affordance.plant.load import load_arm
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
-from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.diagram import build_trial_diagram
@@ -74,13 +72,12 @@ def weigh(tool, mass):
     )
 
 
-def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, caplog):
+def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, caplog, hold, arm):
     """It is no failure of the solver, which finds a plan; the record names the joints, and a line says by how much.
 
     The largest mass that can be held is found by the torques of the arm at rest; a percent decides.
     """
-    tool, arm = weight.tools[3], load_arm()
-    hold = StaticHold(arm)
+    tool = weight.tools[3]
     per_kg = hold.Y @ tool.parameters / tool.mass
     bounds = (arm.limits.tau_max - np.abs(hold.tau_arm)) / np.maximum(1e-12, np.abs(per_kg))
     worst = int(np.argmin(bounds))
@@ -207,7 +204,7 @@ def test_torques_are_felt_with_a_weber_fraction_and_a_threshold(runner, weight):
 
 
 @pytest.mark.parametrize("duration", [0.1, 0.15, 0.25, 1.0, 3.0])
-def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight, duration):
+def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_the_last(weight, duration, hold):
     """White noise of a known size: what an arm that does not move learned says of how many samples."""
     sd, tool, density = 1.0, weight.tools[0], weight.tools[0].components[0].material.density
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd))
@@ -215,7 +212,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
     before = certain_of(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
     learned = float((after.belief.precision - before.belief.precision)[0, 0])
-    per_density = StaticHold(load_arm()).Y @ tool.parameters / density
+    per_density = hold.Y @ tool.parameters / density
     deviation = settings.prior.deviation_sd**2
     num_samples = learned / (1.0 - deviation * learned) * sd**2 / (per_density @ per_density)
     assert num_samples == pytest.approx(np.floor(duration / settings.sample_period + 1e-9), abs=1e-6)
@@ -256,13 +253,12 @@ class Unerring(WeberNoise):
         return np.zeros(num_joints), np.zeros(num_joints)
 
 
-def test_log_evidence_is_that_of_the_belief_before_the_trial(weight):
+def test_log_evidence_is_that_of_the_belief_before_the_trial(weight, hold):
     """An arm that expects just what it feels: a normal density at its centre, as wide as error and belief make it."""
     noise, tool = Unerring(weber_fraction=0.07, threshold=0.1), weight.tools[3]
     runner = TrialRunner(dataclasses.replace(weight.settings, noise=noise))
     memory = MaterialMemory((weight.colours[0],), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
     record = runner.run_hold(tool, memory, duration=0.5, seed=(0,))
-    hold = StaticHold(load_arm())
     load = hold.Y @ tool.parameters
     tau, per_density = hold.tau_arm + load, load / 8500.0
     variance = 1e6 + weight.settings.prior.deviation_sd**2
