@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from helpers.children import Start, keep_children
-from helpers.held_stick import HELD
+from helpers.two_tools import HELD
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost

@@ -47,6 +47,7 @@ class RankedOption(NamedTuple):
         p_feasible: Probability that the option is feasible: that it keeps the torque limits and does the task.
         infeasible_reason: Reason why the option is not usable: it cannot do the task, or its probability of being
             feasible is too low; empty if it is usable.
+        p_best_of_tool: Probability that the option is the cheapest grip of its tool, if that was asked for.
     """
 
     option: Option
@@ -57,6 +58,7 @@ class RankedOption(NamedTuple):
     p_best: float
     p_feasible: float
     infeasible_reason: str
+    p_best_of_tool: float = np.nan
 
     def __repr__(self) -> str:
         why = f", {self.infeasible_reason}" if self.infeasible_reason else ""
@@ -110,6 +112,14 @@ class Ranking(NamedTuple):
             reasons = "; ".join(f"{entry.option.name} {entry.infeasible_reason}" for entry in self.ranked)
             raise AffordanceError(f"no option can be used: {reasons}")
         return self.ranked[0]
+
+    def list_of(self, tool: str) -> tuple[RankedOption, ...]:
+        """Lists the options of a tool, the best first."""
+        return tuple(each for each in self.ranked if each.option.object_name == tool)
+
+    def find_best_grip(self, tool: str) -> str:
+        """Returns the grip of a tool's best-ranked option."""
+        return self.list_of(tool)[0].option.grip
 
 
 def rank(

@@ -5,7 +5,6 @@ belief is that learned from holding objects; and an observer with one density fo
 """
 
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.inner_simulation import Choice, TaskCostModel, plan_choice
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
-from affordance.choice.ranking import pick_cheapest, rank_options
+from affordance.choice.ranking import Ranking, pick_cheapest, rank_options
 from affordance.objects.colour import Colour
 from affordance.objects.material import Material
 from affordance.objects.tool import Tool
@@ -26,39 +25,6 @@ from affordance.vision.pixels.turning_stand import TurningStand, get_turning_sta
 # Names of the beliefs.
 BEFORE, AFTER, ONE_DENSITY, TRUE = "before", "after", "one_density", "true"
 NUM_SAMPLES = 4000
-
-
-class RankedGrip(NamedTuple):
-    """Option under one belief.
-
-    Attributes:
-        tool: Name of the tool.
-        grip: Name of the grip.
-        work: Expected work, [J].
-        p_best: Probability that it is the cheapest of all options.
-        p_best_of_tool: Probability that it is the cheapest grip of its tool.
-        p_feasible: Probability that it completes the task within the torque limits.
-        problem: Reason for which it is never chosen; empty if it may be.
-    """
-
-    tool: str
-    grip: str
-    work: float
-    p_best: float
-    p_best_of_tool: float
-    p_feasible: float
-    problem: str
-
-
-class GripRanking(NamedTuple):
-    """Options in the order in which they are chosen, and the probability that none is feasible."""
-
-    ranked: tuple[RankedGrip, ...]
-    p_none: float
-
-    def find_best(self, tool: str) -> RankedGrip:
-        """Returns the best-ranked grip of a tool."""
-        return next(each for each in self.ranked if each.tool == tool)
 
 
 def list_seen_options(tools: Sequence[Tool], stand: TurningStand, seed: int) -> list[Option]:
@@ -109,41 +75,29 @@ def rank_grips(
     *,
     seed: int,
     num_samples: int = NUM_SAMPLES,
-) -> dict[str, GripRanking]:
-    """Ranks options under each belief; motions are planned once.
+) -> dict[str, Ranking]:
+    """Ranks options under each belief, also among the grips of each tool; motions are planned once.
 
     Raises:
         AffordanceError: No motion could be planned.
     """
     choice = plan_choice(options, task, settings)
     return {
-        name: summarise(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)
+        name: _rank_within_tools(choice, memory, np.random.default_rng([seed, *name.encode()]), num_samples)
         for name, memory in beliefs.items()
     }
 
 
-def summarise(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> GripRanking:
-    """Ranks the options of a choice, and the grips of each tool among themselves."""
+def _rank_within_tools(choice: Choice, memory: Memory, rng: np.random.Generator, num_samples: int) -> Ranking:
+    """Ranks the options of a choice, and finds how probably each is the cheapest of its tool."""
     ranking = rank_options(choice, memory, rng, num_samples)
     costs = choice.compute_costs(choice.draw_parameters(memory, rng, num_samples))
-    within: dict[str, float] = {}
     names = [option.object_name for option in choice.options]
+    shares: dict[str, float] = {}
     for tool in dict.fromkeys(names):
         own = [index for index, name in enumerate(names) if name == tool]
         of_tool = Costs(costs.work[own], costs.effort[own], costs.feasible[own], costs.cost[own])
         picked = pick_cheapest(of_tool, rng)
-        for place, index in enumerate(own):
-            within[choice.options[index].name] = float((picked == place).mean())
-    ranked = tuple(
-        RankedGrip(
-            entry.option.object_name,
-            entry.option.grip,
-            entry.work,
-            entry.p_best,
-            within[entry.option.name],
-            entry.p_feasible,
-            entry.infeasible_reason,
-        )
-        for entry in ranking.ranked
-    )
-    return GripRanking(ranked, ranking.p_none)
+        shares |= {choice.options[index].name: float((picked == place).mean()) for place, index in enumerate(own)}
+    ranked = tuple(entry._replace(p_best_of_tool=shares[entry.option.name]) for entry in ranking.ranked)
+    return ranking._replace(ranked=ranked)

@@ -8,12 +8,12 @@ from affordance.arguments import check_whole
 from affordance.belief.memory_file import read_memory
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
 from affordance.choice.which_end import (
     AFTER,
     BEFORE,
     ONE_DENSITY,
-    GripRanking,
     build_beliefs,
     list_options,
     rank_grips,
@@ -138,14 +138,15 @@ def load_task(name: str) -> TaskCostModel:
     return Reach(load_path(MODELS / "paths" / f"{name}.yaml"))
 
 
-def describe_ranking(title: str, ranking: GripRanking) -> list[str]:
+def describe_ranking(title: str, ranking: Ranking) -> list[str]:
     """Formats a table of the options in order of preference."""
-    width = max(len(f"{each.tool}, {each.grip}") for each in ranking.ranked)
+    width = max(len(f"{each.option.object_name}, {each.option.grip}") for each in ranking.ranked)
     lines = [f"{title}:", f"  {'':<{width}}  work (J)  P(best)  P(best of tool)  P(feasible)"]
     for each in ranking.ranked:
-        name = f"{each.tool}, {each.grip}"
+        name = f"{each.option.object_name}, {each.option.grip}"
+        why = each.infeasible_reason
         numbers = f"{each.work:8.2f}  {each.p_best:7.2f}  {each.p_best_of_tool:15.2f}  {each.p_feasible:11.2f}"
-        lines.append(f"  {name:<{width}}  {numbers}{f'  {each.problem}' if each.problem else ''}")
+        lines.append(f"  {name:<{width}}  {numbers}{f'  {why}' if why else ''}")
     if ranking.p_none > 0.0:
         lines.append(f"  with probability {ranking.p_none:.2f} no option is feasible")
     return lines

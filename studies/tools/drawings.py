@@ -183,20 +183,20 @@ def draw_grips(choices: Choices) -> Figure:
 
 def _draw_tool(axes: Axes, choices: Choices, task: str, tool: str) -> None:
     """Draws a tool's bars: groups by geometry and belief, stacked by grip; a star marks the correct grip."""
-    right = choices.rankings[task, "drawing", TRUE].find_best(tool).grip
-    grips = sorted({each.grip for each in choices.rankings[task, "drawing", TRUE].ranked if each.tool == tool})
+    right = choices.rankings[task, "drawing", TRUE].find_best_grip(tool)
+    grips = sorted({each.option.grip for each in choices.rankings[task, "drawing", TRUE].list_of(tool)})
     places, names = [], []
     for group, geometry in enumerate(("drawing", "pictures")):
         for index, belief in enumerate(BELIEFS):
             place = 3.6 * group + index
             ranking = choices.rankings[task, geometry, belief]
-            shares = {each.grip: each.p_best_of_tool for each in ranking.ranked if each.tool == tool}
+            shares = {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool)}
             below = 0.0
             for number, grip in enumerate(grips):
                 label = grip if group == index == 0 else None
                 axes.bar(place, shares[grip], bottom=below, color=OBJECT_COLOURS[number], width=0.8, label=label)
                 below += shares[grip]
-            if ranking.find_best(tool).grip == right:
+            if ranking.find_best_grip(tool) == right:
                 axes.annotate("★", (place, 1.0), ha="center", va="bottom", fontsize=9)
             places.append(place)
             names.append(("before", "after", "one\ndensity")[index])
@@ -209,7 +209,7 @@ def draw_holding(choices: Choices, directives: Path) -> Figure:
     """Renders the arm in its home posture with each tool in the correct grip for driving a nail."""
     right = choices.rankings["hammer", "drawing", TRUE]
     home = load_arm(directives).home
-    held = [hold_by(tool, right.find_best(tool.name).grip) for tool in choices.tools]
+    held = [hold_by(tool, right.find_best_grip(tool.name)) for tool in choices.tools]
     pictures = render_poses(directives, [Pose(tool, None, home) for tool in held], width=900, height=420)
     figure = Figure(figsize=(4.6 * len(held), 2.6))
     for axes, tool, picture in zip(_list_axes(figure, len(held)), held, pictures, strict=True):

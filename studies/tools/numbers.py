@@ -109,7 +109,7 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
             continue
         right = choices.rankings[task, "drawing", TRUE]
         for tool in choices.tools:
-            chosen = ranking.find_best(tool.name)
+            chosen = ranking.list_of(tool.name)[0]
             entries.append(
                 {
                     "tools": whose,
@@ -117,13 +117,11 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
                     "geometry": geometry,
                     "belief": belief,
                     "tool": tool.name,
-                    "chosen": chosen.grip,
-                    "right": right.find_best(tool.name).grip,
-                    "probabilities": {
-                        each.grip: each.p_best_of_tool for each in ranking.ranked if each.tool == tool.name
-                    },
-                    "p_feasible": {each.grip: each.p_feasible for each in ranking.ranked if each.tool == tool.name},
-                    "best_tool": ranking.ranked[0].tool == tool.name,
+                    "chosen": chosen.option.grip,
+                    "right": right.find_best_grip(tool.name),
+                    "probabilities": {each.option.grip: each.p_best_of_tool for each in ranking.list_of(tool.name)},
+                    "p_feasible": {each.option.grip: each.p_feasible for each in ranking.list_of(tool.name)},
+                    "best_tool": ranking.ranked[0].option.object_name == tool.name,
                 }
             )
     return entries
@@ -132,7 +130,7 @@ def _list_grips(whose: str, choices: Choices) -> list[dict[str, Any]]:
 def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tuple[int, int]:
     """Counts the tools for which the correct grip is chosen; returns that count and the number of tools."""
     right, ranking = (choices.rankings[task, kind, name] for kind, name in (("drawing", TRUE), (geometry, belief)))
-    hits = sum(ranking.find_best(tool.name).grip == right.find_best(tool.name).grip for tool in choices.tools)
+    hits = sum(ranking.find_best_grip(tool.name) == right.find_best_grip(tool.name) for tool in choices.tools)
     return hits, len(choices.tools)
 
 

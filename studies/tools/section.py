@@ -90,9 +90,10 @@ def _describe_choices(choices: Choices, whose: str) -> str:
             after, count = count_right(choices, AFTER, task, geometry)
             one, _ = count_right(choices, ONE_DENSITY, task, geometry)
             best = choices.rankings[task, geometry, AFTER].ranked[0]
+            tool = name_object(best.option.object_name)
             found.append(
                 f"for {words}, by {geometry}: right end of {after} of {count} tools after experience, of {one} with "
-                f"one density for everything; first choice {name_object(best.tool)} by its {best.grip} "
+                f"one density for everything; first choice {tool} by its {best.option.grip} "
                 f"(p = {best.p_best:.2f})"
             )
     return f"Which end of {whose} hammers to hold: {'; '.join(found)}."

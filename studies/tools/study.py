@@ -16,11 +16,11 @@ import numpy as np
 
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
+from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
 from affordance.choice.which_end import (
     AFTER,
     TRUE,
-    GripRanking,
     build_beliefs,
     list_drawn_options,
     list_seen_options,
@@ -88,7 +88,7 @@ class Choices(NamedTuple):
     """
 
     tools: tuple[Tool, ...]
-    rankings: dict[tuple[str, str, str], GripRanking]
+    rankings: dict[tuple[str, str, str], Ranking]
     blows: list[CheckedBlow]
 
 
@@ -218,7 +218,7 @@ def _choose(config: ToolsConfig, tools: Sequence[Tool], beliefs: Mapping[str, An
             ranked = rank_grips(options, task, beliefs, settings, seed=config.seed)
             rankings.update({(task_name, geometry, belief): found for belief, found in ranked.items()})
     right = rankings["hammer", "drawing", TRUE]
-    blows = check_blows(tools, [right.find_best(tool.name).grip for tool in tools], hammer, settings)
+    blows = check_blows(tools, [right.find_best_grip(tool.name) for tool in tools], hammer, settings)
     return Choices(tuple(tools), rankings, blows)
 
 

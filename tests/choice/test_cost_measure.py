@@ -4,38 +4,31 @@ import dataclasses
 
 import numpy as np
 import pytest
-from helpers.two_tools import REACH, STICK
+from helpers.two_tools import HELD, REACH
 
 from affordance.choice.motion_cost import Costs
 from affordance.choice.ranking import pick_cheapest
 from affordance.control.cost_measure import CostMeasure
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 
-HELD = STICK.list_gripped()["wood"]
+WOODEN = HELD["wood"]
 
 
 @pytest.fixture(scope="module")
-def model():
-    return ArmModel(load_arm())
+def reach(own_model):
+    return REACH.build_cost(own_model, WOODEN.components, DEFAULT_SETTINGS)
 
 
 @pytest.fixture(scope="module")
-def reach(model):
-    return REACH.build_cost(model, HELD.components, DEFAULT_SETTINGS)
-
-
-@pytest.fixture(scope="module")
-def powers(model, reach):
+def powers(own_model, reach):
     """Power of every joint in the middle of every control period, (K, 7), and squared torques, (K, 7)."""
     motion, half = reach.motion, 0.5 * reach.motion.control_period
-    model.set_payload(HELD.parameters)
+    own_model.set_payload(WOODEN.parameters)
     rows = []
     for q, v, vdot in zip(motion.q, motion.v, motion.vdot, strict=True):
         middle = v + half * vdot
-        model.set_state(np.concatenate([q + half * v + 0.5 * half**2 * vdot, middle]))
-        tau = model.compute_inverse_dynamics(vdot)
+        own_model.set_state(np.concatenate([q + half * v + 0.5 * half**2 * vdot, middle]))
+        tau = own_model.compute_inverse_dynamics(vdot)
         rows.append((tau * middle, tau**2))
     return np.moveaxis(np.array(rows), 1, 0)
 
@@ -55,16 +48,16 @@ def powers(model, reach):
 def test_cost_is_the_integral_that_its_measure_names(reach, powers, measure, integrand):
     """The midpoint rule at 50 nodes beside that at every control period, which errs by a hundredth of it."""
     expected = reach.motion.control_period * integrand(*powers).sum()
-    costs = reach.measured_by(measure).compute(HELD.parameters[None])
+    costs = reach.measured_by(measure).compute(WOODEN.parameters[None])
     assert costs.cost[0] == pytest.approx(expected, rel=2e-3)
-    others = [reach.measured_by(other).compute(HELD.parameters[None]).cost[0] for other in CostMeasure]
+    others = [reach.measured_by(other).compute(WOODEN.parameters[None]).cost[0] for other in CostMeasure]
     assert sum(abs(other / expected - 1.0) < 0.01 for other in others) == 1
 
 
 def test_settings_decide_the_measure_and_the_default_is_the_work_itself(model, reach):
     effort = dataclasses.replace(DEFAULT_SETTINGS, cost_measure=CostMeasure.EFFORT)
-    by_effort = REACH.build_cost(model, HELD.components, effort).compute(HELD.parameters[None])
-    by_work = reach.compute(HELD.parameters[None])
+    by_effort = REACH.build_cost(model, WOODEN.components, effort).compute(WOODEN.parameters[None])
+    by_work = reach.compute(WOODEN.parameters[None])
     np.testing.assert_array_equal(by_work.cost, by_work.work)
     np.testing.assert_array_equal(by_effort.cost, by_effort.effort)
     np.testing.assert_array_equal(by_effort.work, by_work.work)

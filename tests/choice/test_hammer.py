@@ -5,8 +5,8 @@ import re
 
 import numpy as np
 import pytest
-from helpers.held_stick import HELD, PI
 from helpers.slow_arm import make_slow_models
+from helpers.two_tools import HELD, PI
 
 from affordance.choice.blow_cost import AIM
 from affordance.choice.hammer import find_swing, load_hammer, plan_strike, sample_swing

@@ -2,38 +2,21 @@
 
 import numpy as np
 import pytest
+from helpers.two_tools import REACH, STICK
 
 from affordance.choice.motion_cost import MotionCost, plan_motion
-from affordance.choice.reach import Reach
 from affordance.control.mpc import MinimumAccelerationMpc, MpcSolution, MpcStatus
-from affordance.control.timed_path import load_path
 from affordance.exceptions import NoPlanError
-from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
-from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
-from affordance.plant.arm_model import ArmModel
-from affordance.plant.load import load_arm
 from affordance.settings import DEFAULT_SETTINGS
 
-STICK, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 P_TF = np.array([0.3, 0.0, 0.0])
 HORIZON = DEFAULT_SETTINGS.mpc.horizon
 
 
 @pytest.fixture(scope="module")
-def reach():
-    return Reach(load_path(MODELS / "paths" / "reach.yaml"))
-
-
-@pytest.fixture(scope="module")
-def model():
-    return ArmModel(load_arm())
-
-
-@pytest.fixture(scope="module")
-def motion(reach, model):
-    return plan_motion(model, reach.begin(model, P_TF), duration=reach.duration, settings=DEFAULT_SETTINGS)
+def motion(own_model):
+    return plan_motion(own_model, REACH.begin(own_model, P_TF), duration=REACH.duration, settings=DEFAULT_SETTINGS)
 
 
 def place(model, q, v):
@@ -41,20 +24,20 @@ def place(model, q, v):
     return model.compute_point_position(P_TF)
 
 
-def test_path_begins_where_the_start_posture_holds_the_free_end(reach, model, arm):
-    p_WF, v_WF = reach.begin(model, P_TF).compute_reference(0.0)
-    np.testing.assert_allclose(p_WF, place(model, arm.find_posture(dict(reach.path.start)), np.zeros(7)), atol=1e-12)
+def test_path_begins_where_the_start_posture_holds_the_free_end(model, arm):
+    p_WF, v_WF = REACH.begin(model, P_TF).compute_reference(0.0)
+    np.testing.assert_allclose(p_WF, place(model, arm.find_posture(dict(REACH.path.start)), np.zeros(7)), atol=1e-12)
     np.testing.assert_allclose(v_WF, 0.0, atol=1e-12)
 
 
-def test_path_stands_still_before_and_after(reach, model):
-    following = reach.begin(model, P_TF)
-    for early, late in ((-1.0, 0.0), (reach.duration, reach.duration + 5.0)):
+def test_path_stands_still_before_and_after(model):
+    following = REACH.begin(model, P_TF)
+    for early, late in ((-1.0, 0.0), (REACH.duration, REACH.duration + 5.0)):
         np.testing.assert_array_equal(following.compute_reference(early), following.compute_reference(late))
 
 
-def test_goal_is_the_path_to_first_order_where_the_arm_coasts_to(reach, model, arm, rng):
-    following = reach.begin(model, P_TF)
+def test_goal_is_the_path_to_first_order_where_the_arm_coasts_to(model, arm, rng):
+    following = REACH.begin(model, P_TF)
     q, v = arm.home + 0.3 * rng.standard_normal(7), 0.5 * rng.standard_normal(7)
     x = np.concatenate([q, v])
     model.set_state(x)
@@ -68,8 +51,8 @@ def test_goal_is_the_path_to_first_order_where_the_arm_coasts_to(reach, model, a
     np.testing.assert_allclose(2.0 * goal.C_q @ step, change, atol=1e-12)
 
 
-def test_rates_asked_for_are_the_least_that_follow_the_path(reach, model, arm, rng):
-    following = reach.begin(model, P_TF)
+def test_rates_asked_for_are_the_least_that_follow_the_path(model, arm, rng):
+    following = REACH.begin(model, P_TF)
     q = arm.home + 0.4 * rng.standard_normal(7)
     x = np.concatenate([q, np.zeros(7)])
     model.set_state(x)
@@ -83,11 +66,11 @@ def test_rates_asked_for_are_the_least_that_follow_the_path(reach, model, arm, r
     np.testing.assert_array_equal(goal.C_v, np.eye(7))
 
 
-def test_planned_motion_keeps_to_the_path_and_within_limits(reach, model, motion, arm):
-    following = reach.begin(model, P_TF)
+def test_planned_motion_keeps_to_the_path_and_within_limits(model, motion, arm):
+    following = REACH.begin(model, P_TF)
     for k in range(0, len(motion.q), 10):
         error = place(model, motion.q[k], motion.v[k]) - following.compute_reference(k * motion.control_period)[0]
-        assert np.linalg.norm(error) < reach.path.tolerance
+        assert np.linalg.norm(error) < REACH.path.tolerance
     assert (motion.q >= arm.limits.q_lower - 1e-6).all()
     assert (motion.q <= arm.limits.q_upper + 1e-6).all()
     assert (np.abs(motion.v) <= arm.limits.v_max).all()
@@ -123,7 +106,6 @@ def test_costs_are_those_of_drakes_inverse_dynamics(model, motion):
         assert costs.work[k] == pytest.approx(motion.control_period * np.abs(tau * rates).sum(), rel=1e-9)
         assert costs.effort[k] == pytest.approx(motion.control_period * (tau**2).sum(), rel=1e-9)
         assert costs.feasible[k] == (np.abs(tau) <= model.arm.limits.tau_max).all()
-    model.set_payload(np.zeros(10))
 
 
 def test_fifty_nodes_are_as_good_as_four_hundred(model, motion):
@@ -153,10 +135,10 @@ def test_chunks_do_not_change_the_costs(model, motion):
     assert (np.diff(costs.feasible.astype(int)) <= 0).all()
 
 
-def test_controller_without_a_plan_is_said(reach, model, monkeypatch):
+def test_controller_without_a_plan_is_said(model, monkeypatch):
     failed = MpcSolution(np.full((12, 7), np.nan), np.full(7, np.nan), MpcStatus.FAILED)
     monkeypatch.setattr(MinimumAccelerationMpc, "solve", lambda *arguments: failed)
     with pytest.raises(NoPlanError, match=r"^no plan keeps the joints' position and velocity limits at t = 0.000 s$"):
-        plan_motion(model, reach.begin(model, P_TF), duration=0.1, settings=DEFAULT_SETTINGS)
+        plan_motion(model, REACH.begin(model, P_TF), duration=0.1, settings=DEFAULT_SETTINGS)
     with pytest.raises(NoPlanError, match=r"at t = 0.000 s, near the start$"):
-        reach.build_cost(model, STICK.components, DEFAULT_SETTINGS)
+        REACH.build_cost(model, STICK.components, DEFAULT_SETTINGS)

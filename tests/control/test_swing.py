@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from helpers.two_tools import HELD
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
 import affordance.control.swing as swing_module
@@ -11,13 +12,10 @@ from affordance.control.problem import MpcSettings, TerminalGoal
 from affordance.control.swing import StrikeCondition, find_target, plan_swing
 from affordance.exceptions import AffordanceError
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
-from affordance.objects.materials import load_materials
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.load import load_arm
 
-STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 DOWN = np.array([0.0, 0.0, -1.0])
 OFFSET = np.array([-0.1, 0.0, -0.1])
 START = dict(load_hammer(MODELS / "nail.yaml").start)
@@ -25,7 +23,7 @@ START = dict(load_hammer(MODELS / "nail.yaml").start)
 
 @pytest.fixture
 def held():
-    return STICK.gripped_by(STICK.grips[0])
+    return HELD["wood"]
 
 
 @pytest.fixture

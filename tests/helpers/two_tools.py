@@ -1,4 +1,4 @@
-"""Two tools, a path and what is believed of their materials, for tests of choices."""
+"""Two tools, the grips of the stick, a path and what is believed of their materials, for tests of choices."""
 
 import numpy as np
 
@@ -11,6 +11,8 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 
 STICK, HAMMER, *_ = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
+HELD = {grip.name: STICK.gripped_by(grip) for grip in STICK.grips}
+PI = {grip: tool.parameters for grip, tool in HELD.items()}
 WOOD, STEEL = (part.looks_like.colour for part in STICK.components)
 REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
 

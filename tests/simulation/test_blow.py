@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from helpers.held_stick import HELD, PI, STICK
+from helpers.two_tools import HELD, PI, STICK
 
 from affordance.choice.blow_cost import AIM
 from affordance.control.problem import MpcSettings

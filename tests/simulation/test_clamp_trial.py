@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from pydrake.systems.framework import DiagramBuilder
 
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
@@ -8,7 +7,6 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.control.hold import ClampAndRelease
 from affordance.experiments.protocol_runs import load_protocol_experiment
 from affordance.plant.clamp import STIFFNESS
-from affordance.plant.load import add_arm
 from affordance.simulation.clamp_trial import CLAMPED, run_clamp_and_release
 from affordance.simulation.trial import TrialRunner
 
@@ -87,24 +85,6 @@ def test_an_open_clamp_changes_no_hold(lifted, weight):
         state = trial.arm.plant.GetMyContextFromRoot(simulator.get_context())
         records.append(trial.arm.plant.GetPositionsAndVelocities(state))
     np.testing.assert_array_equal(*records)
-
-
-def test_clamp_pulls_as_a_spring_of_the_published_stiffness():
-    builder = DiagramBuilder()
-    arm = add_arm(builder, has_clamp=True)
-    diagram = builder.Build()
-    context = diagram.CreateDefaultContext()
-    plant_context = arm.plant.GetMyMutableContextFromRoot(context)
-    arm.plant.SetPositions(plant_context, arm.home)
-    np.testing.assert_array_equal(arm.clamp.compute_force(plant_context), np.zeros(3))
-    arm.clamp.close(plant_context)
-    home = arm.hand.CalcPoseInWorld(plant_context).translation()
-    np.testing.assert_allclose(arm.clamp.compute_force(plant_context), np.zeros(3), atol=1e-9)
-    arm.plant.SetPositions(plant_context, arm.home + 1e-4 * np.arange(1, 8))
-    moved = arm.hand.CalcPoseInWorld(plant_context).translation() - home
-    np.testing.assert_allclose(arm.clamp.compute_force(plant_context), STIFFNESS * moved, rtol=1e-2, atol=1e-3)
-    arm.clamp.release(plant_context)
-    np.testing.assert_array_equal(arm.clamp.compute_force(plant_context), np.zeros(3))
 
 
 def test_task_corrects_nothing_until_release(model):

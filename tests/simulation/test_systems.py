@@ -394,7 +394,7 @@ def test_failed_ticks_in_a_row_go_through_the_previous_plan_step_by_step_to_rest
     assert system.get_counts(context) == (0, 6 + 52)
 
 
-def test_state_that_is_not_finite_keeps_the_last_torque(controller, at_home):
+def test_state_that_is_not_finite_keeps_the_last_torque(controller, at_home, caplog):
     system, context = controller()
     update(system, context)
     held = evaluate(system, context, "tau").copy()
@@ -403,3 +403,25 @@ def test_state_that_is_not_finite_keeps_the_last_torque(controller, at_home):
     update(system, context)
     np.testing.assert_array_equal(evaluate(system, context, "tau"), held)
     assert system.get_counts(context) == (0, 1)
+    assert "the state is not finite" in caplog.text
+
+
+class Hurry(Hold):
+    """A hold that plans ahead only half as far."""
+
+    def choose_horizon(self, time, longest):
+        return 0.5 * longest
+
+
+def test_a_goal_in_half_the_time_takes_four_times_the_acceleration(controller, arm):
+    """The acceleration at first is -6 d / T^2 in continuous time, from a displacement d at rest."""
+    system, context = controller()
+    q = arm.home + 0.01 * np.ones(7)
+    fix(system, context, state=np.concatenate([q, np.zeros(7)]))
+    torques = []
+    for task in (Hold(q), Hold(arm.home), Hurry(arm.home)):
+        fix(system, context, goal=task)
+        update(system, context)
+        torques.append(evaluate(system, context, "tau").copy())
+    at_rest, calm, hurried = torques
+    np.testing.assert_allclose(hurried - at_rest, 4.0 * (calm - at_rest), rtol=0.15, atol=0.02)

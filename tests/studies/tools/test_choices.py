@@ -59,12 +59,12 @@ def choices():
 
 def test_heavy_head_is_held_by_who_knows_and_by_who_does_not_with_less_certainty(choices):
     ranking = choices.rankings["reach", "drawing", TRUE]
-    assert ranking.find_best("mallet").grip == "head"
-    assert ranking.find_best("mallet").p_best_of_tool > 0.99
+    assert ranking.find_best_grip("mallet") == "head"
+    assert ranking.list_of("mallet")[0].p_best_of_tool > 0.99
     before = choices.rankings["reach", "drawing", BEFORE]
     assert sum(each.p_best for each in before.ranked) == pytest.approx(1.0 - before.p_none)
     assert max(each.p_best for each in before.ranked) < 0.99
-    assert {each.grip for each in before.ranked} == {"handle", "choked", "head"}
+    assert {each.option.grip for each in before.ranked} == {"handle", "choked", "head"}
 
 
 def test_one_density_knows_shapes_and_nothing_else(choices):
