@@ -40,6 +40,15 @@ def test_material_never_felt_gets_the_prior_and_leaves_others_alone(pair):
     np.testing.assert_allclose(EMPTY_BELIEF.extend(PRIOR, 1).untruncated_mean, [1000.0])
 
 
+def test_some_of_the_densities_are_believed_as_within_all(pair):
+    swapped = pair.select([1, 0])
+    np.testing.assert_allclose(swapped.untruncated_mean, [7800, 700], rtol=1e-12)
+    np.testing.assert_allclose(swapped.covariance, [[500.0**2, -3e4], [-3e4, 200.0**2]], rtol=1e-12)
+    assert pair.select([1]).covariance[0, 0] == pytest.approx(500.0**2)  # the precision alone would say less
+    assert pair.select([]).size == 0
+    assert pair.select([0, 1]) is pair
+
+
 def test_one_object_is_less_certain_than_its_material(pair):
     np.testing.assert_allclose(
         pair.add_object_variation(100.0).covariance, pair.covariance + 1e4 * np.eye(2), rtol=1e-10

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.objects.inertia import Ellipsoid
@@ -26,3 +27,8 @@ TWO_MATERIALS = (
 
 def detect_parts(features, prior, memory=None) -> ObjectBelief:
     return predict_object(features, memory or MaterialMemory(), prior)
+
+
+def know(config, density=8500.0, precision=1e-2) -> MaterialMemory:
+    """What is known of the first material of an experiment."""
+    return MaterialMemory(config.colours[:1], DensityBelief(np.array([[precision]]), np.array([precision * density])))

@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.seen_objects import know
 
-from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.proprioception.faults import Faults
@@ -85,7 +85,7 @@ def test_every_presentation_adds_what_it_taught_alone(weight):
     """An object that weighs what is believed, felt with white noise: equal presentations add equal information."""
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(1.0))
     tool = weight.tools[0]
-    known = MaterialMemory((weight.colours[0],), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * 8500.0])))
+    known = know(weight)
     observer = Observer(TrialRunner(settings), known, duration=DURATION)
     precisions = [known.belief.precision[0, 0]]
     for number in range(4):

@@ -4,8 +4,8 @@ import dataclasses
 
 import numpy as np
 import pytest
+from helpers.seen_objects import know
 
-from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
 from affordance.proprioception.torque_noise import WhiteNoise
 from affordance.simulation.trial import Observer, TrialRunner
@@ -16,13 +16,6 @@ PERIOD = 0.1
 def run(weight, memory, *, duration=0.5, tool=0, **changes):
     settings = dataclasses.replace(weight.settings, posterior_log_period=PERIOD, **changes)
     return TrialRunner(settings).run_hold(weight.tools[tool], memory, duration=duration, seed=(4,))
-
-
-def know(weight, precision):
-    """An arm that believes what is true does not move."""
-    return MaterialMemory(
-        (weight.colours[0],), DensityBelief(np.array([[precision]]), np.array([precision * 8500.0]))
-    )
 
 
 def compute_sd(record):
@@ -48,9 +41,9 @@ def test_log_goes_from_the_visual_prior_to_what_the_memory_takes_over(weight):
 
 
 def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
-    """Of an arm at rest every sample says the same: precision grows in equal steps, of the size of the theory."""
+    """An arm that believes what is true does not move: every sample says the same, precision grows in equal steps."""
     noise, before = WhiteNoise(0.7), 1e-6
-    record = run(weight, know(weight, before), duration=1.0, noise=noise)
+    record = run(weight, know(weight, precision=before), duration=1.0, noise=noise)
     assert np.abs(record.height_centre).max() < 0.002
     per_density = hold.Y @ weight.tools[0].parameters / 8500.0
     says = float(per_density @ per_density) / noise.sd**2
@@ -60,7 +53,7 @@ def test_white_noise_narrows_the_posterior_sample_by_sample(weight, hold):
 
 
 def test_one_percept_says_all_with_the_first_sample(weight):
-    record = run(weight, know(weight, 1e-6), duration=1.0, tool=3)
+    record = run(weight, know(weight, precision=1e-6), duration=1.0, tool=3)
     sd = compute_sd(record)
     np.testing.assert_allclose(sd[:2], sd[0])
     assert sd[2] < 0.8 * sd[0]

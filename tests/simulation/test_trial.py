@@ -7,11 +7,11 @@ import weakref
 import numpy as np
 import psutil
 import pytest
-from helpers.seen_objects import BLUE, RED, place
+from helpers.seen_objects import BLUE, RED, know, place
 from pydrake.systems.analysis import Simulator
 from scipy.stats import multivariate_normal, norm
 
-from affordance.belief.density_belief import DensityBelief, PointEstimate
+from affordance.belief.density_belief import PointEstimate
 from affordance.belief.material_memory import MaterialMemory
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.material import Material
@@ -24,13 +24,9 @@ from affordance.simulation.trial import TrialRunner
 from affordance.vision.features import FeatureSource, VisionError, measure_features
 
 
-def certain_of(config, density):
-    return MaterialMemory((config.colours[0],), DensityBelief(np.array([[1e-2]]), np.array([1e-2 * density])))
-
-
 def test_arm_that_knows_the_density_does_not_move(runner, weight):
     for tool in weight.tools[:-1]:
-        record = runner.run_hold(tool, certain_of(weight, 8500.0), duration=3.0, seed=(0,))
+        record = runner.run_hold(tool, know(weight, 8500.0), duration=3.0, seed=(0,))
         points = np.stack([record.height_centre, record.height_grip, record.height_com])
         assert np.abs(points).max() < 1e-6
         assert np.abs(record.q - record.q[0]).max() < 1e-6
@@ -39,7 +35,7 @@ def test_arm_that_knows_the_density_does_not_move(runner, weight):
 def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weight):
     tool = weight.tools[2]
     light, heavy = (
-        runner.run_hold(tool, certain_of(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
+        runner.run_hold(tool, know(weight, density), duration=1.0, seed=(0,)) for density in (6000, 11000)
     )
     assert light.height_centre[-1] < -0.005
     assert heavy.height_centre[-1] > 0.005
@@ -49,7 +45,7 @@ def test_arm_sinks_if_it_believes_too_little_and_rises_if_too_much(runner, weigh
 def test_loop_is_stable_for_a_tool_lighter_than_believed_by(runner, weight, ratio):
     """The longest object, its inertia divided by the ratio, comes to rest and stays within its limits."""
     honest = weight.tools[3]
-    record = runner.run_hold(weigh(honest, honest.mass / ratio), certain_of(weight, 8500.0), duration=3.0, seed=(0,))
+    record = runner.run_hold(weigh(honest, honest.mass / ratio), know(weight, 8500.0), duration=3.0, seed=(0,))
     arm = runner.get_diagram(3.0).arm
     assert np.abs(record.v[-50:]).max() < 0.02
     assert np.abs(record.q[-1] - record.q[-50]).max() < 1e-3
@@ -94,7 +90,7 @@ def test_object_that_is_too_heavy_is_reported_and_warned_of(runner, weight, capl
 def test_arm_that_is_overloaded_falls_whatever_it_believes(runner, weight):
     tool = weigh(weight.tools[3], 6.7)
     density = tool.components[0].material.density
-    record = runner.run_hold(tool, certain_of(weight, density), duration=2.0, seed=(0,))
+    record = runner.run_hold(tool, know(weight, density), duration=2.0, seed=(0,))
     assert record.overloaded == ("shoulder_elevation", "wrist_flexion")
     assert record.height_centre.min() < -0.1
 
@@ -205,7 +201,7 @@ def test_percept_is_of_one_sample_a_period_from_the_end_of_the_first_to_that_of_
     sd, tool, density = 1.0, weight.tools[0], weight.tools[0].components[0].material.density
     settings = dataclasses.replace(weight.settings, noise=WhiteNoise(sd))
     runner = TrialRunner(settings)
-    before = certain_of(weight, density)
+    before = know(weight, density)
     after = runner.run_hold(tool, before, duration=duration, seed=(0,)).memory
     learned = float((after.belief.precision - before.belief.precision)[0, 0])
     per_density = hold.Y @ tool.parameters / density
@@ -253,8 +249,7 @@ def test_log_evidence_is_that_of_the_belief_before_the_trial(weight, hold):
     """An arm that expects just what it feels: a normal density at its centre, as wide as error and belief make it."""
     noise, tool = Unerring(weber_fraction=0.07, threshold=0.1), weight.tools[3]
     runner = TrialRunner(dataclasses.replace(weight.settings, noise=noise))
-    memory = MaterialMemory((weight.colours[0],), DensityBelief(np.array([[1e-6]]), np.array([8.5e-3])))
-    record = runner.run_hold(tool, memory, duration=0.5, seed=(0,))
+    record = runner.run_hold(tool, know(weight, precision=1e-6), duration=0.5, seed=(0,))
     load = hold.Y @ tool.parameters
     tau, per_density = hold.tau_arm + load, load / 8500.0
     variance = 1e6 + weight.settings.prior.deviation_sd**2
@@ -276,7 +271,7 @@ def test_same_seed_gives_the_same_trial_whatever_ran_before(runner, weight):
     tool, memory = weight.tools[1], MaterialMemory()
     first = runner.run_hold(tool, memory, duration=0.5, seed=(5, 6))
     runner.run_hold(weight.tools[0], memory, duration=0.2, seed=(1,))
-    runner.run_hold(tool, certain_of(weight, 9000.0), duration=0.2, seed=(1,))
+    runner.run_hold(tool, know(weight, 9000.0), duration=0.2, seed=(1,))
     again = runner.run_hold(tool, memory, duration=0.5, seed=(5, 6))
     fresh = TrialRunner(weight.settings).run_hold(tool, memory, duration=0.5, seed=(5, 6))
     for other in (again, fresh):
