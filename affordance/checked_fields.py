@@ -78,6 +78,18 @@ def check_fields(instance: Any) -> None:
             object.__setattr__(instance, name, checked)
 
 
+class CheckedFields:
+    """Base of dataclasses of which every field is checked by its annotation when an object is created.
+
+    Raises:
+        BadArgumentError: A value is not of its field's type, is not finite, or is out of bounds.
+    """
+
+    def __post_init__(self) -> None:
+        """Checks the fields."""
+        check_fields(self)
+
+
 @lru_cache(maxsize=64)
 def list_field_types(kind: Any) -> Mapping[str, Any]:
     """Lists the types of the fields of a dataclass, with their annotations, by name."""

@@ -9,7 +9,7 @@ import enum
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 import numpy as np
 from scipy.special import chdtrc  # scipy.stats takes a second to import
@@ -18,7 +18,7 @@ from affordance.arguments import check_array, check_fractions, check_symmetry
 from affordance.arrays import Array
 from affordance.belief import truncated_normal as positive_gaussian
 from affordance.belief.likelihood import Likelihood
-from affordance.checked_fields import Setting, check_fields
+from affordance.checked_fields import CheckedFields, Setting
 from affordance.exceptions import BadArgumentError
 from affordance.files.constraints import Within
 from affordance.objects.inertia import DENSITY_MAX
@@ -32,7 +32,7 @@ _SD_MAX = 1e12
 
 
 @dataclass(frozen=True)
-class Prior:
+class Prior(CheckedFields):
     """Prior of the density of any material that was never held (docs/decisions/0003-prior.md).
 
     Attributes:
@@ -56,14 +56,6 @@ class Prior:
         Within(0.0, _SD_MAX),
         Setting("kg/m^3", "spread within woods, brasses and steels, 60 to 90 kg/m^3 (docs/decisions/0003-prior.md)"),
     ] = 100.0
-
-    def __post_init__(self) -> None:
-        """Checks the numbers against their bounds.
-
-        Raises:
-            BadArgumentError: A number is not finite, or is out of bounds.
-        """
-        check_fields(self)
 
 
 class PointEstimate(enum.Enum):
@@ -290,32 +282,6 @@ EMPTY_BELIEF = DensityBelief(np.zeros((0, 0)), np.zeros(0))
 # Function that finds the likelihood of an object's densities from the belief before the measurement, on which the
 # size of errors that grow with torque depends.
 type FindLikelihood = Callable[[DensityBelief], Likelihood]
-
-
-class Density(NamedTuple):
-    """Belief about the mean density of objects of one colour, [kg/m^3].
-
-    Attributes:
-        mean: Mean density.
-        sd: Standard deviation of the density.
-        p05: Fifth percentile, the lower end of the 90 % interval.
-        p25: First quartile.
-        median: Median density.
-        p75: Third quartile.
-        p95: 95th percentile, the upper end of the 90 % interval.
-    """
-
-    mean: float
-    sd: float
-    p05: float
-    p25: float
-    median: float
-    p75: float
-    p95: float
-
-    def __repr__(self) -> str:
-        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
-        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
 
 
 def show_density(density: float) -> str:

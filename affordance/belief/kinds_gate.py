@@ -183,11 +183,6 @@ def weigh(hypotheses: Sequence[Hypothesis], find_likelihood: FindLikelihood, set
 
     The evidence is that of unrestricted normal distributions, as in a trial's p-value. The cost is a search for the
     likelihood and O(m^3) for each hypothesis about m colours, and some more searches for each with a further kind.
-
-    Args:
-        hypotheses: Hypotheses to weigh.
-        find_likelihood: Function that finds the likelihood of the measured torques.
-        settings: Settings of the gate.
     """
     verdicts = [settle_breadth(hypothesis, find_likelihood, settings.kappa) for hypothesis in hypotheses]
     log_evidences = [verdict.log_evidence for verdict in verdicts]
@@ -202,14 +197,8 @@ def settle_breadth(hypothesis: Hypothesis, find_likelihood: FindLikelihood, kapp
 
     Each pass uses the density of the pass before, the first that before the lift. If the object is denser than the
     reference, the passes rise towards the measured density without exceeding it; if it is less dense they converge
-    within a few, as the breadth is a small part of the spread.
-
-    Args:
-        hypothesis: Hypothesis; one pass suffices without a further kind.
-        find_likelihood: Function that finds the likelihood of the measured torques.
-        kappa: Breadth of a category over its mean density.
-
-    Returns: Verdict, with the probability before the lift.
+    within a few, as the breadth is a small part of the spread. Without a further kind one pass suffices. The verdict
+    has the probability before the lift.
     """
     columns = list(hypothesis.founded)
     belief = hypothesis.densities
@@ -231,11 +220,6 @@ def start_kinds(verdict: Verdict, find_likelihood: FindLikelihood, spread: float
 
     The adopted hypothesis needs no gate: with an SD of s times the reference alone, an object many times as dense
     would be underestimated lift after lift.
-
-    Args:
-        verdict: Verdict on the adopted hypothesis.
-        find_likelihood: Function that finds the likelihood of the measured torques.
-        spread: Ratio s of GateSettings.
     """
     columns = list(verdict.hypothesis.founded)
     if not columns:

@@ -78,12 +78,6 @@ def build_proposal(mean: Array, covariance: Array) -> Proposal:
 
     which is monotone, so that Newton's method with step halving finds it. It starts from the mode, where
     mean + L L^T forces replaces the first two terms, and either the force on a coordinate or its excess is zero.
-
-    Args:
-        mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Covariance of the unrestricted distribution, shape (M, M).
-
-    Returns: The proposal.
     """
     root = np.linalg.cholesky(covariance)
     forces = nnls(root.T, -np.linalg.solve(root, mean))[0]

@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from affordance.arrays import Array
 from affordance.belief.colour_recognition import find_colour_index
-from affordance.belief.density_belief import Density, DensityBelief, FindLikelihood, Prior
+from affordance.belief.density_belief import DensityBelief, FindLikelihood, Prior, show_density
 from affordance.belief.likelihood import Likelihood
 from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
@@ -56,6 +56,32 @@ class Lesson[M](NamedTuple):
     memory: M
     densities: DensityBelief
     likelihood: Likelihood
+
+
+class Density(NamedTuple):
+    """Belief about the mean density of objects of one colour, [kg/m^3].
+
+    Attributes:
+        mean: Mean density.
+        sd: Standard deviation of the density.
+        p05: Fifth percentile, the lower end of the 90 % interval.
+        p25: First quartile.
+        median: Median density.
+        p75: Third quartile.
+        p95: 95th percentile, the upper end of the 90 % interval.
+    """
+
+    mean: float
+    sd: float
+    p05: float
+    p25: float
+    median: float
+    p75: float
+    p95: float
+
+    def __repr__(self) -> str:
+        interval = f"90 % from {show_density(self.p05)} to {show_density(self.p95)}"
+        return f"Density({show_density(self.mean)} ± {show_density(self.sd)} kg/m^3, {interval})"
 
 
 @runtime_checkable

@@ -32,12 +32,7 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def tabulate_marginal(mean: Array, covariance: Array, i: int) -> tuple[Array, Array]:
-    """Tabulates the marginal of coordinate i given x > 0.
-
-    Args:
-        mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Covariance of the unrestricted distribution, shape (M, M).
-        i: Index of the coordinate.
+    """Tabulates the marginal of coordinate i given x > 0 for x ~ N(mean, covariance).
 
     Returns: Nodes, increasing, shape (K,); the share of the probability that each represents, up to a factor, shape
         (K,). Shares are a smooth function of the node's index and vanish at either end.

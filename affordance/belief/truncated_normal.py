@@ -1,5 +1,6 @@
 """Multivariate normal distribution restricted to the positive orthant: x ~ N(mean, covariance) given x > 0.
 
+Arguments are mean, (M,), and covariance, (M, M), of the unrestricted distribution, or the inverse of that covariance.
 Densities are positive, so every mode, mean, percentile, sample and evidence of a belief is of this distribution.
 Uncorrelated coordinates are treated separately. A single one has closed forms, two or three correlated ones are
 integrated by nested quadrature, and four or more are averaged over weighted points, which is less accurate.
@@ -32,15 +33,7 @@ _MAX_BATCHES = 1000
 
 
 def compute_mode(mean: Array, precision: Array, floor: float) -> Array:
-    """Computes the most probable point with every coordinate at least ``floor``.
-
-    Args:
-        mean: Mean of the unrestricted distribution, shape (M,).
-        precision: Inverse covariance of the unrestricted distribution, shape (M, M).
-        floor: Least value of every coordinate.
-
-    Returns: The mode, shape (M,).
-    """
+    """Computes the most probable point with every coordinate at least ``floor``, shape (M,)."""
     if (mean >= floor).all():
         return mean.copy()
     # (x - mean)^T precision (x - mean) = |L^T (x - mean)|^2: non-negative least squares in x - floor.
@@ -66,17 +59,10 @@ def compute_log_mass(mean: Array, covariance: Array) -> float:
 
 
 def compute_percentiles(mean: Array, covariance: Array, fractions: Array) -> Array:
-    """Computes percentiles of each coordinate's marginal.
+    """Computes percentiles of each coordinate's marginal, shape (P, M), for P fractions in (0, 1).
 
     The error is 1e-6 of the marginal's SD, and up to 5e-6 with correlations near one; with four or more correlated
     coordinates it is at most a few 1e-4 between the quartiles and up to 3e-3 at the outermost hundredth.
-
-    Args:
-        mean: Mean of the unrestricted distribution, shape (M,).
-        covariance: Covariance of the unrestricted distribution, shape (M, M).
-        fractions: Probabilities in (0, 1), shape (P,).
-
-    Returns: Percentiles, shape (P, M).
     """
     percentiles = np.empty((len(fractions), len(mean)))
     for block in _blocks(covariance):

@@ -6,12 +6,12 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.checked_fields import Setting, check_fields
+from affordance.checked_fields import CheckedFields, Setting
 from affordance.files.constraints import Whole, Within
 
 
 @dataclass(frozen=True)
-class MpcSettings:
+class MpcSettings(CheckedFields):
     """Settings of the controller, shared by all tasks (docs/decisions/0005-controller.md).
 
     Attributes:
@@ -38,14 +38,6 @@ class MpcSettings:
     always_program: Annotated[
         bool, Setting("", "the closed form gives the same plan (docs/decisions/0005-controller.md)")
     ] = False
-
-    def __post_init__(self) -> None:
-        """Checks the settings.
-
-        Raises:
-            BadArgumentError: A setting is not finite, or out of bounds.
-        """
-        check_fields(self)
 
 
 class TerminalGoal(NamedTuple):

@@ -15,7 +15,7 @@ from pydrake.multibody.tree import SpatialInertia
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.checked_fields import Setting, check_fields
+from affordance.checked_fields import CheckedFields, Setting
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.files.constraints import Text, Whole, Within
 from affordance.files.data_model import DataModel, load_model
@@ -32,7 +32,7 @@ _NONE = "no fault, unless one is switched on (docs/decisions/0016-faults-and-sur
 
 
 @dataclass(frozen=True)
-class Faults:
+class Faults(CheckedFields):
     """Faults of sensors and arm, several of which may be active at once.
 
     Attributes:
@@ -56,14 +56,6 @@ class Faults:
     bias_sd: Annotated[float, _BIAS, Setting("1", _NONE)] = 0.0
     delay_samples: Annotated[int, _DELAY, Setting("1", _NONE)] = 0
     arm_mass_factor: Annotated[float, _MASS_FACTOR, Setting("1", _NONE)] = 1.0
-
-    def __post_init__(self) -> None:
-        """Checks the numbers against their bounds.
-
-        Raises:
-            BadArgumentError: A number is not finite, or is out of bounds.
-        """
-        check_fields(self)
 
     def distort(self, felt: Array, sd: Array, stuck: int | None, seed: tuple[int, ...]) -> Array:
         """Returns the torques that faulty sensors report, shape (num_joints,), [N m].

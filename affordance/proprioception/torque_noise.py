@@ -12,7 +12,7 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
-from affordance.checked_fields import Setting, check_fields
+from affordance.checked_fields import CheckedFields, Setting
 from affordance.files.constraints import Within
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS
@@ -53,7 +53,7 @@ class NoiseModel(Protocol):
 
 
 @dataclass(frozen=True)
-class WeberNoise:
+class WeberNoise(CheckedFields):
     """One measurement per trial, with errors of a Weber fraction and an absolute threshold.
 
     The measurement is the mean torque of the hold. Its standard deviation at joint j is
@@ -79,14 +79,6 @@ class WeberNoise:
     independent_samples: Annotated[
         bool, Setting("", "one measurement a trial was chosen after others were seen (docs/trust.md)")
     ] = False
-
-    def __post_init__(self) -> None:
-        """Checks the numbers against their bounds.
-
-        Raises:
-            BadArgumentError: A number is not finite, or is out of bounds.
-        """
-        check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of tau, tau_arm and Y, flattened."""
@@ -141,7 +133,7 @@ class WeberNoise:
 
 
 @dataclass(frozen=True)
-class WhiteNoise:
+class WhiteNoise(CheckedFields):
     """White noise, as of robots' torque sensors: every sample has an independent error.
 
     Attributes:
@@ -153,14 +145,6 @@ class WhiteNoise:
         Within(1e-12, 1e4),
         Setting("N m", "a hundredth of what the strongest joint bears (docs/decisions/0019-calibration.md)"),
     ] = 0.7
-
-    def __post_init__(self) -> None:
-        """Checks the number against its bounds.
-
-        Raises:
-            BadArgumentError: The number is not finite, or is out of bounds.
-        """
-        check_fields(self)
 
     def num_features(self, num_joints: int) -> int:
         """Returns the length of Y^T Y, Y^T r and r^T r, flattened."""
