@@ -1,12 +1,10 @@
 """Spoilt files: a small version of studies/trust/bad_input.py, a corpus kept for ever, and files of results."""
 
 import logging
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
-from helpers.children import PATIENCE
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -161,16 +159,6 @@ def test_spoilt_arm_is_refused(number):
     with copy_models() as folder:
         found = answer_for_arm(folder, number)
     assert found.refused, found
-
-
-def test_fault_of_no_name_is_refused(tmp_path, children):
-    command = [sys.executable, "run_experiments.py", "weight", "--fault", "gremlins", "--out", str(tmp_path / "out")]
-    child = children(command)
-    _, err = child.communicate(timeout=PATIENCE)
-    assert child.returncode == 2
-    assert "--fault: is 'gremlins', must be one of nan_samples, " in err
-    assert err.count("\n") == 1
-    assert not (tmp_path / "out").exists()
 
 
 def draw(repeat):
