@@ -102,7 +102,7 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
 
 def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
     """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression it follows."""
-    assert call("predict", "linear_plus_plus", tmp_path, "--repeats", "2") == 0
+    assert call("predict", "linear_plus_plus", tmp_path, "--repeats", "1") == 0
     found = json.loads((tmp_path / "out" / "linear_plus_plus" / "predictions.json").read_text())
     spread = found["spread_between_people"]
     assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)

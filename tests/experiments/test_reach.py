@@ -116,13 +116,6 @@ def test_other_measure_of_effort_agrees_or_not(experiment, plan, numbers):
         assert any(f"measure of effort, {word} with the absolute work" in remark for remark in remarks)
 
 
-def test_few_observers_are_named_as_few(experiment, plan, numbers):
-    assert render(experiment, plan, numbers, repeats=1).summary.startswith("1 observer was simulated. Each holds")
-    for repeats, few in ((19, True), (20, False)):
-        remarks = render(experiment, plan, numbers, repeats=repeats).remarks
-        assert any("Claims want about 20 observers" in remark for remark in remarks) == few
-
-
 def test_experience_of_one_experiment_serves_the_other(experiment, plan, tmp_path):
     """What was learned in com is what is chosen by in reach: the memories are found, not made anew."""
     gained = collect_experience(load_hold_experiment("com").experience, tmp_path, repeats=2, jobs=1)

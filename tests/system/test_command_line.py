@@ -15,7 +15,6 @@ from helpers.children import PATIENCE, ROOT
 from affordance.files.model_folder import MODELS
 from studies.trust.kills import list_differences
 
-
 PROGRAM = ROOT / "run_experiments.py"
 
 
