@@ -1,16 +1,20 @@
 """Fixtures that several modules share. Plants and Diagrams take long to build, so one of each serves a process."""
 
+import dataclasses
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from helpers.children import Start, keep_children
+from helpers.shared import compute_once
 from helpers.two_tools import HELD
 
 from affordance.arrays import Array
 from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer, load_hammer
-from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
+from affordance.experiments.shared.choice_task import ChoicePlan
+from affordance.experiments.shared.choosing import ChoiceExperiment
 from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm import Arm
@@ -74,6 +78,18 @@ def runner(weight: PresentationExperiment) -> TrialRunner:
 @pytest.fixture(scope="session")
 def hammer() -> Hammer:
     return load_hammer(MODELS / "nail.yaml")
+
+
+@pytest.fixture(scope="session")
+def hammering() -> ChoiceExperiment:
+    """Simulation IV about two of its tools: stick and hammer."""
+    experiment = load_choice_experiment("hammer")
+    return dataclasses.replace(experiment, novel=experiment.novel[:2])
+
+
+@pytest.fixture(scope="session")
+def hammering_plan(hammering: ChoiceExperiment, tmp_path_factory: pytest.TempPathFactory) -> ChoicePlan:
+    return compute_once(tmp_path_factory, "hammering_plan", lambda: hammering.plan(jobs=1))
 
 
 @pytest.fixture(scope="session")

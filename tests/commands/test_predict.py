@@ -8,7 +8,7 @@ import pytest
 from affordance.belief.learner import Learner
 from affordance.cli import main
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.protocol import find_number_of_observers
+from affordance.protocols.protocol import find_number_of_observers, find_protocol
 from affordance.protocols.schema import write_protocol
 from affordance.reporting.learner_predictions import Spread, contrast_learners, format_predictions, summarise
 
@@ -102,8 +102,13 @@ def test_where_nothing_is_known_of_people_nothing_is_said_of_them():
 
 def test_spread_between_people_is_the_given_one_or_follows_from_published_intervals(short, tmp_path, capsys):
     """Of nine people a 95 % interval of +- 0.945 N is an SD of 0.945 / 2.306 * 3; of an expression it follows."""
-    assert call("predict", "linear_plus_plus", tmp_path, "--repeats", "2") == 0
-    found = json.loads((tmp_path / "out" / "linear_plus_plus" / "predictions.json").read_text())
+    text = find_protocol("linear_plus_plus").read_text(encoding="utf-8")
+    for many, few in (("repetitions: 30", "repetitions: 1"), ("repetitions: 40", "repetitions: 16"), ("120", "4")):
+        text = text.replace(many, few)
+    path = tmp_path / "few.yaml"
+    path.write_text(text.replace("name: linear_plus_plus", "name: few"), encoding="utf-8")
+    assert call("predict", path, tmp_path, "--repeats", "2") == 0
+    found = json.loads((tmp_path / "out" / "few" / "predictions.json").read_text())
     spread = found["spread_between_people"]
     assert spread["first_N"]["sd"] == pytest.approx(0.945 / 2.306 * 3.0, rel=1e-3)
     assert spread["end_N"]["sd"] == pytest.approx(1.59 / 2.306 * 3.0, rel=1e-3)

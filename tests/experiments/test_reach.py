@@ -30,12 +30,14 @@ SHAPES = {
     "energy_ratio_true": (),
     "off_axis_2mm_change": (),
 }
-TOOLS = ["stick", "hammer", "uneven stick", "crooked stick", "three-part stick"]
+TOOLS = ["stick", "hammer"]
 
 
 @pytest.fixture(scope="module")
 def experiment():
-    return load_choice_experiment("reach")
+    """Simulation III about two of its tools."""
+    experiment = load_choice_experiment("reach")
+    return dataclasses.replace(experiment, novel=experiment.novel[:2])
 
 
 @pytest.fixture(scope="module")
@@ -112,13 +114,6 @@ def test_other_measure_of_effort_agrees_or_not(experiment, plan, numbers):
     for effort, word in (({"wood": 2.0, "steel": 1.0}, "agrees"), ({"wood": 1.0, "steel": 2.0}, "does not agree")):
         remarks = render(experiment, plan, numbers, effort_true=effort).remarks
         assert any(f"measure of effort, {word} with the absolute work" in remark for remark in remarks)
-
-
-def test_few_observers_are_named_as_few(experiment, plan, numbers):
-    assert render(experiment, plan, numbers, repeats=1).summary.startswith("1 observer was simulated. Each holds")
-    for repeats, few in ((19, True), (20, False)):
-        remarks = render(experiment, plan, numbers, repeats=repeats).remarks
-        assert any("Claims want about 20 observers" in remark for remark in remarks) == few
 
 
 def test_experience_of_one_experiment_serves_the_other(experiment, plan, tmp_path):
@@ -283,8 +278,7 @@ def make_rollout(work, effort, error, limited):
 def test_numbers_are_those_of_made_up_arrays(experiment, plan):
     """Of the stick the grip by wood is made the right one, of the hammer that by steel.
 
-    Before experience the stick is a matter of chance and the hammer is not. Of the other tools there is nothing to
-    be seen here.
+    Before experience the stick is a matter of chance and the hammer is not.
     """
     simulated = {
         **plan.simulated,
@@ -294,7 +288,7 @@ def test_numbers_are_those_of_made_up_arrays(experiment, plan):
     of_stick = np.array([[1, 0, 0], [1, 1, 0], [1, 0, -1], [1, 0, -1]])
     of_hammer = np.array([[0, 1, 1], [0, 1, 0], [0, 1, 0], [0, 1, -1]])
     arrays = {
-        "paper": np.stack([of_stick, of_hammer, *[np.zeros_like(of_stick)] * 3], axis=1),
+        "paper": np.stack([of_stick, of_hammer], axis=1),
         "bayes": np.array([[0, 1, 1], [0, 1, 1], [0, 0, 1], [1, 1, 1]]),
         "flips": np.array([[True, False, True], [False, False, True], [False, False, True], [False, True, True]]),
     }
@@ -344,5 +338,5 @@ def test_text_is_about_the_tools_that_there_are(experiment, plan, numbers):
     for wrong in ("the my", "The my", "also choose", "both ends look alike", "of the others", "about ."):
         assert wrong not in text
     whole = tell(render(experiment, plan, numbers))
-    assert "They also choose about hammer, uneven stick" in whole
+    assert "They also choose about hammer" in whole
     assert "Of the stick both ends look alike, so that chance is a half by symmetry; of the others" in whole

@@ -21,7 +21,6 @@ from affordance.experiments.shared.checks import check_tools_can_be_held
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.proprioception.faults import Faults
 from affordance.runs.repeats import run_repeats
 from affordance.settings import Settings
 
@@ -160,15 +159,6 @@ def test_few_observers_are_named_as_few(weight, numbers, repeats, few, begins):
     assert any("Claims want about 20 observers" in remark for remark in section.remarks) == few
 
 
-def test_faults_are_named_where_there_are_any(weight, numbers):
-    faults = Faults(stuck_joint="elbow_flexion", stuck_torque=-3.0, delay_samples=1)
-    faulty = weight.with_settings(dataclasses.replace(weight.settings, faults=faults))
-    remarks = render(faulty, None, numbers).remarks
-    expected = "Run with faults: stuck_joint elbow_flexion, stuck_torque -3.0, delay_samples 1."
-    assert any(remark.startswith(expected) for remark in remarks)
-    assert not any("faults" in remark for remark in render(weight, None, numbers).remarks)
-
-
 def test_numbers_are_identical_for_any_number_of_jobs(short, tmp_path):
     run = partial(short.run_observer, None, None)
     alone = run_repeats(tmp_path / "1", run, repeats=4, jobs=1, description="alone")
@@ -253,14 +243,18 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
     assert "\n" not in str(error.value)
 
 
-def test_more_objects_than_colours_are_drawn(weight, tmp_path):
+def test_more_objects_than_colours_are_drawn(weight):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
     experiment = weight.with_tools(
         (*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
     ).with_duration(0.1)
-    run_experiment(experiment, None, tmp_path, repeats=2, jobs=1)
-    assert (tmp_path / "metrics.json").exists()
+    runs = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
+    arrays = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
+    shown = experiment.show(None, None, arrays, experiment.compute_metrics(None, None, arrays))
+    assert shown.figures.keys() == {"figure3", "figure4", "posterior", "sinking"}
+    for draw in shown.figures.values():
+        assert draw().axes
 
 
 def test_decoy_alone_is_refused(tmp_path):

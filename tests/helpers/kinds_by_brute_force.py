@@ -73,12 +73,11 @@ def believe_own(lifts, name, born, kappa, priors):
             own = (columns, mean, covariance)
             belief = describe_object(
                 before,
-                lift.colours,
+                believe_kinds(before, lift.kinds, priors),
                 lift.kinds,
                 name,
                 kappa,
                 own,
-                priors,
                 breadth={kind: 0.0 for kind in founded if priors[kind] != (MODE, SD)},
             )
             mean, covariance = condition(*belief, lift.R, lift.y, lift.V)
@@ -103,10 +102,10 @@ def predict_new(lifts, colour, born, priors):
     return reference, SPREAD * reference
 
 
-def describe_object(lifts, colours, kinds, name, kappa, own, priors, breadth):
-    """Mean and covariance of an object's densities under a hypothesis; the breadth of some kinds is given."""
+def describe_object(lifts, believed, kinds, name, kappa, own, breadth):
+    """Mean and covariance of an object's densities by what is believed of its kinds; some of their breadths."""
     last = next((lift for lift in reversed(lifts) if lift.name == name), None)
-    mean, covariance = believe_kinds(lifts, kinds, priors)
+    mean, covariance = believed[0].copy(), believed[1]
     breadths = [breadth.get(kind, kappa * max(rho, 10.0)) for kind, rho in zip(kinds, mean, strict=True)]
     covariance = covariance + np.diag(breadths) ** 2
     columns, own_mean, own_covariance = own
@@ -166,10 +165,13 @@ def judge(lifts, name, colours, R, y, V, born, priors, *, kappa, alpha=1.0, c=1.
             continue
         further = {column: kind for column, kind in enumerate(named) if kind in new and new[kind] != (MODE, SD)}
         breadth = {kind: kappa * new[kind][0] for kind in further.values()}
+        believed = believe_kinds(lifts, named, priors | new)
         for _ in range(200):  # to a fixed point
-            belief = describe_object(lifts, colours, named, name, kappa, own, priors | new, breadth)
+            belief = describe_object(lifts, believed, named, name, kappa, own, breadth)
             after = condition(*belief, R, y, V)[0]
-            breadth = {kind: kappa * max(after[column], 0.0) for column, kind in further.items()}
+            before, breadth = breadth, {kind: kappa * max(after[column], 0.0) for column, kind in further.items()}
+            if breadth == before:
+                break
         mean, covariance = belief
         logs[kinds] = np.log(prior) + multivariate_normal.logpdf(y, R @ mean, R @ covariance @ R.T + V)
         starts[kinds] = {column: new[kind] for column, kind in enumerate(named) if kind in new}

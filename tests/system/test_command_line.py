@@ -2,6 +2,7 @@
 
 import json
 import os
+import runpy
 import shutil
 import signal
 import sys
@@ -14,21 +15,24 @@ from helpers.children import PATIENCE, ROOT
 from affordance.files.model_folder import MODELS
 from studies.trust.kills import list_differences
 
+PROGRAM = ROOT / "run_experiments.py"
+
 
 @pytest.fixture
 def start(children):
-    """Starts run_experiments.py with arguments."""
-    return lambda *arguments: children([sys.executable, str(ROOT / "run_experiments.py"), *map(str, arguments)])
+    """Starts run_experiments.py with arguments as a process, where it is the process that is tested."""
+    return lambda *arguments: children([sys.executable, str(PROGRAM), *map(str, arguments)])
 
 
 @pytest.fixture
-def run(start):
-    """Runs it to its end; returns its status, and what it wrote."""
+def run(monkeypatch, capsys):
+    """Runs it to its end in this process; returns its status, and what it wrote."""
 
     def run(*arguments):
-        process = start(*arguments)
-        out, err = process.communicate(timeout=PATIENCE)
-        return process.returncode, out, err
+        monkeypatch.setattr(sys, "argv", [str(PROGRAM), *map(str, arguments)])
+        with pytest.raises(SystemExit) as ended:
+            runpy.run_path(str(PROGRAM), run_name="__main__")
+        return ended.value.code, *capsys.readouterr()
 
     return run
 
@@ -61,6 +65,7 @@ def check_refusal(run):
             ["--set", "prior.sb=3"],
             "settings: prior.sb: is 'prior.sb', must be one of prior.mode, prior.sd, prior.dev",
         ),
+        (["weight", "--fault", "gremlins"], "--fault: is 'gremlins', must be one of nan_samples, "),
         (["--set", "prior.sd=-3"], "settings: prior.sd: is -3, must be from 0.001 to 1e+12"),
         (["--set", "faults.stuck_joint=knee"], "stuck_joint: is 'knee', must be one of shoulder_azimuth"),
     ],
@@ -111,24 +116,29 @@ def wait_for(out, pattern):
         time.sleep(0.01)
 
 
-def test_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
+def test_interrupted_and_killed_run_resumes_to_the_same_numbers(tmp_path, start, run):
+    """Interrupted while repeats are run, killed while figures are drawn; trust/kills.py kills at random moments."""
     interrupted, whole = tmp_path / "interrupted", tmp_path / "whole"
-    # While repeats are run, and while their results are written; studies/trust/kills.py kills at random moments.
-    for written in ("repeat_*.npz", "figure3.png"):
-        process = start("weight", "--repeats", 4, "--jobs", 1, "--out", interrupted)
-        wait_for(interrupted, written)
-        os.killpg(process.pid, signal.SIGKILL)
-        process.communicate()
-        assert not (interrupted / "report.html").exists()
+    process = start("weight", "--repeats", 2, "--jobs", 1, "--out", interrupted)
+    wait_for(interrupted, "repeat_*.npz")
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=PATIENCE)
+    assert process.returncode == 130
+    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
+    assert "Traceback" not in err
 
-    status, out, err = run("weight", "--repeats", 4, "--jobs", 2, "--out", interrupted)
-    assert status == 0, err
-    assert "report.html" in out
-    assert "4/4" in err
-    status, _, err = run("weight", "--repeats", 4, "--jobs", 1, "--out", whole)
-    assert status == 0, err
+    process = start("weight", "--repeats", 2, "--jobs", 1, "--out", interrupted)
+    wait_for(interrupted, "figure3.png")
+    os.killpg(process.pid, signal.SIGKILL)
+    process.communicate()
+    assert not (interrupted / "report.html").exists()
 
-    assert (whole / "report.html").exists()
+    for out in (interrupted, whole):
+        status, printed, err = run("weight", "--repeats", 2, "--jobs", 1, "--out", out)
+        assert status == 0, err
+        assert "report.html" in printed
+        assert "2/2" in err
+        assert (out / "report.html").exists()
     assert list_differences(whole, interrupted) == []
 
 
@@ -146,13 +156,3 @@ def test_files_that_differ_are_named(tmp_path):
     np.savez(other / "repeat.npz", x=np.arange(3) + 1e-16)
     (one / "more.txt").touch()
     assert list_differences(one, other) == ["figure.png", "metrics.json", "more.txt", "repeat.npz"]
-
-
-def test_interruption_ends_in_one_line(tmp_path, start):
-    process = start("weight", "--repeats", 1000, "--jobs", 1, "--out", tmp_path)
-    wait_for(tmp_path, "*.npz")
-    process.send_signal(signal.SIGINT)
-    _, err = process.communicate(timeout=PATIENCE)
-    assert process.returncode == 130
-    assert err.splitlines()[-1] == "run_experiments.py: interrupted; the same command goes on where it was"
-    assert "Traceback" not in err

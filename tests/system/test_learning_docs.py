@@ -16,13 +16,6 @@ def test_example_of_a_logged_posterior_runs(capsys):
     assert widths[1] < 0.5 * widths[0]
 
 
-def test_files_linked_exist():
-    targets = re.findall(r"\]\(([^)#]+)\)", PAGE)
-    assert len(targets) == 2
-    for target in targets:
-        assert (ROOT / "docs" / target).exists(), target
-
-
 def test_systems_and_ports_named_are_those_of_the_diagram():
     drawn = (ROOT / "diagrams" / "weight.svg").read_text(encoding="utf-8")
     for name in (

@@ -4,7 +4,6 @@ import re
 import shutil
 from pathlib import Path
 
-import affordance
 from affordance.experiments.suite import run_suite
 from affordance.files.model_folder import MODELS
 
@@ -61,8 +60,3 @@ def test_linked_files_and_headings_exist():
             assert linked.exists(), f"{page}: {target}"
             if heading:
                 assert heading in list_anchors(linked), f"{page}: {target}#{heading}"
-
-
-def test_every_public_name_is_there():
-    for name in affordance.__all__:
-        assert getattr(affordance, name) is not None

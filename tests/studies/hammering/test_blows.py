@@ -8,10 +8,8 @@ import numpy as np
 import pytest
 import xarray
 from helpers.results_files import read_section
-from helpers.shared import compute_once
 
 from affordance.exceptions import AffordanceError, StallError
-from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.objects.tool import Grip
 from affordance.reporting.section import render_section
 from studies.hammering import blows
@@ -21,13 +19,13 @@ from studies.study import write_findings
 
 
 @pytest.fixture(scope="module")
-def experiment():
-    return load_choice_experiment("hammer")
+def experiment(hammering):
+    return hammering
 
 
 @pytest.fixture(scope="module")
-def plan(experiment, tmp_path_factory):
-    return compute_once(tmp_path_factory, "hammer_plan", lambda: experiment.plan(jobs=1))
+def plan(hammering_plan):
+    return hammering_plan
 
 
 @pytest.fixture

@@ -7,7 +7,7 @@ import shutil
 import numpy as np
 import pytest
 from helpers.results_files import check_keys, read_section, render
-from helpers.shared import make_folder_once
+from helpers.shared import compute_once, make_folder_once
 from scipy.optimize import minimize
 from scipy.stats import chi2
 
@@ -40,11 +40,18 @@ def experiment():
 
 
 @pytest.fixture(scope="module")
-def folder(experiment, tmp_path_factory):
+def rankings(experiment, tmp_path_factory):
+    return compute_once(tmp_path_factory, "rankings", experiment.rank_uncommon)
+
+
+@pytest.fixture(scope="module")
+def folder(experiment, rankings, tmp_path_factory):
     """The whole experiment with four objects, ten for coverage."""
 
     def fill(folder):
-        run_experiment(experiment, experiment.plan(jobs=1), folder / "vision", repeats=4, jobs=1)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: rankings)
+            run_experiment(experiment, experiment.plan(jobs=1), folder / "vision", repeats=4, jobs=1)
 
     return make_folder_once(tmp_path_factory, "results_vision", fill) / "vision"
 
@@ -134,7 +141,7 @@ def test_same_object_and_noise_for_the_same_seed(experiment):
 
 
 @pytest.fixture(scope="module")
-def folder_of_crumbs(experiment, tmp_path_factory):
+def folder_of_crumbs(experiment, rankings, tmp_path_factory):
     """The whole experiment where every other object is too small to be detected."""
     draw = vision.draw_numbered_object
 
@@ -144,6 +151,7 @@ def folder_of_crumbs(experiment, tmp_path_factory):
     def fill(folder):
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(vision, "draw_numbered_object", draw_some_crumbs)
+            patch.setattr(vision.VisionExperiment, "rank_uncommon", lambda self: rankings)
             run_experiment(experiment, None, folder / "vision", repeats=2, jobs=1)
 
     return make_folder_once(tmp_path_factory, "results_vision_of_crumbs", fill) / "vision"
