@@ -17,10 +17,9 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
-from affordance.identification.posterior.half_check import HalfCheck, check_calibration
+from affordance.identification.posterior.calibration import HalfCheck, check_calibration
 from affordance.identification.posterior.part_posterior import SeenObject
-from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief
-from affordance.identification.posterior.payload_settings import list_payload_settings
+from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief, list_payload_settings
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run

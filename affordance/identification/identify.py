@@ -11,10 +11,9 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.file_arm import build_file_evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
-from affordance.identification.evidence.unpaired_runs import build_unpaired_evidence
+from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, estimate_gains
 from affordance.identification.posterior.inference import infer

@@ -193,11 +193,13 @@ class PayloadIdentifier(SampledSystem):
         rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
         if not statistics.counts.any():
             return LoadBelief(self._draw_prior(rng), None)
-        fit = fit_statistics(statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS)
+        likelihood, mode, *_ = fit_statistics(
+            statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS
+        )
         if self._seen is not None:
             try:
                 parts = infer_parts(
-                    fit.likelihood,
+                    likelihood,
                     self._seen.placed,
                     deviation_sd=self._seen.deviation_sd,
                     unseen_share=self._settings.unseen_share,
@@ -208,7 +210,7 @@ class PayloadIdentifier(SampledSystem):
                 pass  # another object is held: the camera is ignored
             else:
                 return LoadBelief(parts.bodies, parts)
-        return LoadBelief(draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES), None)
+        return LoadBelief(draw_bodies(likelihood, self._solid, mode, rng, _NUM_SAMPLES), None)
 
     def _draw_prior(self, rng: np.random.Generator) -> WeightedBodies:
         if self._seen is None:
@@ -243,13 +245,13 @@ def build_replay(
     """
     builder = DiagramBuilder()
     period = 1.0 / evidence.rate
-    times = period * np.arange(len(evidence.times))
+    times = period * np.arange(len(evidence.prepared.times))
     least = np.maximum(evidence.least_variance, gains.least_variance)
     identifier = PayloadIdentifier(
         robot,
         prior,
         period=period,
-        cutoff=evidence.cutoff,
+        cutoff=evidence.prepared.cutoff,
         least_variance=least,
         empty=EmptySignal(in_signal=not evidence.is_difference),
         solid=solid,
@@ -257,7 +259,7 @@ def build_replay(
         settings=settings,
     )
     builder.AddNamedSystem("payload_identifier", identifier)
-    q, v, vdot = evidence.motion
+    q, v, vdot = evidence.prepared.motion
     recorded: dict[str, Any] = {"state": np.hstack([q, v]), "vdot": vdot, "signal": evidence.samples.signal}
     for name, values in recorded.items():
         source = builder.AddNamedSystem(

@@ -44,7 +44,7 @@ def _replay(robot, evidence, seen=None):
 
 def test_replayed_sums_are_those_of_the_whole_run(robot, pair):
     simulator, identifier, context, _ = _replay(robot, pair)
-    simulator.AdvanceTo((len(pair.times) - 1) / pair.rate)
+    simulator.AdvanceTo((len(pair.prepared.times) - 1) / pair.rate)
     simulator.AdvancePendingEvents()
     online = identifier.GetOutputPort("statistics").Eval(context)
     whole = pair.compute_statistics(DEFAULT_SETTINGS)

@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from affordance.exceptions import BadValueError
-from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import build_joint_evidence, restore_compensated
 from affordance.identification.recording.alignment import align
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.robot_chain import RobotChain
@@ -42,13 +41,7 @@ def take_only(empty: Sequence[Run], analysis: str) -> Run:
 
 
 def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts an empty run from a loaded one.
-
-    Args:
-        robot: Model of the arm, with gravity as in the runs.
-        empty: Run with an empty hand.
-        loaded: Run of the same motion with the load.
-        settings: Identification settings, for filters and tolerance.
+    """Subtracts an empty run from a loaded one of the same motion, by an arm with gravity as in the runs.
 
     Raises:
         BadValueError: The loaded run does not repeat the empty one.
@@ -59,20 +52,19 @@ def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: Identificati
     cutoff = max(find_cutoff(empty, settings), find_cutoff(loaded, settings))
     before = prepare(empty, settings, cutoff=cutoff, times=times)
     after = prepare(loaded, settings, cutoff=cutoff, times=times + alignment.lag)
-    # The mean of both motions: they differ by a ten-thousandth of a radian.
-    motion = before._replace(
-        q=0.5 * (before.q + after.q), v=0.5 * (before.v + after.v), vdot=0.5 * (before.vdot + after.vdot)
-    )
     nominal = np.ones(robot.num_joints)
-    signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
-    evidence = build_joint_evidence(
-        robot,
-        loaded,
-        motion,
-        signal,
-        settings,
-        analysis=f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock",
-        is_difference=True,
-        lag=alignment.lag,
+    # The mean of both motions: they differ by a ten-thousandth of a radian.
+    both = before._replace(
+        q=0.5 * (before.q + after.q),
+        v=0.5 * (before.v + after.v),
+        vdot=0.5 * (before.vdot + after.vdot),
+        signal=restore_compensated(robot, loaded, after, nominal)
+        - restore_compensated(robot, empty, before, nominal),
     )
-    return replace(evidence, notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",))
+    analysis = f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock"
+    evidence = build_joint_evidence(robot, loaded, both, settings, analysis=analysis, is_difference=True)
+    return replace(
+        evidence,
+        prepared=both._replace(times=both.times + alignment.lag),
+        notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
+    )

@@ -24,14 +24,6 @@ _POWER = 0.999
 _SLOWEST, _FASTEST = 0.5, 0.8
 
 
-class Motion(NamedTuple):
-    """Joint angles, velocities and accelerations, shape (N, n) each, [rad, rad/s, rad/s^2]."""
-
-    q: Array
-    v: Array
-    vdot: Array
-
-
 class PreparedRun(NamedTuple):
     """Even samples of a filtered run.
 
@@ -52,9 +44,9 @@ class PreparedRun(NamedTuple):
     cutoff: float
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> tuple[Array, Array, Array]:
         """Joint angles, velocities and accelerations."""
-        return Motion(self.q, self.v, self.vdot)
+        return self.q, self.v, self.vdot
 
     @property
     def rate(self) -> float:

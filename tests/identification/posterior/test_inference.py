@@ -7,7 +7,7 @@ from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
-from affordance.identification.posterior.assumptions import list_assumptions
+from affordance.identification.posterior.inference import list_assumptions
 from affordance.identification.recording.run import WRENCH_COLUMNS
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
