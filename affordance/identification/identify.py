@@ -160,13 +160,10 @@ def _find_gains(arm: RobotChain, run: Run, gains: Gains | None, settings: Identi
 
 
 def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
+    other = loaded.description
     for run in empty:
-        one, other = run.description, loaded.description
-        if one.kind is not other.kind:
-            raise BadValueError(
-                run.source, "signal", f"is {one.kind.value}, must be {other.kind.value} as the loaded run's"
-            )
-        if one.gravity != other.gravity:
-            raise BadValueError(
-                run.source, "gravity", f"is {one.gravity}, must be {other.gravity} as the loaded run's"
-            )
+        one = run.description
+        pairs = {"signal": (one.kind.value, other.kind.value), "gravity": (one.gravity, other.gravity)}
+        for name, (given, needed) in pairs.items():
+            if given != needed:
+                raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")

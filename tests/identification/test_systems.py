@@ -17,7 +17,7 @@ from affordance.identification.posterior.part_posterior import SeenObject, find_
 from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
+from affordance.identification.systems import PayloadIdentifier, build_replay
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.vision.features import VisionError, measure_features
@@ -34,10 +34,10 @@ def pair(robot):
     return pair_runs(robot, empty, loaded, DEFAULT_SETTINGS)
 
 
-def _replay(robot, evidence, seen=None):
+def _replay(robot, evidence, placed=None):
     gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     prior = build_channel_prior(evidence, gains, DEFAULT_SETTINGS)
-    diagram, identifier = build_replay(robot, evidence, gains, prior, seen=seen)
+    diagram, identifier = build_replay(robot, evidence, gains, prior, placed=placed)
     simulator = Simulator(diagram)
     return simulator, identifier, identifier.GetMyContextFromRoot(simulator.get_mutable_context()), gains
 
@@ -79,7 +79,7 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
     seen = SeenObject(predict_object(features, MaterialMemory(), _PRIOR), *find_box(hammer.components))
     runs = [generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=8.0) for pi in (None, hammer.parameters)]
     evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
-    simulator, identifier, context, _ = _replay(robot, evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator, identifier, context, _ = _replay(robot, evidence, seen.place(np.eye(4)))
     bodies, belief = (identifier.GetOutputPort(name) for name in ("bodies", "belief"))
     assert belief.Eval(context).parts is None
     before = bodies.Eval(context)
@@ -95,7 +95,7 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
     assert abs(mean - hammer.mass) < 3.0 * sd
     other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
     other_evidence = pair_runs(robot, runs[0], other, DEFAULT_SETTINGS)
-    simulator, identifier, context, _ = _replay(robot, other_evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator, identifier, context, _ = _replay(robot, other_evidence, seen.place(np.eye(4)))
     simulator.AdvanceTo(2.0)
     unlike = identifier.GetOutputPort("belief").Eval(context)
     assert unlike.parts is None  # another object is held
@@ -134,7 +134,7 @@ def test_a_fitted_arm_is_taken_off_live_signals(robot, rng):
         period=1.0 / after.rate,
         cutoff=after.cutoff,
         least_variance=arm.least_variance,
-        empty=EmptySignal(fitted=arm.fitted),
+        fitted=arm.fitted,
     )
     builder = DiagramBuilder()
     builder.AddNamedSystem("identifier", identifier)

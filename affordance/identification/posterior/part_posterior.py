@@ -58,21 +58,18 @@ class NotTheSeenObjectError(AffordanceError):
     """Load that no densities of the seen parts explain.
 
     Attributes:
-        num_possible: Number of samples that were physically consistent.
-        num_tried: Number of samples drawn.
         p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Keeps the attributes as arguments, so that the error can be pickled between processes."""
+        """Keeps its arguments, with which it is pickled between processes."""
         super().__init__(num_possible, num_tried, p_value)
-        self.num_possible = num_possible
-        self.num_tried = num_tried
         self.p_value = p_value
 
     def __str__(self) -> str:
-        share = f"{self.num_possible} of {self.num_tried} samples are possible bodies"
-        return f"what is held is not the object that was seen: {share}, p = {self.p_value:.1g}"
+        num_possible, num_tried, p_value = self.args
+        share = f"{num_possible} of {num_tried} samples are possible bodies"
+        return f"what is held is not the object that was seen: {share}, p = {p_value:.1g}"
 
 
 class PlacedObject(NamedTuple):

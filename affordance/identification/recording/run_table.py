@@ -43,11 +43,7 @@ class Table(NamedTuple):
 
 
 def read_text(path: Path, max_torn: int = 0) -> Table:
-    """Reads rows of numbers, with or without a line of names above.
-
-    Args:
-        path: File to read.
-        max_torn: Largest number of incomplete rows that may be left out.
+    """Reads rows of numbers, with or without a line of names above; up to max_torn incomplete rows are left out.
 
     Raises:
         BadValueError: The file cannot be read, or has more incomplete rows; the message names the first in excess.
@@ -160,11 +156,9 @@ def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[s
     """Returns the column and the problem of a bad row; None for a good one."""
     if len(row) != width:
         return "", f"has {len(row)} values, must have {width}, one a column"
-    for place, cell in enumerate(row):
+    for label, cell in zip(names or range(1, width + 1), row, strict=True):
         if not _is_number(cell):
-            label = names[place] if names else str(place + 1)
             return f", column {label}", f"is {cell[:30]!r}, must be a number"
         if math.isnan(float(cell)):
-            label = names[place] if names else str(place + 1)
             return f", column {label}", "is nan, must be a finite number"
     return None
