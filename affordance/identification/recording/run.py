@@ -20,8 +20,7 @@ from affordance.identification.settings import SignalKind
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
 _MIN_ROWS = 20
 _STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
-# Bounds beyond the motion of arms' joints, two turns either way and four turns a second, and beyond the signals of arms
-# of any size.
+# Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
 _BOUNDS = {
     "q": (4.0 * np.pi, "rad"),
     "v": (8.0 * np.pi, "rad/s"),
