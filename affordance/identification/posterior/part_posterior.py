@@ -18,7 +18,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
-from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map, compute_point_parameters
@@ -172,8 +172,7 @@ def infer_parts(
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
-    weights = np.exp(log_weights - log_weights.max())
-    bodies = WeightedBodies(pi, weights / weights.sum(), np.arange(len(pi)))
+    bodies = WeightedBodies(pi, normalise(log_weights), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, p_value)
 
 

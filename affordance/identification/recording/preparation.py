@@ -13,7 +13,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.run import Run
+from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
 
 _ORDER = 4
@@ -64,7 +64,7 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
     """
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
-    v = _resample(times, run.times, _derive_velocity(run))
+    v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
     v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
@@ -103,7 +103,7 @@ def prepare(
     sos = butter(_ORDER, cutoff, fs=rate, output="sos")
 
     def smooth(values: Array) -> Array:
-        filtered: Array = sosfiltfilt(sos, _resample(times, run.times, values), axis=0)
+        filtered: Array = sosfiltfilt(sos, resample(times, run.times, values), axis=0)
         return filtered
 
     q, signal = smooth(run.q), smooth(run.signal)
@@ -118,12 +118,3 @@ def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list
     runs = list(runs)
     cutoff = max(find_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]
-
-
-def _derive_velocity(run: Run) -> Array:
-    v: Array = np.gradient(run.q, run.times, axis=0) if run.v is None else run.v
-    return v
-
-
-def _resample(times: Array, recorded: Array, values: Array) -> Array:
-    return np.column_stack([np.interp(times, recorded, column) for column in values.T])

@@ -53,13 +53,7 @@ class RobotChain:
         return replace(self, chain=replace(self.chain, gravity_W=np.array(gravity_W, dtype=float)))
 
     def compute_payload_regressors(self, q: Array, v: Array, vdot: Array) -> Array:
-        """Computes Y of the payload at T along a trajectory, shape (N, num_joints, 10).
-
-        Args:
-            q: Joint angles, shape (N, num_joints), [rad].
-            v: Joint velocities, shape (N, num_joints), [rad/s].
-            vdot: Joint accelerations, shape (N, num_joints), [rad/s^2].
-        """
+        """Computes Y of the payload at T along a trajectory of q, v and vdot, shape (N, num_joints, 10)."""
         return compute_payload_regressors(self.chain, q, v, vdot)
 
     def compute_link_regressors(self, q: Array, v: Array, vdot: Array) -> Array:

@@ -212,6 +212,11 @@ class Run:
             raise BadValueError(self.source, f"column {name}_{joint + 1}", f"{problem} {_RATE_FACTOR:g} times{hint}")
 
 
+def resample(times: Array, recorded: Array, values: Array) -> Array:
+    """Interpolates values recorded at some times, shape (N, columns), at others."""
+    return np.column_stack([np.interp(times, recorded, column) for column in values.T])
+
+
 def _remove_line(values: Array, times: Array) -> Array:
     """Subtracts the line through the first and the last value."""
     line: Array = np.interp(times, times[[0, -1]], values[[0, -1]])

@@ -114,18 +114,17 @@ def read_netcdf(path: Path) -> Table:
                 promised = sum(each.size for each in dataset.variables.values())
                 if promised > len(content):
                     raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
-                variables = {str(name): _take_numbers(each) for name, each in dataset.variables.items()}
+                # With the file's scales and offsets applied.
+                decoded = {
+                    str(name): xarray.conventions.decode_cf_variable("x", each, decode_times=False).values
+                    for name, each in dataset.variables.items()
+                }
+                variables = {name: np.asarray(values, dtype=float) for name, values in decoded.items()}
     except Exception as error:  # the libraries raise any exception on a damaged file
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     return _flatten(path, variables)
-
-
-def _take_numbers(variable: xarray.Variable) -> Array:
-    """Returns the values of a variable with the file's scale and offset applied."""
-    decoded = xarray.conventions.decode_cf_variable("x", variable, decode_times=False)
-    return np.asarray(decoded.values, dtype=float)
 
 
 def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:

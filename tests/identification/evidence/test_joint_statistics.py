@@ -6,27 +6,11 @@ from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import (
     NUM_COLUMNS,
-    ChannelSamples,
     RunningSums,
     compute_statistics,
 )
 
 _BLOCK = 7
-
-
-@pytest.fixture
-def samples(rng: np.random.Generator) -> ChannelSamples:
-    num, channels = 60, 3
-    d = np.sign(rng.standard_normal((num, channels)))
-    return ChannelSamples(
-        rng.standard_normal((num, channels, 10)),
-        rng.standard_normal((num, channels)),
-        d * np.sign(rng.standard_normal((num, channels))),
-        d,
-        rng.standard_normal((num, channels)),
-        rng.standard_normal((num, channels)),
-        rng.random((num, channels)) > 0.2,
-    )
 
 
 def test_sums_of_squares_are_those_of_the_residual(samples, rng):
