@@ -192,7 +192,7 @@ ALL = {
         {
             "as shipped": studies.import_arms,
             "weak arm, another mass, many ticks": functools.partial(
-                studies.import_arms, is_weak=True, heavier=1.01, changes={"control_period": 0.001}
+                studies.import_arms, is_weak=True, heavier=1.01, changes={"control_period": 1e-4}
             ),
         },
         dict.fromkeys(("complete", "parity", "real_time"), "weak arm, another mass, many ticks"),
