@@ -198,7 +198,9 @@ def build_replay(
     gains: Gains,
     prior: ChannelPrior,
     *,
+    solid: SolidPrior | None = None,
     placed: PlacedObject | None = None,
+    deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
     """Builds a Diagram that replays a run's evidence into an identifier.
@@ -208,7 +210,9 @@ def build_replay(
         evidence: Evidence of the run, with the empty arm subtracted or in its model.
         gains: Gains of the run, for the noise of the runs of calibration.
         prior: Prior of gains, friction and errors of the arm's model.
+        solid: Prior of the body; None for any solid that a hand could hold.
         placed: Object that a camera saw, in the frame of the tip; None without a camera.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         settings: Identification settings.
 
     Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
@@ -223,7 +227,9 @@ def build_replay(
         cutoff=evidence.prepared.cutoff,
         least_variance=np.maximum(evidence.least_variance, gains.least_variance),
         has_arm=not evidence.is_difference,
+        solid=solid,
         placed=placed,
+        deviation_sd=deviation_sd,
         settings=settings,
     )
     builder.AddNamedSystem("payload_identifier", identifier)
