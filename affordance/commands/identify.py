@@ -17,10 +17,9 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
-from affordance.identification.posterior.half_check import HalfCheck, check_calibration
+from affordance.identification.posterior.calibration import HalfCheck, check_calibration
 from affordance.identification.posterior.part_posterior import SeenObject
-from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief
-from affordance.identification.posterior.payload_settings import list_payload_settings
+from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief, list_payload_settings
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run
@@ -32,15 +31,8 @@ from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw
 from affordance.robots.recorded_arm import load_robot
 
 HELP = "identify what a robot held: mass, centre of mass, inertia, with intervals, from recordings"
-# Nuisances that can be switched off, and their names in the settings.
-NUISANCES = {
-    "gains": "gains",
-    "load-friction": "load_friction",
-    "friction": "friction",
-    "tare": "tare",
-    "floor": "floor",
-    "correlated-noise": "correlated_noise",
-}
+# Nuisances that can be switched off, named as in the settings.
+NUISANCES = ("gains", "load-friction", "friction", "tare", "floor", "correlated-noise")
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,7 +58,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--learned", type=Path, help="where the memory is written (default: back to --memory)")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
-    add("--off", nargs="+", default=[], choices=list(NUISANCES), help="nuisances to leave out")
+    add("--off", nargs="+", default=[], choices=NUISANCES, help="nuisances to leave out")
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=IdentificationSettings().num_samples, help="of the posterior (default 2000)")
     add("--seed", type=int, default=0, help="of the samples (default 0)")
@@ -110,11 +102,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.out is not None:
         _write(arguments.out, belief, content)
     learned = arguments.learned or arguments.memory
-    if (
-        belief.seen is not None
-        and learned is not None
-        and isinstance(belief.seen.memory, MaterialMemory | KindMemory)
-    ):
+    if belief.seen is not None and learned is not None:
         write_memory(learned, belief.seen.memory)
     print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief, halves))
     return 0
@@ -152,7 +140,7 @@ def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
     if arguments.min_speed is not None:
         check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
         settings = replace(settings, min_speed=arguments.min_speed)
-    off = {NUISANCES[name]: False for name in arguments.off}
+    off = {name.replace("-", "_"): False for name in arguments.off}
     return replace(settings, **off)  # type: ignore[arg-type]
 
 
@@ -165,11 +153,11 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
 
 def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
     tools = load_tools(arguments.object, load_materials(arguments.materials))
-    names = [tool.name for tool in tools]
-    name = arguments.object_name or names[0]
-    if name not in names:
-        raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(names)}")
-    return see_tool(tools[names.index(name)], memory, prior)
+    named = {tool.name: tool for tool in tools}
+    name = arguments.object_name or tools[0].name
+    if name not in named:
+        raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(named)}")
+    return see_tool(named[name], memory, prior)
 
 
 def _write(folder: Path, belief: PayloadBelief, content: dict[str, object]) -> None:

@@ -50,13 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)"
     )
-    parser.add_argument(
-        "--materials",
-        type=Path,
-        default=MATERIALS,
-        metavar="FILE",
-        help="materials (default: ours)",
-    )
+    parser.add_argument("--materials", type=Path, default=MATERIALS, metavar="FILE", help="materials (default: ours)")
     parser.add_argument(
         "--by", choices=("drawing", "pictures"), default="drawing", help="how their form is known (default: drawing)"
     )

@@ -62,18 +62,20 @@ def run(arguments: argparse.Namespace) -> int:
     Raises:
         AffordanceError: An argument or a file is invalid.
     """
-    arguments.repeats = find_repeats(arguments)
-    experiments = check_arguments(arguments)
+    arguments.repeats = _find_repeats(arguments)
+    check_bounds(arguments)
+    _check_experiment(arguments)
+    all_there = [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or has_studies()]
     report, left_out = run_suite(
-        experiments,
+        all_there if arguments.experiment == "all" else [arguments.experiment],
         arguments.out,
-        models=find_models(arguments),
+        models=_find_models(arguments),
         seed=arguments.seed,
         repeats=arguments.repeats,
         jobs=arguments.jobs,
         faults=arguments.fault,
         cluster=arguments.cluster,
-        changes=list_changes(arguments),
+        changes=_list_changes(arguments),
     )
     print(f"The report: {report}")
     if left_out:
@@ -83,22 +85,18 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def find_repeats(arguments: argparse.Namespace) -> int:
+def _find_repeats(arguments: argparse.Namespace) -> int:
     """Finds the number of repeats: from the command line, else from the protocol, else the default."""
     if arguments.repeats is not None:
         return int(arguments.repeats)
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
         return _REPEATS
-    check_experiment(arguments)
+    _check_experiment(arguments)
     return find_number_of_observers(arguments.experiment, arguments.models) or _REPEATS
 
 
-def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Collects the changes of settings, from ``--set`` and from options of their own.
-
-    Raises:
-        BadValueError: A setting is given twice, or a word is not of the form NAME=VALUE.
-    """
+def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Collects the changes of settings, from ``--set`` and from options of their own."""
     changes = parse_changes(arguments.changes)
     for option, name in _OPTIONS.items():
         value = getattr(arguments, option)
@@ -109,13 +107,8 @@ def list_changes(arguments: argparse.Namespace) -> dict[str, Any]:
     return changes
 
 
-def find_models(arguments: argparse.Namespace) -> Path:
-    """Finds the folder of models, importing it from a robot's file if one is given.
-
-    Raises:
-        BadValueError: Options of the arm are invalid or inconsistent.
-        ModelFileError: The robot's file cannot be read.
-    """
+def _find_models(arguments: argparse.Namespace) -> Path:
+    """Finds the folder of models, importing it from a robot's file if one is given."""
     if arguments.arm is None:
         if arguments.tip is not None:
             raise BadValueError("--tip", "", "is of a robot's file, which --arm must name")
@@ -128,32 +121,10 @@ def find_models(arguments: argparse.Namespace) -> Path:
     return kept
 
 
-def check_arguments(arguments: argparse.Namespace) -> list[str]:
-    """Checks the arguments and returns the experiments to run.
-
-    Raises:
-        BadValueError: An argument is out of bounds, or the experiment is unknown.
-    """
-    check_bounds(arguments)
-    check_experiment(arguments)
-    if arguments.experiment != "all":
-        return [arguments.experiment]
-    return [name for name in EXPERIMENTS if name not in NOT_PROTOCOLS or has_studies()]
-
-
-def check_experiment(arguments: argparse.Namespace) -> None:
-    """Checks that an experiment exists, or is the path of a protocol.
-
-    Raises:
-        BadValueError: It is not known, nor the path of a protocol.
-    """
-    if arguments.experiment == "all":
+def _check_experiment(arguments: argparse.Namespace) -> None:
+    """Checks that an experiment exists, or is the path of a protocol."""
+    if Path(arguments.experiment).suffix in SUFFIXES:
         return
-    if arguments.experiment not in EXPERIMENTS and Path(arguments.experiment).suffix not in SUFFIXES:
-        known = (
-            *EXPERIMENTS,
-            "all",
-            *(name for name in list_shipped(arguments.models) if name not in EXPERIMENTS),
-        )
-        if arguments.experiment not in known:
-            raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))
+    known = dict.fromkeys((*EXPERIMENTS, "all", *list_shipped(arguments.models)))
+    if arguments.experiment not in known:
+        raise BadValueError("experiment", "", describe_choice(arguments.experiment, known))

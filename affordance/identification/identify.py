@@ -11,10 +11,9 @@ from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.file_arm import build_file_evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
-from affordance.identification.evidence.unpaired_runs import build_unpaired_evidence
+from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
 from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, estimate_gains
 from affordance.identification.posterior.inference import infer
@@ -161,13 +160,10 @@ def _find_gains(arm: RobotChain, run: Run, gains: Gains | None, settings: Identi
 
 
 def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
+    other = loaded.description
     for run in empty:
-        one, other = run.description, loaded.description
-        if one.kind is not other.kind:
-            raise BadValueError(
-                run.source, "signal", f"is {one.kind.value}, must be {other.kind.value} as the loaded run's"
-            )
-        if one.gravity != other.gravity:
-            raise BadValueError(
-                run.source, "gravity", f"is {one.gravity}, must be {other.gravity} as the loaded run's"
-            )
+        one = run.description
+        pairs = {"signal": (one.kind.value, other.kind.value), "gravity": (one.gravity, other.gravity)}
+        for name, (given, needed) in pairs.items():
+            if given != needed:
+                raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")

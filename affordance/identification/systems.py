@@ -27,8 +27,7 @@ from affordance.identification.posterior.part_posterior import (
 )
 from affordance.identification.posterior.payload_fit import fit_statistics
 from affordance.identification.posterior.solid_prior import SolidPrior
-from affordance.identification.recording.robot_chain import RobotChain
-from affordance.identification.recording.robot_plant import build_arm
+from affordance.identification.recording.robot_chain import RobotChain, build_arm
 from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 
@@ -36,30 +35,6 @@ from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 _MAX_ROUNDS = 10
 # Number of samples, few enough that a belief takes some milliseconds.
 _NUM_SAMPLES = 500
-
-
-class EmptySignal(NamedTuple):
-    """Contribution of the empty arm to the signal.
-
-    Attributes:
-        fitted: Fitted arm whose prediction is subtracted; None to subtract nothing.
-        in_signal: True if the arm's torque by its file is in the signal, and so is part of the model.
-    """
-
-    fitted: FittedArm | None = None
-    in_signal: bool = False
-
-
-class SeenLoad(NamedTuple):
-    """Load as seen by a camera.
-
-    Attributes:
-        placed: Object in the frame of the tip.
-        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
-    """
-
-    placed: PlacedObject
-    deviation_sd: float = 100.0
 
 
 class LoadBelief(NamedTuple):
@@ -100,9 +75,11 @@ class PayloadIdentifier(SampledSystem):
         period: float,
         cutoff: float,
         least_variance: Array,
-        empty: EmptySignal | None = None,
+        fitted: FittedArm | None = None,
+        has_arm: bool = False,
         solid: SolidPrior | None = None,
-        seen: SeenLoad | None = None,
+        placed: PlacedObject | None = None,
+        deviation_sd: float = 100.0,
         settings: IdentificationSettings = DEFAULT_SETTINGS,
     ) -> None:
         """Declares states, ports and events.
@@ -113,20 +90,22 @@ class PayloadIdentifier(SampledSystem):
             period: Sampling period, [s].
             cutoff: Cut-off of the signals' low-pass filter, [Hz].
             least_variance: Lower bound of the long-run variance by earlier runs, shape (n,), [signal unit squared].
-            empty: Contribution of the empty arm to the signal; None for no contribution.
+            fitted: Fitted empty arm whose prediction is subtracted; None to subtract nothing.
+            has_arm: True if the arm's torque by its file is in the signal, and so is part of the model.
             solid: Prior of the body; None for any solid that a hand could hold.
-            seen: Load as seen by a camera; None without a camera.
+            placed: Object that a camera saw, in the frame of the tip; None without a camera.
+            deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
             settings: Identification settings.
         """
         super().__init__()
         n = robot.num_joints
         self._robot, self._prior, self._settings = robot, prior, settings
-        self._empty = EmptySignal() if empty is None else empty
+        self._fitted, self._has_arm = fitted, has_arm
         self._solid = SolidPrior.for_hand() if solid is None else solid
-        self._seen = seen
+        self._placed, self._deviation_sd = placed, deviation_sd
         self._model = ArmModel(build_arm(robot))
-        if self._empty.fitted is not None:
-            links = robot.link_parameters + self._empty.fitted.link_change.reshape(n, -1)
+        if fitted is not None:
+            links = robot.link_parameters + fitted.link_change.reshape(n, -1)
             self._fitted_model = ArmModel(build_arm(robot, links))
         self._errors = describe_errors(1.0 / period, cutoff, least_variance, settings)
         self._block_length = max(1, round(settings.block / period))
@@ -149,28 +128,21 @@ class PayloadIdentifier(SampledSystem):
         v = x[n:]
         Y = compute_payload_regressor(self._model, x, vdot)
         arm_torque = self._model.compute_inverse_dynamics(vdot)
-        if self._empty.fitted is not None:
-            signal = signal - self._predict_empty(self._empty.fitted, x, vdot, arm_torque)
+        if self._fitted is not None:
+            torque = self._fitted_model.compute_held_torque(x, vdot)
+            signal = signal - self._fitted.gain * (torque + predict_friction(self._fitted, v, vdot, arm_torque))
         direction = np.sign(v)
         used = np.abs(v) >= self._settings.min_speed
         s = direction * np.sign(arm_torque)
         # Columns as ChannelSamples builds them for a whole run, written out as every sample waits for them.
         z = np.empty((n, NUM_COLUMNS))
-        z[:, 0] = arm_torque if self._empty.in_signal else 0.0
+        z[:, 0] = arm_torque if self._has_arm else 0.0
         z[:, 1:11] = Y
         z[:, 11:22] = s[:, None] * z[:, :11]
         z[:, 22], z[:, 23], z[:, 24], z[:, 25] = direction, v, 1.0, signal
         z[~used] = 0.0
         arrays = [discrete_state.get_mutable_vector(group).get_mutable_value() for group in self._groups]
         self._shape(arrays).add(z, used, self._block_length)
-
-    def _predict_empty(self, fitted: FittedArm, x: Array, vdot: Array, arm_torque: Array) -> Array:
-        self._fitted_model.set_state(x)
-        torque = self._fitted_model.compute_inverse_dynamics(vdot)
-        signal: Array = fitted.gain * (
-            torque + predict_friction(fitted, x[self._robot.num_joints :], vdot, arm_torque)
-        )
-        return signal
 
     def _shape(self, arrays: list[Array]) -> RunningSums:
         n = self._robot.num_joints
@@ -193,13 +165,15 @@ class PayloadIdentifier(SampledSystem):
         rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
         if not statistics.counts.any():
             return LoadBelief(self._draw_prior(rng), None)
-        fit = fit_statistics(statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS)
-        if self._seen is not None:
+        likelihood, mode, *_ = fit_statistics(
+            statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS
+        )
+        if self._placed is not None:
             try:
                 parts = infer_parts(
-                    fit.likelihood,
-                    self._seen.placed,
-                    deviation_sd=self._seen.deviation_sd,
+                    likelihood,
+                    self._placed,
+                    deviation_sd=self._deviation_sd,
                     unseen_share=self._settings.unseen_share,
                     rng=rng,
                     num_samples=_NUM_SAMPLES,
@@ -208,13 +182,13 @@ class PayloadIdentifier(SampledSystem):
                 pass  # another object is held: the camera is ignored
             else:
                 return LoadBelief(parts.bodies, parts)
-        return LoadBelief(draw_bodies(fit.likelihood, self._solid, fit.mode, rng, _NUM_SAMPLES), None)
+        return LoadBelief(draw_bodies(likelihood, self._solid, mode, rng, _NUM_SAMPLES), None)
 
     def _draw_prior(self, rng: np.random.Generator) -> WeightedBodies:
-        if self._seen is None:
+        if self._placed is None:
             pi = self._solid.draw_parameters(rng, _NUM_SAMPLES)
         else:
-            pi = self._seen.placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
+            pi = self._placed.draw_parameters(rng, _NUM_SAMPLES, self._settings.unseen_share)
         return WeightedBodies(pi, np.full(len(pi), 1.0 / len(pi)), np.arange(len(pi)))
 
 
@@ -225,7 +199,8 @@ def build_replay(
     prior: ChannelPrior,
     *,
     solid: SolidPrior | None = None,
-    seen: SeenLoad | None = None,
+    placed: PlacedObject | None = None,
+    deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> tuple[Diagram, PayloadIdentifier]:
     """Builds a Diagram that replays a run's evidence into an identifier.
@@ -236,33 +211,33 @@ def build_replay(
         gains: Gains of the run, for the noise of the runs of calibration.
         prior: Prior of gains, friction and errors of the arm's model.
         solid: Prior of the body; None for any solid that a hand could hold.
-        seen: Load as seen by a camera; None without a camera.
+        placed: Object that a camera saw, in the frame of the tip; None without a camera.
+        deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         settings: Identification settings.
 
     Returns: The Diagram, and the identifier in it; the Diagram's time starts with the run.
     """
     builder = DiagramBuilder()
     period = 1.0 / evidence.rate
-    times = period * np.arange(len(evidence.times))
-    least = np.maximum(evidence.least_variance, gains.least_variance)
+    times = period * np.arange(len(evidence.prepared.times))
     identifier = PayloadIdentifier(
         robot,
         prior,
         period=period,
-        cutoff=evidence.cutoff,
-        least_variance=least,
-        empty=EmptySignal(in_signal=not evidence.is_difference),
+        cutoff=evidence.prepared.cutoff,
+        least_variance=np.maximum(evidence.least_variance, gains.least_variance),
+        has_arm=not evidence.is_difference,
         solid=solid,
-        seen=seen,
+        placed=placed,
+        deviation_sd=deviation_sd,
         settings=settings,
     )
     builder.AddNamedSystem("payload_identifier", identifier)
-    q, v, vdot = evidence.motion
+    q, v, vdot = evidence.prepared.motion
     recorded: dict[str, Any] = {"state": np.hstack([q, v]), "vdot": vdot, "signal": evidence.samples.signal}
     for name, values in recorded.items():
-        source = builder.AddNamedSystem(
-            f"recorded_{name}", TrajectorySource(PiecewisePolynomial.FirstOrderHold(times.tolist(), values.T))
-        )
+        trajectory = PiecewisePolynomial.FirstOrderHold(times.tolist(), values.T)
+        source = builder.AddNamedSystem(f"recorded_{name}", TrajectorySource(trajectory))
         builder.Connect(source.get_output_port(), identifier.GetInputPort(name))
     diagram = builder.Build()
     diagram.set_name("payload_replay")

@@ -36,7 +36,7 @@ def draw_fit(fit: PayloadFit) -> Figure:
     num = len(evidence.channel_names)
     figure = Figure(figsize=(12.0, 1.5 + 1.25 * num))
     axes = figure.subplots(num, 2, sharex=True, squeeze=False, width_ratios=(2, 1))
-    times = evidence.times - evidence.times[0]
+    times = evidence.prepared.times - evidence.prepared.times[0]
     for j, name in enumerate(evidence.channel_names):
         used = evidence.samples.used[:, j]
         gaps = np.where(used, 1.0, np.nan)

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import restore_compensated
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.identification.posterior.payload_fit import build_channel_prior

@@ -47,7 +47,7 @@ def compare_peers(evidence: Evidence, settings: IdentificationSettings) -> dict[
 
     All methods are given the same samples and the same gains, found by ours in the other half.
     """
-    middle = len(evidence.times) // 2
+    middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(0, middle)), evidence.select(slice(middle, None))
     pairs = [(half, calibrate_gains(other, UR10E_LOAD, settings)) for half, other in (halves, halves[::-1])]
     methods: dict[str, Callable[..., float]] = {

@@ -20,7 +20,7 @@ from affordance.identification.posterior.calibration import calibrate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior
-from affordance.identification.recording.preparation import Motion
+from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.settings import IdentificationSettings, SignalKind, SignalPrior
 from studies.recorded.clones import WeighedObject
 
@@ -113,20 +113,16 @@ def _build_unknown(weighed: WeighedObject) -> Evidence:
 
 def _build(Y: Array, torque: Array, deviation: Array, direction: Array) -> Evidence:
     num_samples, num_joints = torque.shape
-    samples = ChannelSamples(
-        Y, torque, direction * np.sign(torque), direction, np.zeros_like(torque), deviation, direction != 0.0
-    )
+    zero = np.zeros_like(torque)  # postures, whose motion is not used here
+    samples = ChannelSamples(Y, torque, direction * np.sign(torque), direction, zero, deviation, direction != 0.0)
     return Evidence(
         source="lbipe",
         analysis="static postures; torques of the empty arm as its owners compute them",
         kind=SignalKind.CURRENT,
         channel_names=tuple(f"servo {j + 1}" for j in range(num_joints)),
-        times=np.arange(num_samples) / _RATE,
+        prepared=PreparedRun(np.arange(num_samples) / _RATE, zero, zero, zero, deviation, _RATE / 2.0),
+        rate=_RATE,
         samples=samples,
-        motion=Motion(*(np.zeros_like(torque) for _ in range(3))),  # postures, whose motion is not used here
         arm_torque=torque,
         is_difference=False,
-        rate=_RATE,
-        cutoff=_RATE / 2.0,
-        least_variance=np.zeros(num_joints),
     )

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
+from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run, RunDescription
@@ -110,6 +112,16 @@ def generate_run(
     torque = torque + coulomb * np.sign(v) + viscous * v + offset
     torque = torque + truth.noise_sd * draw_errors(times, robot.num_joints, truth.agreement, rng)
     return Run(source, description, times + start, q, truth.gain * torque, v=v)
+
+
+def build_likelihood(Y: Array, signal: Array, variance: float, gain_sd: float = 0.0) -> PayloadLikelihood:
+    """The likelihood of torques without friction, with regressors Y, (N, C, 10), and signals, (N, C)."""
+    zero, num = np.zeros_like(signal), signal.shape[1]
+    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
+    covariance = np.tile(np.diag([gain_sd**2, 0.0]), (num, 1, 1))
+    no_friction = np.zeros((num, 3))
+    prior = ChannelPrior(np.tile([1.0, 0.0], (num, 1)), covariance, no_friction, no_friction)
+    return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(num, variance))
 
 
 def draw_errors(times: Array, num_channels: int, agreement: float, rng: np.random.Generator) -> Array:

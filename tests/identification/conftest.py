@@ -4,7 +4,10 @@ import numpy as np
 import pytest
 from helpers.generated_runs import build_robot
 
+from affordance.identification.evidence.gains import Gains, build_nominal_gains
+from affordance.identification.evidence.joint_statistics import ChannelSamples
 from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
 
 @pytest.fixture(scope="session")
@@ -15,3 +18,17 @@ def robot(tmp_path_factory: pytest.TempPathFactory) -> RobotChain:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20261121)
+
+
+@pytest.fixture(scope="session")
+def gains(robot: RobotChain) -> Gains:
+    """Gains of the robot's torque sensors."""
+    return build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+
+
+@pytest.fixture
+def samples(rng: np.random.Generator) -> ChannelSamples:
+    """Sixty random samples of three channels."""
+    d, s = np.sign(rng.standard_normal((2, 60, 3)))
+    tau_arm, v, signal = rng.standard_normal((3, 60, 3))
+    return ChannelSamples(rng.standard_normal((60, 3, 10)), tau_arm, d * s, d, v, signal, rng.random((60, 3)) > 0.2)

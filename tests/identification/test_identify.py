@@ -19,6 +19,12 @@ _TORQUE = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.1)
 _CURRENT = Truth(gain=0.1, load_friction=0.06, friction=(2.0, 1.0, 0.5), noise_sd=0.2)
 
 
+def _record(robot, rng, truth=_TORQUE, **more):
+    """The same motion with an empty hand, then with the load."""
+    empty, loaded = (generate_run(robot, pi, truth=truth, rng=rng, **more) for pi in (None, PAYLOAD))
+    return Runs(loaded, (empty,))
+
+
 def _assert_believes(belief, truth=PAYLOAD, mass_sd=0.1):
     """Mass and centre of mass within three standard deviations, these small enough to be of use."""
     described, m = describe_bodies(truth[None])[0], belief.marginals
@@ -76,10 +82,7 @@ def test_currents_with_gains_from_another_load(robot, rng):
 
 
 def test_currents_without_a_weighed_load_are_known_to_a_fifth(robot, rng):
-    kind = SignalKind.CURRENT
-    empty = generate_run(robot, None, truth=_CURRENT, rng=rng, kind=kind)
-    loaded = generate_run(robot, PAYLOAD, truth=_CURRENT, rng=rng, kind=kind)
-    belief = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
+    belief = identify(robot, _record(robot, rng, _CURRENT, kind=SignalKind.CURRENT), settings=_SETTINGS)
     _assert_believes(belief, mass_sd=0.4)
     assert belief.mass_sd > 0.15 * belief.mass
     assert any("a weighed load makes that 2 %" in sentence for sentence in belief.assumptions)
@@ -111,12 +114,8 @@ def test_what_the_controller_took_out_is_put_back(robot, rng):
 
 @pytest.mark.parametrize("name", ["gains", "friction", "correlated_noise", "load_friction"])
 def test_every_nuisance_can_be_switched_off_and_then_more_is_claimed(robot, rng, name):
-    truth = replace(_CURRENT, friction=(3.0, 2.0, 1.0))
-    kind = SignalKind.MOTOR_TORQUE
-    truth = replace(truth, gain=1.0)
-    empty = generate_run(robot, None, truth=truth, rng=rng, kind=kind)
-    loaded = generate_run(robot, PAYLOAD, truth=truth, rng=rng, kind=kind)
-    runs = Runs(loaded, (empty,))
+    truth = replace(_CURRENT, friction=(3.0, 2.0, 1.0), gain=1.0)
+    runs = _record(robot, rng, truth, kind=SignalKind.MOTOR_TORQUE)
     everything = identify(robot, runs, settings=_SETTINGS)
     without = identify(robot, runs, settings=replace(_SETTINGS, **{name: False}))
     assert without.mass_sd < everything.mass_sd
@@ -124,16 +123,13 @@ def test_every_nuisance_can_be_switched_off_and_then_more_is_claimed(robot, rng,
 
 
 def test_a_slow_motion_says_so(robot, rng):
-    slow = {"truth": Truth(noise_sd=0.3), "rng": rng, "duration": 20.0}
-    empty, loaded = (generate_run(robot, pi, **slow) for pi in (None, PAYLOAD))
-    belief = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
+    belief = identify(robot, _record(robot, rng, Truth(noise_sd=0.3)), settings=_SETTINGS)
     assert any("moments of inertia" in sentence and "prior decides" in sentence for sentence in belief.unseen)
     assert not any(sentence.startswith("mass") for sentence in belief.unseen)
 
 
 def test_a_wrong_reference_mass_is_noticed(robot, rng):
-    empty, loaded = (generate_run(robot, pi, truth=_TORQUE, rng=rng) for pi in (None, PAYLOAD))
-    runs = Runs(loaded, (empty,))
+    runs = _record(robot, rng)
     assert not identify(robot, runs, reference_mass=PAYLOAD[0], settings=_SETTINGS).warnings
     wrong = identify(robot, runs, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS)
     assert "lies outside the 90 % interval" in wrong.warnings[0]
@@ -161,8 +157,7 @@ def test_what_a_wrist_sensor_would_not_use_is_refused(robot, rng):
 
 
 def test_a_belief_keeps_the_fit_behind_it(robot, rng):
-    empty, loaded = (generate_run(robot, pi, truth=_TORQUE, rng=rng, source="run") for pi in (None, PAYLOAD))
-    belief = identify(robot, Runs(loaded, (empty,)), settings=_SETTINGS)
+    belief = identify(robot, _record(robot, rng, source="run"), settings=_SETTINGS)
     assert belief.fit.evidence.source == belief.source == "run"
     assert abs(belief.fit.mode.pi[0] - belief.mass) < belief.mass_sd
 

@@ -8,20 +8,17 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.belief.density_belief import Prior
 from affordance.belief.material_memory import MaterialMemory
 from affordance.files.model_folder import MODELS
-from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
+from affordance.identification.identify import see_tool
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.log_cholesky import is_possible
-from affordance.identification.posterior.part_posterior import SeenObject, find_box
 from affordance.identification.posterior.payload_fit import build_channel_prior
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
-from affordance.identification.systems import EmptySignal, PayloadIdentifier, SeenLoad, build_replay
+from affordance.identification.settings import DEFAULT_SETTINGS
+from affordance.identification.systems import PayloadIdentifier, build_replay
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.vision.features import VisionError, measure_features
-from affordance.vision.visual_prior import predict_object
 
 _PRIOR = Prior(1000.0, 4000.0, 100.0)
 _TRUTH = Truth(friction=(0.3, 0.2, 0.1), noise_sd=0.05)
@@ -34,17 +31,16 @@ def pair(robot):
     return pair_runs(robot, empty, loaded, DEFAULT_SETTINGS)
 
 
-def _replay(robot, evidence, seen=None):
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+def _replay(robot, gains, evidence, placed=None):
     prior = build_channel_prior(evidence, gains, DEFAULT_SETTINGS)
-    diagram, identifier = build_replay(robot, evidence, gains, prior, seen=seen)
+    diagram, identifier = build_replay(robot, evidence, gains, prior, placed=placed)
     simulator = Simulator(diagram)
-    return simulator, identifier, identifier.GetMyContextFromRoot(simulator.get_mutable_context()), gains
+    return simulator, identifier, identifier.GetMyContextFromRoot(simulator.get_mutable_context())
 
 
-def test_replayed_sums_are_those_of_the_whole_run(robot, pair):
-    simulator, identifier, context, _ = _replay(robot, pair)
-    simulator.AdvanceTo((len(pair.times) - 1) / pair.rate)
+def test_replayed_sums_are_those_of_the_whole_run(robot, gains, pair):
+    simulator, identifier, context = _replay(robot, gains, pair)
+    simulator.AdvanceTo((len(pair.prepared.times) - 1) / pair.rate)
     simulator.AdvancePendingEvents()
     online = identifier.GetOutputPort("statistics").Eval(context)
     whole = pair.compute_statistics(DEFAULT_SETTINGS)
@@ -54,8 +50,8 @@ def test_replayed_sums_are_those_of_the_whole_run(robot, pair):
         assert_allclose(one, other, rtol=1e-7, atol=1e-7 * np.abs(other).max())
 
 
-def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, pair):
-    simulator, identifier, context, gains = _replay(robot, pair)
+def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, gains, pair):
+    simulator, identifier, context = _replay(robot, gains, pair)
     port = identifier.GetOutputPort("bodies")
     spreads = [np.log(port.Eval(context).pi[:, 0]).std()]
     assert spreads[0] == pytest.approx(1.8, rel=0.2)
@@ -71,15 +67,14 @@ def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, pair):
     assert abs(mass - batch.mass) < 2.0 * batch.mass_sd
 
 
-def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
+def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng):
     materials = load_materials(MODELS / "materials.yaml")
     tools = load_tools(MODELS / "tools" / "novel.yaml", materials)
     hammer = next(tool for tool in tools if tool.name == "hammer")
-    features = measure_features(hammer, VisionError(), rng)
-    seen = SeenObject(predict_object(features, MaterialMemory(), _PRIOR), *find_box(hammer.components))
+    seen = see_tool(hammer, MaterialMemory(), _PRIOR)
     runs = [generate_run(robot, pi, truth=_TRUTH, rng=rng, duration=8.0) for pi in (None, hammer.parameters)]
     evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
-    simulator, identifier, context, _ = _replay(robot, evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator, identifier, context = _replay(robot, gains, evidence, seen.place(np.eye(4)))
     bodies, belief = (identifier.GetOutputPort(name) for name in ("bodies", "belief"))
     assert belief.Eval(context).parts is None
     before = bodies.Eval(context)
@@ -95,12 +90,12 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, rng):
     assert abs(mean - hammer.mass) < 3.0 * sd
     other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
     other_evidence = pair_runs(robot, runs[0], other, DEFAULT_SETTINGS)
-    simulator, identifier, context, _ = _replay(robot, other_evidence, SeenLoad(seen.place(np.eye(4))))
+    simulator, identifier, context = _replay(robot, gains, other_evidence, seen.place(np.eye(4)))
     simulator.AdvanceTo(2.0)
     unlike = identifier.GetOutputPort("belief").Eval(context)
     assert unlike.parts is None  # another object is held
     assert unlike.bodies.weights @ unlike.bodies.pi[:, 0] > 10.0 * hammer.mass
-    blind_simulator, blind_identifier, blind_context, _ = _replay(robot, evidence)
+    blind_simulator, blind_identifier, blind_context = _replay(robot, gains, evidence)
     blind_simulator.AdvanceTo(4.0)
     blind = blind_identifier.GetOutputPort("bodies").Eval(blind_context)
     # Moments of inertia, that some seconds of motion do not show.
@@ -112,19 +107,18 @@ def _spread(bodies, parameter):
     return np.sqrt(bodies.weights @ (values - bodies.weights @ values) ** 2)
 
 
-def test_same_context_same_belief(robot, pair):
-    simulator, identifier, context, _ = _replay(robot, pair)
+def test_same_context_same_belief(robot, gains, pair):
+    simulator, identifier, context = _replay(robot, gains, pair)
     simulator.AdvanceTo(2.0)
     clone = identifier.GetMyContextFromRoot(simulator.get_context().Clone())
     port = identifier.GetOutputPort("bodies")
     assert_allclose(port.Eval(context).pi, port.Eval(clone).pi, rtol=0.0, atol=0.0)
 
 
-def test_a_fitted_arm_is_taken_off_live_signals(robot, rng):
+def test_a_fitted_arm_is_taken_off_live_signals(robot, gains, rng):
     """Ports fixed at samples of a run: what is summed up is what the analysis of the whole run sums up."""
     empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
     loaded = generate_run(robot, PAYLOAD, truth=_TRUTH, rng=rng, motion_seed=1)
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     before, after = prepare(empty, DEFAULT_SETTINGS), prepare(loaded, DEFAULT_SETTINGS)
     arm = fit_empty_arm(robot, [before], [before.signal], gains, DEFAULT_SETTINGS)
     evidence = subtract_arm(robot, arm, loaded, after, DEFAULT_SETTINGS)
@@ -134,7 +128,7 @@ def test_a_fitted_arm_is_taken_off_live_signals(robot, rng):
         period=1.0 / after.rate,
         cutoff=after.cutoff,
         least_variance=arm.least_variance,
-        empty=EmptySignal(fitted=arm.fitted),
+        fitted=arm.fitted,
     )
     builder = DiagramBuilder()
     builder.AddNamedSystem("identifier", identifier)

@@ -4,7 +4,6 @@ Every analysis (repeated motion, fitted arm, arm's file, wrist sensor) builds it
 """
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -12,7 +11,8 @@ import numpy as np
 
 from affordance.arrays import Array
 from affordance.identification.evidence.joint_statistics import ChannelSamples, JointStatistics, compute_statistics
-from affordance.identification.recording.preparation import Motion, PreparedRun
+from affordance.identification.recording.preparation import PreparedRun
+from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import NUM_PARAMETERS
@@ -69,14 +69,13 @@ class Evidence:
         analysis: Treatment of the empty arm, in words.
         kind: Kind of the signal.
         channel_names: Names of the joints, or of the components of the wrench.
-        times: Times of the samples, shape (N,), [s].
+        prepared: Even samples of the run, with their times, motion and filter.
+        rate: Sampling rate, [Hz].
         samples: Samples of all channels; the empty arm is subtracted, or modelled by tau_arm.
-        motion: Joint motion at the samples.
         arm_torque: Torque of the arm alone, for the sign of the load, shape (N, C), [N m].
         is_difference: True if the signal is what the load added to the same motion.
-        rate: Sampling rate, [Hz].
-        cutoff: Cut-off of the low-pass filter, [Hz].
-        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), [signal unit squared].
+        least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), or (1,) for all channels,
+            [signal unit squared].
         phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
         phantom_covariance: Covariance of the phantom payload, with errors that do not average out, shape (10, 10).
         friction_scale: Ratio of the friction in the signal to its change between two runs.
@@ -87,73 +86,31 @@ class Evidence:
     analysis: str
     kind: SignalKind
     channel_names: tuple[str, ...]
-    times: Array
+    prepared: PreparedRun
+    rate: float
     samples: ChannelSamples
-    motion: Motion
     arm_torque: Array
     is_difference: bool
-    rate: float
-    cutoff: float
-    least_variance: Array
+    least_variance: Array = field(default_factory=lambda: np.zeros(1))
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))
     friction_scale: float = 1.0
     notes: tuple[str, ...] = ()
 
-    @classmethod
-    def from_run(
-        cls,
-        run: Run,
-        prepared: PreparedRun,
-        samples: ChannelSamples,
-        channel_names: Sequence[str],
-        *,
-        analysis: str,
-        arm_torque: Array,
-        is_difference: bool,
-        lag: float = 0.0,
-    ) -> "Evidence":
-        """Builds the evidence of a run without errors of the arm's model, to which each analysis adds its own.
-
-        Args:
-            run: Loaded run.
-            prepared: Even samples of its motion.
-            samples: Samples of all channels.
-            channel_names: Names of the channels.
-            analysis: Treatment of the empty arm, in words.
-            arm_torque: Torque of the arm alone, shape (N, C), [N m].
-            is_difference: True if the signal is what the load added to the same motion.
-            lag: Lag of the run's clock behind the times of the samples, [s].
-        """
-        return cls(
-            source=run.source,
-            analysis=analysis,
-            kind=run.description.kind,
-            channel_names=tuple(channel_names),
-            times=prepared.times + lag,
-            samples=samples,
-            motion=prepared.motion,
-            arm_torque=arm_torque,
-            is_difference=is_difference,
-            rate=prepared.rate,
-            cutoff=prepared.cutoff,
-            least_variance=np.zeros(len(channel_names)),
-        )
-
     def select(self, rows: slice) -> "Evidence":
         """Returns a part of the run."""
         return replace(
             self,
-            times=self.times[rows],
+            prepared=self.prepared.select(rows),
             samples=self.samples.select(rows),
-            motion=Motion(*(values[rows] for values in self.motion)),
             arm_torque=self.arm_torque[rows],
         )
 
     def split(self, length: float) -> list["Evidence"]:
         """Splits the run into stretches of about the given length, [s]."""
-        parts = max(1, round(len(self.times) / (length * self.rate)))
-        edges = np.linspace(0, len(self.times), parts + 1).astype(int)
+        num_samples = len(self.prepared.times)
+        parts = max(1, round(num_samples / (length * self.rate)))
+        edges = np.linspace(0, num_samples, parts + 1).astype(int)
         return [self.select(slice(int(a), int(b))) for a, b in itertools.pairwise(edges)]
 
     def list_friction_sds(self, settings: IdentificationSettings) -> Array:
@@ -165,7 +122,7 @@ class Evidence:
 
     def describe_errors(self, settings: IdentificationSettings) -> ErrorModel:
         """Builds the error model of this run."""
-        return describe_errors(self.rate, self.cutoff, self.least_variance, settings)
+        return describe_errors(self.rate, self.prepared.cutoff, self.least_variance, settings)
 
     def compute_statistics(self, settings: IdentificationSettings) -> JointStatistics:
         """Computes the sums over the run."""
@@ -194,3 +151,55 @@ def describe_errors(
     """Builds the error model of signals sampled at a rate, [Hz], and low-passed at a cut-off, [Hz]."""
     alike = max(rate / (2.0 * cutoff), 1.0) if settings.correlated_noise else 1.0
     return ErrorModel(alike, settings.correlated_noise, least_variance)
+
+
+def build_joint_evidence(
+    robot: RobotChain,
+    run: Run,
+    prepared: PreparedRun,
+    settings: IdentificationSettings,
+    *,
+    analysis: str,
+    is_difference: bool,
+) -> Evidence:
+    """Builds the evidence of all joints of a run, without errors of the arm's model, which each analysis adds.
+
+    Args:
+        robot: Model of the arm.
+        run: Loaded run.
+        prepared: Motion of the arm, with the signal before a controller's compensation.
+        settings: Identification settings, for the least speed at which friction has a direction.
+        analysis: Treatment of the empty arm, in words.
+        is_difference: True if the arm's torque was subtracted from the signal.
+    """
+    arm_torque = robot.compute_arm_torques(*prepared.motion)
+    samples = ChannelSamples.of_joints(
+        robot.compute_payload_regressors(*prepared.motion),
+        prepared.v,
+        prepared.signal,
+        tau_arm=np.zeros_like(prepared.signal) if is_difference else arm_torque,
+        arm_torque=arm_torque,
+        min_speed=settings.min_speed,
+    )
+    return Evidence(
+        source=run.source,
+        analysis=analysis,
+        kind=run.description.kind,
+        channel_names=robot.joint_names,
+        prepared=prepared,
+        rate=prepared.rate,
+        samples=samples,
+        arm_torque=arm_torque,
+        is_difference=is_difference,
+    )
+
+
+def restore_compensated(robot: RobotChain, run: Run, prepared: PreparedRun, gain: Array) -> Array:
+    """Adds the torques that a run's controller had subtracted back to its signal, gain of shape (n,); (N, n)."""
+    description, signal = run.description, prepared.signal
+    if description.compensates_arm:
+        signal = signal + gain * robot.compute_arm_torques(*prepared.motion)
+    if description.compensated_payload.any():
+        payload = robot.compute_payload_regressors(*prepared.motion) @ description.compensated_payload
+        signal = signal + gain * payload
+    return signal

@@ -69,14 +69,7 @@ class ArmRegression:
         gains: Gains,
         settings: IdentificationSettings,
     ) -> None:
-        """Computes the sums of products of all cells.
-
-        Args:
-            robot: Model of the arm, with gravity as in the runs.
-            runs: Motions with an empty hand.
-            signals: Signals of each run, shape (N, n).
-            gains: Gains of the joints; only their means are used.
-            settings: Identification settings, for the least speed.
+        """Computes the sums of products of all cells, from signals of shape (N, n) and the means of the gains.
 
         Raises:
             BadValueError: A joint never moves faster than the least speed.
@@ -118,7 +111,7 @@ class ArmRegression:
         num_joints, num_links = self.robot.num_joints, len(self._scale)
         signal = np.sqrt(products[:, -1, -1] / counts)
         friction_sd = np.maximum(signal, np.finfo(float).tiny)
-        variance = (0.1 * signal) ** 2 * _FIRST_AGREEMENT / CELL * self._count_rows()
+        variance = (0.1 * signal) ** 2 * _FIRST_AGREEMENT / CELL * float(np.mean(self.cell_lengths))
         for _ in range(_NUM_PASSES):
             size = num_links + num_joints * _NUM_FRICTION
             A, b = np.eye(size), np.zeros(size)
@@ -148,9 +141,6 @@ class ArmRegression:
         squares = np.einsum("ji,jil,jl->j", weights, self._products[kept].sum(axis=0), weights)
         variance: Array = np.maximum((blocks**2).sum(axis=0), squares) / counts
         return variance
-
-    def _count_rows(self) -> float:
-        return float(np.mean(self.cell_lengths))
 
     def _build_columns(self, run: PreparedRun, signal: Array, settings: IdentificationSettings) -> tuple[Array, Mask]:
         """Builds columns W, F and signal less file torque by joint, (n, N, P + 1), and the mask of used samples."""

@@ -92,21 +92,18 @@ def write_gains(path: StrPath, gains: Gains) -> None:
     """
     check_kind("gains", gains, Gains)
     lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
-    for name, mean, covariance, variance in zip(
-        gains.joint_names, gains.mean, gains.covariance, gains.least_variance, strict=True
-    ):
+    for i, name in enumerate(gains.joint_names):
         lines += [
             f"  {name}:",
-            f"    gain: {float(mean[0])!r}  # {gains.kind.unit} per N m",
-            f"    load_friction: {float(mean[1] / mean[0])!r}",
-            f"    covariance: {_list(covariance[[0, 0, 1], [0, 1, 1]])}  # of g, of g and h = mu g, of h",
-            f"    noise_variance: {float(variance)!r}",
+            f"    gain: {float(gains.mean[i, 0])!r}  # {gains.kind.unit} per N m",
+            f"    load_friction: {float(gains.load_friction[i])!r}",
+            f"    covariance: {_list(gains.covariance[i, [0, 0, 1], [0, 1, 1]])}  # of g, of g and h = mu g, of h",
+            f"    noise_variance: {float(gains.least_variance[i])!r}",
         ]
         if gains.friction_sd is not None:
-            place = gains.joint_names.index(name)
             lines += [
-                f"    friction: {_list(gains.friction[place])}  # direction, velocity, offset",
-                f"    friction_sd: {_list(gains.friction_sd[place])}",
+                f"    friction: {_list(gains.friction[i])}  # direction, velocity, offset",
+                f"    friction_sd: {_list(gains.friction_sd[i])}",
             ]
     write_text(check_path("path", path), "\n".join(lines) + "\n")
 

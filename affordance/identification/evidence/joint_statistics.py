@@ -51,15 +51,9 @@ class ChannelSamples(NamedTuple):
     def of_joints(
         cls, Y: Array, v: Array, signal: Array, *, tau_arm: Array, arm_torque: Array, min_speed: float
     ) -> "ChannelSamples":
-        """Builds the samples of joints.
+        """Builds the samples of joints; those slower than the least speed, [rad/s], are not used.
 
-        Args:
-            Y: Regressors of the payload, shape (N, n, 10).
-            v: Joint velocities, shape (N, n), [rad/s].
-            signal: Signal x, shape (N, n), in its own unit.
-            tau_arm: Torque of the arm in the signal, shape (N, n), [N m].
-            arm_torque: Torque of the arm alone, for the sign of the load, shape (N, n), [N m].
-            min_speed: Speed below which friction has no sure direction and samples are not used, [rad/s].
+        The sign of the load is that of the torque of the arm alone, shape (N, n), whether the signal has it or not.
         """
         direction = np.sign(v)
         return cls(Y, tau_arm, direction * np.sign(arm_torque), direction, v, signal, np.abs(v) >= min_speed)
@@ -80,7 +74,7 @@ class ChannelSamples(NamedTuple):
 
 @dataclass(frozen=True)
 class JointStatistics:
-    """Sums over all samples so far; adding samples returns a new object.
+    """Sums over all samples so far.
 
     Attributes:
         products: Sum of z z^T of each channel, shape (C, 26, 26).
@@ -98,38 +92,10 @@ class JointStatistics:
     block_length: int
     num_rows: int
 
-    @classmethod
-    def empty(cls, num_channels: int, block_length: int) -> "JointStatistics":
-        """Returns the sums over no samples."""
-        square = np.zeros((num_channels, NUM_COLUMNS, NUM_COLUMNS))
-        return cls(square, square, np.zeros((num_channels, NUM_COLUMNS)), np.zeros(num_channels), block_length, 0)
-
     @property
     def num_channels(self) -> int:
         """Number of channels C."""
         return len(self.counts)
-
-    def add(self, samples: ChannelSamples) -> "JointStatistics":
-        """Returns the sums with more samples, one or many; their order matters, how they are divided does not."""
-        z = samples.build_columns()
-        num_new = z.shape[1]
-        if num_new == 0:
-            return self
-        # First new row of each block.
-        first = self.block_length - self.num_rows % self.block_length
-        starts = np.array([0, *range(first, num_new, self.block_length)])
-        sums = np.add.reduceat(z, starts, axis=1)  # (C, blocks, 26)
-        sums[:, 0] += self.block_sum
-        whole = (self.num_rows + num_new) % self.block_length == 0
-        closed = sums if whole else sums[:, :-1]
-        return JointStatistics(
-            self.products + z.transpose(0, 2, 1) @ z,
-            self.block_products + closed.transpose(0, 2, 1) @ closed if closed.shape[1] else self.block_products,
-            np.zeros_like(self.block_sum) if whole else sums[:, -1],
-            self.counts + samples.used.sum(axis=0),
-            self.block_length,
-            self.num_rows + num_new,
-        )
 
     def sum_squares(self, w: Array) -> Array:
         """Computes the sum of squared residuals w^T z of each channel, w of shape (C, 26), result (C,)."""
@@ -170,4 +136,16 @@ class RunningSums(NamedTuple):
 
 def compute_statistics(samples: ChannelSamples, block_length: int) -> JointStatistics:
     """Computes the sums over a whole run."""
-    return JointStatistics.empty(samples.used.shape[1], block_length).add(samples)
+    z = samples.build_columns()
+    num_rows = z.shape[1]
+    sums = np.add.reduceat(z, np.arange(0, num_rows, block_length), axis=1)  # (C, blocks, 26)
+    whole = num_rows % block_length == 0
+    closed = sums if whole else sums[:, :-1]
+    return JointStatistics(
+        z.transpose(0, 2, 1) @ z,
+        closed.transpose(0, 2, 1) @ closed,
+        np.zeros_like(z[:, 0]) if whole else sums[:, -1],
+        samples.used.sum(axis=0, dtype=float),
+        block_length,
+        num_rows,
+    )

@@ -38,11 +38,7 @@ def build_phantom_covariance(mass_sd: float) -> Array:
 def project_link_errors(robot: RobotChain, prepared: PreparedRun, samples: ChannelSamples, root: Array) -> Array:
     """Projects errors of the links onto the payload by least squares along a motion: its covariance, shape (10, 10).
 
-    Args:
-        robot: Model of the arm.
-        prepared: Motion of the arm.
-        samples: Samples of the payload along the motion.
-        root: Square root L of the covariance of the links' parameters, L L^T, shape (10 n, 10 n).
+    The links' parameters have the covariance L L^T with L the root, shape (10 n, 10 n).
     """
     Y = (samples.Y * samples.used[..., None]).reshape(-1, NUM_PARAMETERS)
     W = robot.compute_link_regressors(prepared.q, prepared.v, prepared.vdot) * samples.used[..., None]
@@ -57,9 +53,6 @@ def estimate_phantom_mass(stretches: list[Quadratic]) -> float:
 
     Each stretch has the likelihood p(signals | delta) with delta ~ N(0, s^2 C). The root mean square of s under its
     posterior is returned, so that few stretches give a larger one.
-
-    Args:
-        stretches: Likelihood of the ten parameters of each stretch.
     """
     sizes = np.geomspace(_SMALLEST, _LARGEST, _NUM_SIZES)
     log_evidence = np.zeros(_NUM_SIZES)

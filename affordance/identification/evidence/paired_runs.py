@@ -1,22 +1,29 @@
 """Evidence by repetition: the same motion without and with the load, one run subtracted from the other.
 
-All that both runs share cancels, friction included; no model of the arm is needed.
+All that both runs share cancels, friction included; no model of the arm is needed. The lag between them is found to a
+fraction of a sample by matching joint angles.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
+from scipy.optimize import minimize_scalar
+from scipy.signal import correlate
 
+from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.evidence.evidence import Evidence
+from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import build_joint_evidence, restore_compensated
-from affordance.identification.recording.alignment import align
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.robot_chain import RobotChain
-from affordance.identification.recording.run import Run
+from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
+
+# Share of the loaded run's moving time that the common part must span.
+_SHARE = 0.5
+_MOVING = 0.01  # joint speed below which the arm is at rest, [rad/s]
 
 
 def build_paired_evidence(
@@ -42,13 +49,7 @@ def take_only(empty: Sequence[Run], analysis: str) -> Run:
 
 
 def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: IdentificationSettings) -> Evidence:
-    """Subtracts an empty run from a loaded one.
-
-    Args:
-        robot: Model of the arm, with gravity as in the runs.
-        empty: Run with an empty hand.
-        loaded: Run of the same motion with the load.
-        settings: Identification settings, for filters and tolerance.
+    """Subtracts an empty run from a loaded one of the same motion, by an arm with gravity as in the runs.
 
     Raises:
         BadValueError: The loaded run does not repeat the empty one.
@@ -59,20 +60,100 @@ def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: Identificati
     cutoff = max(find_cutoff(empty, settings), find_cutoff(loaded, settings))
     before = prepare(empty, settings, cutoff=cutoff, times=times)
     after = prepare(loaded, settings, cutoff=cutoff, times=times + alignment.lag)
-    # The mean of both motions: they differ by a ten-thousandth of a radian.
-    motion = before._replace(
-        q=0.5 * (before.q + after.q), v=0.5 * (before.v + after.v), vdot=0.5 * (before.vdot + after.vdot)
-    )
     nominal = np.ones(robot.num_joints)
-    signal = restore_compensated(robot, loaded, after, nominal) - restore_compensated(robot, empty, before, nominal)
-    evidence = build_joint_evidence(
-        robot,
-        loaded,
-        motion,
-        signal,
-        settings,
-        analysis=f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock",
-        is_difference=True,
-        lag=alignment.lag,
+    # The mean of both motions: they differ by a ten-thousandth of a radian.
+    both = before._replace(
+        q=0.5 * (before.q + after.q),
+        v=0.5 * (before.v + after.v),
+        vdot=0.5 * (before.vdot + after.vdot),
+        signal=restore_compensated(robot, loaded, after, nominal)
+        - restore_compensated(robot, empty, before, nominal),
     )
-    return replace(evidence, notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",))
+    analysis = f"paired with {empty.source}, {alignment.lag:.3f} s earlier by its clock"
+    evidence = build_joint_evidence(robot, loaded, both, settings, analysis=analysis, is_difference=True)
+    return replace(
+        evidence,
+        prepared=both._replace(times=both.times + alignment.lag),
+        notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
+    )
+
+
+class Alignment(NamedTuple):
+    """Alignment of two runs in time.
+
+    Attributes:
+        lag: Lag of the loaded run behind the empty one, by their own clocks, [s].
+        start: Start of the common part by the empty run's clock, [s].
+        end: End of the common part by the empty run's clock, [s].
+        difference: Largest difference of a joint angle over the common part, [rad].
+    """
+
+    lag: float
+    start: float
+    end: float
+    difference: float
+
+
+def align(empty: Run, loaded: Run, tolerance: float) -> Alignment:
+    """Finds the lag between two runs of one motion.
+
+    Args:
+        empty: Reference run, with an empty hand.
+        loaded: Run with the load, of the same joints.
+        tolerance: Largest permitted difference of a joint angle, [rad].
+
+    Raises:
+        BadValueError: A run has no motion, or the loaded run does not repeat the empty one; the message names the row
+            and joint that differ most.
+    """
+    step = max(1.0 / empty.rate, 1.0 / loaded.rate)
+    reference, moved = (_sample_velocity(run, step) for run in (empty, loaded))
+    if not reference.any() or not moved.any():
+        still = empty if not reference.any() else loaded
+        raise BadValueError(still.source, "q", f"has no joint that moves faster than {_MOVING:g} rad/s")
+    score = sum(correlate(b, a, mode="full", method="fft") for a, b in zip(reference.T, moved.T, strict=True))
+    rough = (int(np.argmax(score)) - (len(reference) - 1)) * step + loaded.times[0] - empty.times[0]
+    start, end = _overlap(empty, loaded, rough, step)
+    times = np.arange(start, end, step)
+    reference_q = resample(times, empty.times, empty.q)
+
+    def compare(lag: float) -> Array:
+        return resample(times + lag, loaded.times, loaded.q) - reference_q
+
+    def measure(lag: float) -> float:
+        return float(np.mean(compare(lag) ** 2))
+
+    least = _SHARE * _measure_motion(loaded)
+    if len(times) < 3 or end - start < least:
+        problem = f"repeats {max(end - start, 0.0):.2f} s of {empty.source}, must repeat at least {least:.2f} s of it"
+        raise BadValueError(loaded.source, "time", f"{problem} (--unpaired for other motions)")
+    bounds = rough - 2.0 * step, rough + 2.0 * step
+    lag = float(minimize_scalar(measure, bounds=bounds, method="bounded", options={"xatol": 1e-3 * step}).x)
+    difference = np.abs(compare(lag))
+    row, joint = np.unravel_index(int(np.argmax(difference)), difference.shape)
+    largest = float(difference[row, joint])
+    if largest > tolerance:
+        at = int(np.searchsorted(loaded.times, times[row] + lag))
+        name = f"q_{joint + 1} ({loaded.description.joint_names[joint]})"
+        problem = f"is {largest:.4f} rad away from the same moment of {empty.source}, must be at most {tolerance:g}"
+        raise loaded.error_at(at, name, f"{problem} (--unpaired for runs that do not repeat each other)")
+    return Alignment(lag, start, end, largest)
+
+
+def _overlap(empty: Run, loaded: Run, lag: float, step: float) -> tuple[float, float]:
+    margin = 3.0 * step  # the lag may still move by two
+    start = max(empty.times[0], loaded.times[0] - lag + margin)
+    return float(start), float(min(empty.times[-1], loaded.times[-1] - lag - margin))
+
+
+def _measure_motion(run: Run) -> float:
+    """Returns the time between the first and last motion, [s]."""
+    moving = np.flatnonzero(np.abs(np.gradient(run.q, run.times, axis=0)).max(axis=1) > _MOVING)
+    return float(run.times[moving[-1]] - run.times[moving[0]]) if moving.size else 0.0
+
+
+def _sample_velocity(run: Run, step: float) -> Array:
+    """Computes velocities at even times from angles, zero at rest, so that motion is matched, not poses or noise."""
+    times = np.arange(run.times[0], run.times[-1], step)
+    v = np.gradient(resample(times, run.times, run.q), step, axis=0)
+    return np.where(np.abs(v) > _MOVING, v, 0.0)

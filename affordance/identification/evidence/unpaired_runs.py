@@ -1,4 +1,8 @@
-"""Evidence by a model of the empty arm that is fitted to other runs with an empty hand."""
+"""Evidence by a model of the empty arm: fitted to other runs with an empty hand or, for lack of them, its file's.
+
+Inertias in files are wrong by some ten per cent, and a wrist a hundred grams heavier than in its file looks like a
+load of a hundred grams. This error is carried over: the uncertainty of the links is projected onto the payload.
+"""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,10 +11,9 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.fitted_arm import CELL, ArmRegression, FittedArm
+from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
+from affordance.identification.evidence.fitted_arm import CELL, ArmRegression, FittedArm, build_link_scale
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import build_joint_evidence, restore_compensated
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.model_error import (
     build_phantom_covariance,
@@ -18,13 +21,15 @@ from affordance.identification.evidence.model_error import (
     project_link_errors,
 )
 from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.recording.preparation import PreparedRun, prepare_alike
+from affordance.identification.recording.preparation import PreparedRun, prepare, prepare_alike
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings
 
 # Length of the stretches predicted by an arm fitted to the others, and of the gap at either side of them, [cells].
 _STRETCH, _GUARD = 8, 1
+# Friction scale of an arm's file: the signal contains all of the friction, not only its change between two runs.
+WHOLE_FRICTION = 10.0
 
 
 class EmptyArm(NamedTuple):
@@ -51,15 +56,9 @@ def fit_empty_arm(
     settings: IdentificationSettings,
     kept: Array | None = None,
 ) -> EmptyArm:
-    """Fits an arm to empty runs, and measures its errors by cross-validation.
+    """Fits an arm to empty runs with signals of shape (N, n), and measures its errors by cross-validation.
 
-    Args:
-        robot: Model of the arm.
-        runs: Motions with an empty hand.
-        signals: Signals of each run, shape (N, n).
-        gains: Gains of the joints.
-        settings: Identification settings.
-        kept: Mask of the cells of half a second that may be used, shape (cells,); None for all.
+    Only the kept cells of half a second are used, a mask of shape (cells,); None for all.
     """
     regression = ArmRegression(robot, runs, signals, gains, settings)
     allowed = np.ones(regression.num_cells, dtype=bool) if kept is None else np.asarray(kept, dtype=bool)
@@ -118,15 +117,11 @@ def subtract_arm(
 ) -> Evidence:
     """Builds the evidence of a loaded run less the prediction of a fitted arm."""
     predicted = empty_arm.fitted.predict(prepared)
-    evidence = build_joint_evidence(
-        robot,
-        loaded,
-        prepared,
-        restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted,
-        settings,
-        analysis="unpaired: an arm fitted to other runs with an empty hand",
-        is_difference=True,
+    prepared = prepared._replace(
+        signal=restore_compensated(robot, loaded, prepared, empty_arm.fitted.gain) - predicted
     )
+    analysis = "unpaired: an arm fitted to other runs with an empty hand"
+    evidence = build_joint_evidence(robot, loaded, prepared, settings, analysis=analysis, is_difference=True)
     covariance = evidence.phantom_covariance
     if settings.floor:
         # Variation between stretches of the empty runs, plus their uncertainty of the links on this motion.
@@ -137,6 +132,25 @@ def subtract_arm(
         least_variance=empty_arm.least_variance,
         phantom_covariance=covariance,
         notes=(f"an empty hand seems to hold {1e3 * empty_arm.phantom_mass:.0f} g now and then",),
+    )
+
+
+def build_file_evidence(
+    robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
+) -> Evidence:
+    """Builds the evidence of a loaded run from the arm's file; empty runs are not used."""
+    prepared = prepare(loaded, settings)
+    prepared = prepared._replace(signal=restore_compensated(robot, loaded, prepared, gains.mean[:, 0]))
+    analysis = f"unpaired: the arm as {robot.source} has it"
+    evidence = build_joint_evidence(robot, loaded, prepared, settings, analysis=analysis, is_difference=False)
+    covariance = evidence.phantom_covariance
+    if settings.floor:
+        covariance = project_link_errors(robot, prepared, evidence.samples, np.diag(build_link_scale(robot)))
+    return replace(
+        evidence,
+        phantom_covariance=covariance,
+        friction_scale=WHOLE_FRICTION,
+        notes=(f"the arm's file may err by {1e3 * np.sqrt(covariance[0, 0]):.0f} g at the tip",),
     )
 
 

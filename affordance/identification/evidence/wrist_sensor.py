@@ -35,14 +35,9 @@ _NUM_PASSES = 4
 def build_wrist_evidence(
     robot: RobotChain, loaded: Run, empty: Sequence[Run], gains: Gains, settings: IdentificationSettings
 ) -> Evidence:
-    """Builds the evidence of a wrist sensor; gains apply to it later.
+    """Builds the evidence of a sensor at the tip; gains apply to it later.
 
-    Args:
-        robot: Model of the arm, whose tip is the sensor.
-        loaded: Run with the load.
-        empty: Runs with an empty hand, at most one; none if all that is mounted on the sensor is the load.
-        gains: Gains of the sensor.
-        settings: Identification settings.
+    Without an empty run all that is mounted on the sensor is the load.
 
     Raises:
         BadValueError: There are several empty runs.
@@ -58,16 +53,18 @@ def _build(robot: RobotChain, run: Run, prepared: PreparedRun) -> Evidence:
     used = np.ones(zero.shape, dtype=bool)
     # Force first, as sensors and their messages have it.
     samples = ChannelSamples(W[:, [3, 4, 5, 0, 1, 2]], zero, zero, zero, zero, prepared.signal, used)
-    evidence = Evidence.from_run(
-        run,
-        prepared,
-        samples,
-        WRENCH_COLUMNS,
+    return Evidence(
+        source=run.source,
         analysis="wrist sensor without a tare: all that hangs on it is the load",
+        kind=run.description.kind,
+        channel_names=WRENCH_COLUMNS,
+        prepared=prepared,
+        rate=prepared.rate,
+        samples=samples,
         arm_torque=zero,
         is_difference=False,
+        friction_scale=_RAW_OFFSET,
     )
-    return replace(evidence, friction_scale=_RAW_OFFSET)
 
 
 def _tare(evidence: Evidence, of_empty: Evidence, settings: IdentificationSettings) -> Evidence:

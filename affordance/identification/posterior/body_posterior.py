@@ -150,7 +150,7 @@ def draw_bodies(
     while exponent < 1.0:
         step = _find_step(log_ratios, 1.0 - exponent, num_samples)
         exponent += step
-        weights = _normalise(step * log_ratios)
+        weights = normalise(step * log_ratios)
         chosen = _resample(weights, rng)
         centre = weights @ theta
         root = np.linalg.cholesky((theta - centre).T * weights @ (theta - centre) + 1e-9 * proposal.covariance)
@@ -208,21 +208,22 @@ class _Proposal:
         return log_density
 
 
-def _normalise(log_weights: Array) -> Array:
+def normalise(log_weights: Array) -> Array:
+    """Computes weights whose sum is one."""
     weights = np.exp(log_weights - log_weights.max())
     normalised: Array = weights / weights.sum()
     return normalised
 
 
 def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:
-    return WeightedBodies(parameters_from_theta(theta), _normalise(log_weights), np.arange(len(theta)))
+    return WeightedBodies(parameters_from_theta(theta), normalise(log_weights), np.arange(len(theta)))
 
 
 def _find_step(log_ratios: Array, most: float, num_samples: int) -> float:
     """Finds the longest step of the exponent, up to ``most``, that keeps the effective size at half the samples."""
 
     def count(step: float) -> float:
-        return float(1.0 / np.sum(_normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
+        return float(1.0 / np.sum(normalise(step * log_ratios) ** 2)) - 0.5 * num_samples
 
     return most if count(most) >= 0.0 else float(brentq(count, 0.0, most))
 

@@ -1,21 +1,24 @@
 """Gains from a load of known mass, whose centre of mass and moments are estimated along with them.
 
-Without any load they follow, less accurately, from the arm's own weight.
+Without any load they follow, less accurately, from the arm's own weight. With a single weighed load, gains from one
+half of a run are checked by the mass in the other.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.identification.evidence.evidence import Evidence
-from affordance.identification.evidence.file_arm import WHOLE_FRICTION
+from affordance.identification.evidence.evidence import Evidence, build_joint_evidence
 from affordance.identification.evidence.fitted_arm import build_link_scale
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.evidence.joint_evidence import build_joint_evidence
 from affordance.identification.evidence.joint_statistics import FRICTION, ChannelSamples
 from affordance.identification.evidence.payload_likelihood import ChannelPrior
+from affordance.identification.evidence.unpaired_runs import WHOLE_FRICTION
+from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.log_cholesky import compute_jacobian
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import PayloadFit, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
@@ -33,6 +36,24 @@ _ROTOR_INERTIA = 1.0
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
 _STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
+
+
+class HalfCheck(NamedTuple):
+    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first.
+
+    Attributes:
+        mass: Means of the mass, [kg].
+        sd: Standard deviations of the mass, [kg].
+        error: Relative errors of the mass.
+        inside: 1 where the 90 % interval contains the reference mass, else 0.
+        centre_of_mass: Means of the centre of mass, shape (2, 3), [m].
+    """
+
+    mass: Array
+    sd: Array
+    error: Array
+    inside: Array
+    centre_of_mass: Array
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
@@ -81,7 +102,7 @@ def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: 
 def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings: IdentificationSettings) -> Gains:
     """Estimates gains from the arm's own weight, to some 20 %; joints of a light wrist remain undetermined."""
     evidence = build_joint_evidence(
-        robot, run, prepared, prepared.signal, settings, analysis="the arm's own weight", is_difference=False
+        robot, run, prepared, settings, analysis="the arm's own weight", is_difference=False
     )
     samples = evidence.samples
     known = samples._replace(Y=np.zeros_like(samples.Y))
@@ -98,6 +119,32 @@ def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings:
         common_sd=settings.gain_common_sd,
         least_variance=np.zeros(robot.num_joints),
         source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
+    )
+
+
+def check_calibration(belief: PayloadBelief, settings: IdentificationSettings) -> HalfCheck | None:
+    """Checks the gains that were found along with a belief; None if they were not found with a weighed load."""
+    if belief.calibration is None or belief.reference_mass is None:
+        return None
+    return check_halves(belief.fit.evidence, belief.reference_mass, settings)
+
+
+def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
+    """Identifies a weighed load, [kg], by each half of a run with gains found in the other."""
+    middle = len(evidence.prepared.times) // 2
+    halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
+    beliefs = []
+    for half, other in (halves, halves[::-1]):
+        gains = calibrate_gains(other, reference_mass, settings).with_drift(settings)
+        beliefs.append(infer(half, gains, settings=settings))
+    mass = np.array([belief.mass for belief in beliefs])
+    intervals = [belief.mass_interval90 for belief in beliefs]
+    return HalfCheck(
+        mass,
+        np.array([belief.mass_sd for belief in beliefs]),
+        mass / reference_mass - 1.0,
+        np.array([float(low <= reference_mass <= high) for low, high in intervals]),
+        np.array([belief.centre_of_mass for belief in beliefs]),
     )
 
 

@@ -1,4 +1,4 @@
-"""Inference of a payload from evidence, whatever the runs and the analysis that it comes from."""
+"""Inference of a payload from evidence, whatever the runs and the analysis that it comes from; its assumptions."""
 
 from dataclasses import replace
 
@@ -6,13 +6,12 @@ import numpy as np
 
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.posterior.assumptions import list_assumptions
 from affordance.identification.posterior.body_posterior import draw_bodies
 from affordance.identification.posterior.part_posterior import NotTheSeenObjectError, PlacedObject, infer_parts
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
-from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
 
 _NUM_PRIOR_BODIES = 1000
 
@@ -26,7 +25,7 @@ def infer(
     deviation_sd: float = 100.0,
     settings: IdentificationSettings = DEFAULT_SETTINGS,
 ) -> PayloadBelief:
-    """Infers the belief about a payload from evidence.
+    """Infers the belief about a payload from evidence; a camera that saw another object is left out, with a note.
 
     Args:
         evidence: Evidence of a loaded run.
@@ -62,21 +61,11 @@ def infer(
         notes=evidence.notes,
         fit=fit,
     )
-    return belief if placed is None else _see(belief, placed, gains, deviation_sd, settings, rng)
-
-
-def _see(
-    belief: PayloadBelief,
-    placed: PlacedObject,
-    gains: Gains,
-    deviation_sd: float,
-    settings: IdentificationSettings,
-    rng: np.random.Generator,
-) -> PayloadBelief:
-    """Returns the belief updated by the seen object; with a note instead if another object is held."""
+    if placed is None:
+        return belief
     try:
         parts = infer_parts(
-            belief.fit.likelihood,
+            fit.likelihood,
             placed,
             deviation_sd=deviation_sd,
             unseen_share=settings.unseen_share,
@@ -94,3 +83,38 @@ def _see(
         likelihood=parts.likelihood,
         p_value=parts.p_value,
     )
+
+
+def list_assumptions(evidence: Evidence, gains: Gains, settings: IdentificationSettings) -> tuple[str, ...]:
+    """Lists the assumptions about everything but the payload, a sentence each."""
+    prior = settings.get_prior(evidence.kind)
+    unit = evidence.kind.unit
+    sentences = [f"signal: {evidence.kind.value.replace('_', ' ')} [{unit}]; {evidence.analysis}"]
+    sentences.append(f"gains: {gains.source}" if settings.gains else "gains: exact (switched off)")
+    if evidence.kind is not SignalKind.WRENCH:
+        if prior.load_friction_sd > 0.0 or gains.mean[:, 1].any():
+            mu = ", ".join(f"{value:.3f}" for value in gains.load_friction)
+            sentences.append(f"friction that grows with the load: mu = {mu} before this run")
+        else:
+            sentences.append("friction that grows with the load: none")
+        friction = f"+-{evidence.friction_scale * prior.friction_sd:g} {unit}"
+        sentences.append(
+            f"friction (direction, velocity) and offset: {friction}" if settings.friction else "friction: none (off)"
+        )
+        sentences.append(f"samples of a joint slower than {settings.min_speed:g} rad/s are left out")
+    else:
+        sentences.append(f"offsets: +-{evidence.friction_scale * prior.friction_sd:g} N, a tenth of that in N m")
+    phantom = 1e3 * float(np.sqrt(evidence.phantom_covariance[0, 0]))
+    if phantom > 0.0:
+        sentences.append(f"error of the arm's model that does not average out: {phantom:.0f} g at the tip")
+    else:
+        sentences.append(
+            "error of the arm's model: none, it cancels" if evidence.is_difference else "none of the model"
+        )
+    sentences.append(
+        f"errors agree over the time the residual says, in blocks of {settings.block:g} s"
+        if settings.correlated_noise
+        else "errors of all samples are independent (switched off)"
+    )
+    sentences.append(f"signals low-passed alike at {evidence.prepared.cutoff:.1f} Hz, forwards and backwards")
+    return tuple(sentences)

@@ -18,7 +18,7 @@ from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
-from affordance.identification.posterior.body_posterior import WeightedBodies
+from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.objects.geometry import Geometry
 from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map, compute_point_parameters
@@ -58,21 +58,18 @@ class NotTheSeenObjectError(AffordanceError):
     """Load that no densities of the seen parts explain.
 
     Attributes:
-        num_possible: Number of samples that were physically consistent.
-        num_tried: Number of samples drawn.
         p_value: Probability, under the prior, of a run at least as improbable as this one.
     """
 
     def __init__(self, num_possible: int, num_tried: int, p_value: float) -> None:
-        """Keeps the attributes as arguments, so that the error can be pickled between processes."""
+        """Keeps its arguments, with which it is pickled between processes."""
         super().__init__(num_possible, num_tried, p_value)
-        self.num_possible = num_possible
-        self.num_tried = num_tried
         self.p_value = p_value
 
     def __str__(self) -> str:
-        share = f"{self.num_possible} of {self.num_tried} samples are possible bodies"
-        return f"what is held is not the object that was seen: {share}, p = {self.p_value:.1g}"
+        num_possible, num_tried, p_value = self.args
+        share = f"{num_possible} of {num_tried} samples are possible bodies"
+        return f"what is held is not the object that was seen: {share}, p = {p_value:.1g}"
 
 
 class PlacedObject(NamedTuple):
@@ -175,8 +172,7 @@ def infer_parts(
     log_weights = np.zeros(len(pi))
     if common_gain_sd == 0.0:
         log_weights = of_body.compute(pi, rng) - of_body.of_body.evaluate(pi)
-    weights = np.exp(log_weights - log_weights.max())
-    bodies = WeightedBodies(pi, weights / weights.sum(), np.arange(len(pi)))
+    bodies = WeightedBodies(pi, normalise(log_weights), np.arange(len(pi)))
     return PartPosterior(bodies, belief, of_rho, p_value)
 
 

@@ -244,3 +244,30 @@ def summarise(values: Array, weights: Array) -> Marginals:
         # Each sample stands for the middle of its share.
         quantiles[:, i] = np.interp([0.05, 0.25, 0.75, 0.95], np.cumsum(share) - 0.5 * share, values[order[:, i], i])
     return Marginals(mean, sd, quantiles[1], quantiles[2], quantiles[0], quantiles[3])
+
+
+def list_payload_settings(pi: Array) -> dict[str, str]:
+    """Writes lines that set the payload of a robot, by robot, from ten parameters at its flange, shape (10,).
+
+    The centre of mass is measured from the tip, axes are those of the tip, and moments are about the centre of mass.
+    """
+    m, x, y, z, xx, yy, zz, xy, xz, yz = (float(value) for value in describe_bodies(pi[None])[0])
+    # Elements of the inertia matrix; with Ixy = -integral(x y dm) the matrix holds them as they are.
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
+    centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
+    return {
+        "Universal Robots (URScript)": (
+            f"set_target_payload({m:.4f}, [{centre}], [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}])"
+        ),
+        "Franka (libfranka)": f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});",
+        "URDF": (
+            f'<inertial><mass value="{m:.4f}"/><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
+            f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
+            "</inertial>"
+        ),
+        "Drake (Python)": (
+            f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{centre}], RotationalInertia("
+            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))"
+        ),
+    }

@@ -60,12 +60,6 @@ def fit_payload(
 ) -> PayloadFit:
     """Fits the most probable body, the noise, and the sign of the load that this body causes.
 
-    Args:
-        evidence: Evidence of the run.
-        prior: Prior of gains, friction and errors of the arm's model.
-        solid: Prior of the body.
-        settings: Identification settings, for the noise.
-
     Raises:
         BadValueError: No sample is used, as no joint moves fast enough.
     """
@@ -76,31 +70,15 @@ def fit_payload(
             f"never exceeds {settings.min_speed:g} rad/s at any joint, below which friction has no sure direction"
         )
         raise BadValueError(evidence.source, "v", f"{problem} (--min-speed 0 for torque sensors at rest)")
-    fit = fit_statistics(statistics, errors, prior, solid)
+    _, mode, variance, _ = fit_statistics(statistics, errors, prior, solid)
     for _ in range(_MAX_SIGN_PASSES):
-        previous = fit
-        evidence = evidence.with_load(fit.mode.load)
+        evidence = evidence.with_load(mode.load)
         statistics = evidence.compute_statistics(settings)
-        fit = fit_statistics(statistics, errors, prior, solid, fit.mode.theta)
-        if np.abs(fit.variance / previous.variance - 1.0).max() < _VARIANCE_TOLERANCE:
+        previous = variance
+        likelihood, mode, variance, weights = fit_statistics(statistics, errors, prior, solid, mode.theta)
+        if np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE:
             break
-    return PayloadFit(evidence, statistics, *fit)
-
-
-class StatisticsFit(NamedTuple):
-    """Fit to sums over samples alone.
-
-    Attributes:
-        likelihood: Likelihood of the ten parameters.
-        mode: Most probable body.
-        variance: Long-run variance of each channel, shape (C,).
-        weights: Weights w with w^T z the residual, shape (C, 26).
-    """
-
-    likelihood: PayloadLikelihood
-    mode: Mode
-    variance: Array
-    weights: Array
+    return PayloadFit(evidence, statistics, likelihood, mode, variance, weights)
 
 
 def fit_statistics(
@@ -110,16 +88,12 @@ def fit_statistics(
     solid: SolidPrior,
     start: Array | None = None,
     max_iterations: int = _MAX_ITERATIONS,
-) -> StatisticsFit:
+) -> tuple[PayloadLikelihood, Mode, Array, Array]:
     """Fits the most probable body and the noise, each given the other, to a fixed point.
 
-    Args:
-        statistics: Sums over the samples.
-        errors: Error model of the run.
-        prior: Prior of gains, friction and errors of the arm's model.
-        solid: Prior of the body.
-        start: Theta to start from, shape (10,); None for a guess.
-        max_iterations: Largest number of rounds of body and noise.
+    Starts from a theta of shape (10,), or from a guess.
+
+    Returns: Likelihood, most probable body, long-run variance of each channel, and weights of the residual.
     """
     likelihood = PayloadLikelihood(statistics, prior, _start_variance(statistics, errors))
     theta = guess_theta(likelihood, solid) if start is None else start
@@ -134,7 +108,7 @@ def fit_statistics(
         settled = np.abs(variance / previous - 1.0).max() < _VARIANCE_TOLERANCE
         if settled and measure_step(step, mode) < _TOLERANCE:
             break
-    return StatisticsFit(likelihood, mode, variance, weights)
+    return likelihood, mode, variance, weights
 
 
 def _start_variance(statistics: JointStatistics, errors: ErrorModel) -> Array:

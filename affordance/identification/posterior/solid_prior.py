@@ -34,9 +34,25 @@ class SolidPrior:
     covariance: Array
 
     @classmethod
+    @cache
     def for_hand(cls) -> "SolidPrior":
         """Returns the prior of any solid that a hand could hold."""
-        return _fit_to_solids()
+        rng = np.random.default_rng(0)
+        shape = (_NUM_SOLIDS, 3)
+        edges = _draw_log_uniform(rng, _EDGES, (*shape, 3))
+        present = np.arange(3) < rng.integers(1, 4, _NUM_SOLIDS)[:, None]
+        masses = present * edges.prod(axis=2) * _draw_log_uniform(rng, _DENSITIES, shape)
+        masses *= (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
+        centres = _REACH_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3)) + _SPREAD_SD * rng.standard_normal((*shape, 3))
+        R, _ = np.linalg.qr(rng.standard_normal((*shape, 3, 3)))
+        second = (
+            R * (edges**2 / 12.0)[..., None, :] @ R.swapaxes(-1, -2) + centres[..., :, None] * centres[..., None, :]
+        )
+        J = np.zeros((_NUM_SOLIDS, 4, 4))
+        J[:, :3, :3] = np.einsum("np,npij->nij", masses, second)
+        J[:, :3, 3] = J[:, 3, :3] = np.einsum("np,npi->ni", masses, centres)
+        J[:, 3, 3] = masses.sum(axis=1)
+        return cls.from_samples(np.array([parameters_from_pseudo_inertia(body) for body in J]))
 
     @classmethod
     def from_samples(cls, pi: Array) -> "SolidPrior":
@@ -93,24 +109,6 @@ class SolidPrior:
     def draw_parameters(self, rng: np.random.Generator, num_samples: int) -> Array:
         """Draws bodies, shape (num_samples, 10)."""
         return parameters_from_theta(self.draw_theta(rng, num_samples))
-
-
-@cache
-def _fit_to_solids() -> SolidPrior:
-    rng = np.random.default_rng(0)
-    shape = (_NUM_SOLIDS, 3)
-    edges = _draw_log_uniform(rng, _EDGES, (*shape, 3))
-    present = np.arange(3) < rng.integers(1, 4, _NUM_SOLIDS)[:, None]
-    masses = present * edges.prod(axis=2) * _draw_log_uniform(rng, _DENSITIES, shape)
-    masses *= (_draw_log_uniform(rng, _MASSES, (_NUM_SOLIDS,)) / masses.sum(axis=1))[:, None]
-    centres = _REACH_SD * rng.standard_normal((_NUM_SOLIDS, 1, 3)) + _SPREAD_SD * rng.standard_normal((*shape, 3))
-    R, _ = np.linalg.qr(rng.standard_normal((*shape, 3, 3)))
-    second = R * (edges**2 / 12.0)[..., None, :] @ R.swapaxes(-1, -2) + centres[..., :, None] * centres[..., None, :]
-    J = np.zeros((_NUM_SOLIDS, 4, 4))
-    J[:, :3, :3] = np.einsum("np,npij->nij", masses, second)
-    J[:, :3, 3] = J[:, 3, :3] = np.einsum("np,npi->ni", masses, centres)
-    J[:, 3, 3] = masses.sum(axis=1)
-    return SolidPrior.from_samples(np.array([parameters_from_pseudo_inertia(body) for body in J]))
 
 
 def _draw_log_uniform(rng: np.random.Generator, bounds: tuple[float, float], shape: tuple[int, ...]) -> Array:

@@ -13,7 +13,7 @@ from scipy.signal import butter, sosfiltfilt
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.run import Run
+from affordance.identification.recording.run import Run, resample
 from affordance.identification.settings import IdentificationSettings
 
 _ORDER = 4
@@ -22,14 +22,6 @@ _POWER = 0.999
 # Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds; and largest one as a share of
 # half the rate, above which everything would pass.
 _SLOWEST, _FASTEST = 0.5, 0.8
-
-
-class Motion(NamedTuple):
-    """Joint angles, velocities and accelerations, shape (N, n) each, [rad, rad/s, rad/s^2]."""
-
-    q: Array
-    v: Array
-    vdot: Array
 
 
 class PreparedRun(NamedTuple):
@@ -52,9 +44,9 @@ class PreparedRun(NamedTuple):
     cutoff: float
 
     @property
-    def motion(self) -> Motion:
+    def motion(self) -> tuple[Array, Array, Array]:
         """Joint angles, velocities and accelerations."""
-        return Motion(self.q, self.v, self.vdot)
+        return self.q, self.v, self.vdot
 
     @property
     def rate(self) -> float:
@@ -72,7 +64,7 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     It is a multiple of the bandwidth that holds 99.9 % of the velocity's power, for the joint where that is largest.
     """
     times = np.arange(run.times[0], run.times[-1], 1.0 / run.rate)
-    v = _resample(times, run.times, _derive_velocity(run))
+    v = resample(times, run.times, np.gradient(run.q, run.times, axis=0) if run.v is None else run.v)
     v = v[:, np.ptp(run.q, axis=0) > settings.min_speed]  # joints at rest record only noise
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
@@ -111,7 +103,7 @@ def prepare(
     sos = butter(_ORDER, cutoff, fs=rate, output="sos")
 
     def smooth(values: Array) -> Array:
-        filtered: Array = sosfiltfilt(sos, _resample(times, run.times, values), axis=0)
+        filtered: Array = sosfiltfilt(sos, resample(times, run.times, values), axis=0)
         return filtered
 
     q, signal = smooth(run.q), smooth(run.signal)
@@ -126,12 +118,3 @@ def prepare_alike(runs: Iterable[Run], settings: IdentificationSettings) -> list
     runs = list(runs)
     cutoff = max(find_cutoff(run, settings) for run in runs)
     return [prepare(run, settings, cutoff=cutoff) for run in runs]
-
-
-def _derive_velocity(run: Run) -> Array:
-    v: Array = np.gradient(run.q, run.times, axis=0) if run.v is None else run.v
-    return v
-
-
-def _resample(times: Array, recorded: Array, values: Array) -> Array:
-    return np.column_stack([np.interp(times, recorded, column) for column in values.T])

@@ -20,14 +20,14 @@ from affordance.identification.settings import SignalKind
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
 _MIN_ROWS = 20
 _STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
-# Bounds beyond the motion of arms' joints: two turns either way, four turns a second.
-_BOUNDS = {"q": (4.0 * np.pi, "rad"), "v": (8.0 * np.pi, "rad/s"), "vdot": (1e4, "rad/s^2")}
-# Bounds beyond the needs of arms of any size.
-_SIGNAL_BOUNDS = {
-    SignalKind.JOINT_TORQUE: (5e3, "N m"),
-    SignalKind.MOTOR_TORQUE: (5e3, "N m"),
-    SignalKind.CURRENT: (100.0, "A"),
-    SignalKind.WRENCH: (5e3, "N or N m"),
+# Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
+_BOUNDS = {
+    "q": (4.0 * np.pi, "rad"),
+    "v": (8.0 * np.pi, "rad/s"),
+    "vdot": (1e4, "rad/s^2"),
+    "tau": (5e3, "N m"),
+    "current": (100.0, "A"),
+    "wrench": (5e3, "N or N m"),
 }
 _HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
 # Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
@@ -95,29 +95,19 @@ class Run:
         Raises:
             BadValueError: A shape, a time or a value is impossible (see the module).
         """
-        num_joints = len(self.description.joint_names)
-        kind = self.description.kind
-        channels = 6 if kind is SignalKind.WRENCH else num_joints
-        for name, values, width in (
-            ("q", self.q, num_joints),
-            ("v", self.v, num_joints),
-            ("vdot", self.vdot, num_joints),
-            (self.signal_name, self.signal, channels),
-        ):
-            if values is None:
-                continue
-            if values.shape != (len(self.times), width):
-                problem = f"has shape {values.shape}, must be {(len(self.times), width)}: one column for each of "
-                raise BadValueError(self.source, name, problem + ", ".join(self.description.joint_names))
+        joints = self.description.joint_names
+        tables = {"q": self.q, "v": self.v, "vdot": self.vdot, self.signal_name: self.signal}
+        given = {name: values for name, values in tables.items() if values is not None}
+        for name, values in given.items():
+            shape = (len(self.times), 6 if name == "wrench" else len(joints))
+            if values.shape != shape:
+                problem = f"has shape {values.shape}, must be {shape}: one column for each of {', '.join(joints)}"
+                raise BadValueError(self.source, name, problem)
         if len(self.times) < _MIN_ROWS:
             raise BadValueError(self.source, "", f"has {len(self.times)} samples, must have at least {_MIN_ROWS}")
         self._check_times()
-        for name, values in (("q", self.q), ("v", self.v), ("vdot", self.vdot)):
-            if values is not None:
-                bound, unit = _BOUNDS[name]
-                self._check_values(name, values, bound, unit)
-        bound, unit = _SIGNAL_BOUNDS[kind]
-        self._check_values(self.signal_name, self.signal, bound, unit)
+        for name, values in given.items():
+            self._check_values(name, values)
         if self.v is not None:
             self._check_rate("v", self.v, "q", self.q)
             if self.vdot is not None:
@@ -157,14 +147,12 @@ class Run:
                 problem = f"are {', '.join(own)}, must name {name} of the arm; the nearest is {near[0]}"
                 raise BadValueError(self.source, "joints", problem)
             order.append(own.index(match))
-        is_wrench = self.description.kind is SignalKind.WRENCH
+        names = ("q", "v", "vdot") if self.description.kind is SignalKind.WRENCH else ("q", "v", "vdot", "signal")
+        given = {name: getattr(self, name) for name in names}
         return replace(
             self,
             description=replace(self.description, joint_names=tuple(joint_names)),
-            q=self.q[:, order],
-            v=None if self.v is None else self.v[:, order],
-            vdot=None if self.vdot is None else self.vdot[:, order],
-            signal=self.signal if is_wrench else self.signal[:, order],
+            **{name: values[:, order] for name, values in given.items() if values is not None},
         )
 
     def select(self, rows: slice) -> "Run":
@@ -193,7 +181,8 @@ class Run:
             problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g} (set units.time)"
             raise self.error_at(1, "time", problem)
 
-    def _check_values(self, name: str, values: Array, bound: float, unit: str) -> None:
+    def _check_values(self, name: str, values: Array) -> None:
+        bound, unit = _BOUNDS[name]
         bad = np.argwhere(~np.isfinite(values) | (np.abs(values) > bound))
         if not bad.size:
             return
@@ -221,6 +210,11 @@ class Run:
                 f"is {ratio:.3g} times the rate of {of_name}_{joint + 1}, must be from {1.0 / _RATE_FACTOR:g} to"
             )
             raise BadValueError(self.source, f"column {name}_{joint + 1}", f"{problem} {_RATE_FACTOR:g} times{hint}")
+
+
+def resample(times: Array, recorded: Array, values: Array) -> Array:
+    """Interpolates values recorded at some times, shape (N, columns), at others."""
+    return np.column_stack([np.interp(times, recorded, column) for column in values.T])
 
 
 def _remove_line(values: Array, times: Array) -> Array:

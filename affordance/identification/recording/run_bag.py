@@ -17,7 +17,7 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.bounded import RECORDING, check_size
 from affordance.files.yaml_reader import check_yaml
-from affordance.identification.recording.run import WRENCH_COLUMNS
+from affordance.identification.recording.run import WRENCH_COLUMNS, resample
 from affordance.identification.recording.run_table import Table
 
 type _Decode = Callable[[bytes, str], Any]
@@ -146,4 +146,4 @@ def _interpolate(times: Array, wrenches: list[tuple[float, Any]]) -> Array:
             for w in (message.wrench for _, message in wrenches)
         ]
     )
-    return np.column_stack([np.interp(times, stamps, column) for column in values.T])
+    return resample(times, stamps, values)

@@ -16,8 +16,9 @@ drop_torn_rows: 3                      # number of incomplete rows that may be l
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """
 
+import re
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import Field, PlainValidator
@@ -27,7 +28,6 @@ from affordance.arrays import Array
 from affordance.exceptions import show_value
 from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
 from affordance.files.data_model import DataModel
-from affordance.identification.recording.column_maps import COLUMN_MAPS
 from affordance.identification.recording.run import GRAVITY, RunDescription
 from affordance.identification.settings import SignalKind
 from affordance.objects.inertia import build_transform_map
@@ -35,6 +35,56 @@ from affordance.objects.inertia import build_transform_map
 type _Triple = tuple[float, float, float]
 _LENGTHS = Vector(3, Within(-2.0, 2.0))  # [m]
 _MOST = 1e3  # largest mass, [kg], and moment of inertia, [kg m^2]
+
+
+class ColumnMap(NamedTuple):
+    """Column names of one logger.
+
+    Attributes:
+        patterns: Regular expression of the logger's names, by our name of the column; a group is the joint's number.
+        first: Number of the first joint.
+        time_unit: Logger's unit of time, [s].
+    """
+
+    patterns: dict[str, str]
+    first: int
+    time_unit: float
+
+
+_WRENCH = {name: name for name in ("fx", "fy", "fz", "tx", "ty", "tz")}
+_STANDARD = {name: rf"{name}_(\d+)" for name in ("q", "v", "vdot", "tau", "current")}
+COLUMN_MAPS = {
+    "standard": ColumnMap({"time": "time", **_STANDARD, **_WRENCH}, 1, 1.0),
+    # franka::logToCSV of any version; tau_J is the torque of the link-side sensors, without any compensation.
+    "libfranka": ColumnMap(
+        {
+            "time": r"time|duration",
+            "q": r"(?:state\.)?q\[(\d+)\]",
+            "v": r"(?:state\.)?dq\[(\d+)\]",
+            "tau": r"(?:state\.)?tau_J\[(\d+)\]",
+        },
+        0,
+        1e-3,
+    ),
+    # The record script of Universal Robots' RTDE client; targets are not measurements and are ignored.
+    "ur_rtde": ColumnMap(
+        {"time": "timestamp", "q": r"actual_q_(\d+)", "v": r"actual_qd_(\d+)", "current": r"actual_current_(\d+)"},
+        0,
+        1.0,
+    ),
+}
+
+
+def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
+    """Returns our name of each column of a table, such as q_1; None for columns that are not used."""
+
+    def translate(name: str) -> str | None:
+        for ours, pattern in column_map.patterns.items():
+            if match := re.fullmatch(pattern, name.strip()):
+                return f"{ours}_{int(match[1]) - column_map.first + 1}" if match.groups() else ours
+        return None
+
+    return [translate(name) for name in names]
 
 
 def _choose(choices: Mapping[str, Any]) -> PlainValidator:

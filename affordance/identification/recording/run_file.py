@@ -6,10 +6,9 @@ from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import load_model
-from affordance.identification.recording.column_maps import COLUMN_MAPS, name_columns
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
 from affordance.identification.recording.run_bag import read_bag
-from affordance.identification.recording.run_entry import RunEntry
+from affordance.identification.recording.run_entry import COLUMN_MAPS, RunEntry, name_columns
 from affordance.identification.recording.run_table import Table, read_netcdf, read_text
 from affordance.identification.settings import SignalKind
 

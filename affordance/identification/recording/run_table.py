@@ -43,11 +43,7 @@ class Table(NamedTuple):
 
 
 def read_text(path: Path, max_torn: int = 0) -> Table:
-    """Reads rows of numbers, with or without a line of names above.
-
-    Args:
-        path: File to read.
-        max_torn: Largest number of incomplete rows that may be left out.
+    """Reads rows of numbers, with or without a line of names above; up to max_torn incomplete rows are left out.
 
     Raises:
         BadValueError: The file cannot be read, or has more incomplete rows; the message names the first in excess.
@@ -118,18 +114,17 @@ def read_netcdf(path: Path) -> Table:
                 promised = sum(each.size for each in dataset.variables.values())
                 if promised > len(content):
                     raise ValueError(f"its head promises {promised:.3g} numbers in {len(content)} bytes")
-                variables = {str(name): _take_numbers(each) for name, each in dataset.variables.items()}
+                # With the file's scales and offsets applied.
+                decoded = {
+                    str(name): xarray.conventions.decode_cf_variable("x", each, decode_times=False).values
+                    for name, each in dataset.variables.items()
+                }
+                variables = {name: np.asarray(values, dtype=float) for name, values in decoded.items()}
     except Exception as error:  # the libraries raise any exception on a damaged file
         raise BadValueError(path, "", f"is not netCDF 3 of numbers: {error}") from error
     if "time" not in variables:
         raise BadValueError(path, "time", f"is missing among {', '.join(variables)}")
     return _flatten(path, variables)
-
-
-def _take_numbers(variable: xarray.Variable) -> Array:
-    """Returns the values of a variable with the file's scale and offset applied."""
-    decoded = xarray.conventions.decode_cf_variable("x", variable, decode_times=False)
-    return np.asarray(decoded.values, dtype=float)
 
 
 def _flatten(path: Path, variables: Mapping[str, Array]) -> Table:
@@ -160,11 +155,9 @@ def _find_problem(row: list[str], width: int, names: tuple[str, ...]) -> tuple[s
     """Returns the column and the problem of a bad row; None for a good one."""
     if len(row) != width:
         return "", f"has {len(row)} values, must have {width}, one a column"
-    for place, cell in enumerate(row):
+    for label, cell in zip(names or range(1, width + 1), row, strict=True):
         if not _is_number(cell):
-            label = names[place] if names else str(place + 1)
             return f", column {label}", f"is {cell[:30]!r}, must be a number"
         if math.isnan(float(cell)):
-            label = names[place] if names else str(place + 1)
             return f", column {label}", "is nan, must be a finite number"
     return None

@@ -9,8 +9,7 @@ from affordance.exceptions import BadValueError
 from affordance.identification.evidence.gains import arrange_gains, build_nominal_gains, read_gains, write_gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.posterior import calibration
-from affordance.identification.posterior.calibration import calibrate_gains
-from affordance.identification.posterior.half_check import check_halves
+from affordance.identification.posterior.calibration import calibrate_gains, check_halves
 from affordance.identification.posterior.log_cholesky import parameters_from_theta
 from affordance.identification.posterior.payload_fit import fit_payload
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind

@@ -6,28 +6,11 @@ from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import (
     NUM_COLUMNS,
-    ChannelSamples,
-    JointStatistics,
     RunningSums,
     compute_statistics,
 )
 
 _BLOCK = 7
-
-
-@pytest.fixture
-def samples(rng: np.random.Generator) -> ChannelSamples:
-    num, channels = 60, 3
-    d = np.sign(rng.standard_normal((num, channels)))
-    return ChannelSamples(
-        rng.standard_normal((num, channels, 10)),
-        rng.standard_normal((num, channels)),
-        d * np.sign(rng.standard_normal((num, channels))),
-        d,
-        rng.standard_normal((num, channels)),
-        rng.standard_normal((num, channels)),
-        rng.random((num, channels)) > 0.2,
-    )
 
 
 def test_sums_of_squares_are_those_of_the_residual(samples, rng):
@@ -42,17 +25,6 @@ def test_sums_of_squares_are_those_of_the_residual(samples, rng):
     blocks = np.add.reduceat(residual, np.arange(0, len(residual), _BLOCK), axis=0)
     assert_allclose(sums.sum_block_squares(weights), (blocks**2).sum(axis=0), rtol=1e-12)
     assert_allclose(sums.counts, samples.used.sum(axis=0))
-
-
-def test_chunks_give_what_the_whole_gives(samples):
-    whole = compute_statistics(samples, _BLOCK)
-    chunked, start = JointStatistics.empty(3, _BLOCK), 0
-    for length in (1, 5, 3, 13, 7, 14, 0, 2, 15):
-        chunked = chunked.add(samples.select(slice(start, start + length)))
-        start += length
-    for name in ("products", "block_products", "block_sum", "counts"):
-        assert_allclose(getattr(chunked, name), getattr(whole, name), rtol=1e-9, atol=1e-12)
-    assert chunked.num_rows == whole.num_rows == 60
 
 
 def test_one_sample_after_the_other_gives_what_the_whole_gives(samples):

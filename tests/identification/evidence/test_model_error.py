@@ -5,11 +5,10 @@ from numpy.testing import assert_allclose
 
 from affordance.exceptions import BadValueError
 from affordance.identification.evidence.fitted_arm import CELL, ArmRegression
-from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.model_error import build_phantom_covariance, estimate_phantom_mass
 from affordance.identification.evidence.payload_likelihood import Quadratic
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.identification.settings import DEFAULT_SETTINGS
 from studies.recorded.empty_hand import weigh_empty_hand
 
 
@@ -38,10 +37,9 @@ def test_fewer_stretches_give_no_smaller_a_phantom(rng):
     assert estimate_phantom_mass([one]) > 1.5 * estimate_phantom_mass([one] * 10)
 
 
-def test_fitted_arm_predicts_what_its_file_does_not(robot, rng):
+def test_fitted_arm_predicts_what_its_file_does_not(robot, gains, rng):
     truth = Truth(friction=(0.5, 0.3, 0.1), noise_sd=0.02, file_error=0.2)
     run, other = (generate_run(robot, None, truth=truth, rng=rng, duration=40.0, motion_seed=seed) for seed in (0, 1))
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     prepared, elsewhere = prepare(run, DEFAULT_SETTINGS), prepare(other, DEFAULT_SETTINGS)
     regression = ArmRegression(robot, [prepared], [prepared.signal], gains, DEFAULT_SETTINGS)
     fitted = regression.fit(np.ones(regression.num_cells, dtype=bool))
@@ -51,9 +49,8 @@ def test_fitted_arm_predicts_what_its_file_does_not(robot, rng):
     assert np.sqrt((by_fit**2).mean()) < 0.2 * np.sqrt((by_file**2).mean())
 
 
-def test_fit_of_some_cells_is_the_fit_of_their_samples(robot, rng):
+def test_fit_of_some_cells_is_the_fit_of_their_samples(robot, gains, rng):
     run = generate_run(robot, None, truth=Truth(noise_sd=0.02), rng=rng)
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     prepared = prepare(run, DEFAULT_SETTINGS)
     rows = round(CELL * prepared.rate)
     whole = ArmRegression(robot, [prepared], [prepared.signal], gains, DEFAULT_SETTINGS)
@@ -65,19 +62,17 @@ def test_fit_of_some_cells_is_the_fit_of_their_samples(robot, rng):
     assert_allclose(ours.friction, theirs.friction, rtol=1e-6, atol=1e-9)
 
 
-def test_a_joint_that_never_moves_cannot_be_fitted(robot, rng):
+def test_a_joint_that_never_moves_cannot_be_fitted(robot, gains, rng):
     run = generate_run(robot, None, truth=Truth(), rng=rng)
     prepared = prepare(run, DEFAULT_SETTINGS)
     v = prepared.v.copy()
     v[:, 2] = 0.0
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     with pytest.raises(BadValueError, match=r"has no sample in which joint_3 moves faster than 0.03 rad/s"):
         ArmRegression(robot, [prepared._replace(v=v)], [prepared.signal], gains, DEFAULT_SETTINGS)
 
 
-def test_an_empty_hand_seems_to_hold_nothing_within_its_error(robot, rng):
+def test_an_empty_hand_seems_to_hold_nothing_within_its_error(robot, gains, rng):
     run = generate_run(robot, None, truth=Truth(friction=(0.3, 0.2, 0.1), file_error=0.1), rng=rng, duration=40.0)
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     empty = weigh_empty_hand(robot, run, gains, DEFAULT_SETTINGS)
     assert abs(empty.parameters[0]) < 2.5 * empty.mass_sd
     assert empty.mass_sd < 0.05

@@ -15,22 +15,7 @@ from affordance.identification.evidence.payload_likelihood import (
     Quadratic,
 )
 
-_CHANNELS, _NUM = 3, 40
-
-
-@pytest.fixture
-def samples(rng: np.random.Generator) -> ChannelSamples:
-    shape = (_NUM, _CHANNELS)
-    d = np.sign(rng.standard_normal(shape))
-    return ChannelSamples(
-        rng.standard_normal((*shape, 10)),
-        rng.standard_normal(shape),
-        d * np.sign(rng.standard_normal(shape)),
-        d,
-        rng.standard_normal(shape),
-        rng.standard_normal(shape),
-        rng.random(shape) > 0.1,
-    )
+_CHANNELS = 3
 
 
 def _build_prior(rng: np.random.Generator, *, gain_sd: float, phantom_sd: float) -> ChannelPrior:

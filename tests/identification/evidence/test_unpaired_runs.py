@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from helpers.generated_runs import Truth, generate_run
 
-from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.unpaired_runs import fit_empty_arm, subtract_arm
 from affordance.identification.recording.preparation import prepare
-from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.identification.settings import DEFAULT_SETTINGS
 
 _CELL = 0.5  # [s]
 
@@ -18,9 +17,8 @@ def empty(robot):
 
 
 @pytest.fixture(scope="module")
-def fit(robot, empty):
+def fit(robot, gains, empty):
     """Errors of prediction of an arm fitted to a signal, (N, n)."""
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     return lambda signal: fit_empty_arm(robot, [empty], [signal], gains, DEFAULT_SETTINGS).residual[0]
 
 
@@ -45,10 +43,9 @@ def test_an_error_is_not_fitted_within_half_a_second_of_it(empty, fit):
             assert not change[: rows.start].any()
 
 
-def test_what_is_left_after_a_fitted_arm_is_a_difference(robot, empty):
+def test_what_is_left_after_a_fitted_arm_is_a_difference(robot, gains, empty):
     """The arm's own model is in both, and cancels; its prediction is what is taken off."""
     run = generate_run(robot, None, truth=Truth(noise_sd=0.1), rng=np.random.default_rng(2), duration=10.0)
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     arm = fit_empty_arm(robot, [empty], [empty.signal], gains, DEFAULT_SETTINGS)
     evidence = subtract_arm(robot, arm, run, prepare(run, DEFAULT_SETTINGS), DEFAULT_SETTINGS)
     assert evidence.is_difference

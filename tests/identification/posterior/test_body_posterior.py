@@ -1,9 +1,10 @@
 import numpy as np
 import pytest
+from helpers.generated_runs import build_likelihood
 from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta
 from affordance.identification.posterior.payload_belief import describe_bodies, summarise
@@ -19,15 +20,7 @@ def _hold(
     Y = rng.standard_normal((rows, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
     gain = 1.0 + gain_sd * rng.standard_normal(2)
     signal = gain * (Y @ pi) + np.sqrt(variance) * rng.standard_normal((rows, 2))
-    zero = np.zeros_like(signal)
-    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
-    prior = ChannelPrior(
-        np.tile([1.0, 0.0], (2, 1)),
-        np.tile(np.diag([gain_sd**2, 0.0]), (2, 1, 1)),
-        np.zeros((2, 3)),
-        np.zeros((2, 3)),
-    )
-    return PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(2, variance))
+    return build_likelihood(Y, signal, variance, gain_sd)
 
 
 def test_posterior_agrees_with_a_random_walk(rng):

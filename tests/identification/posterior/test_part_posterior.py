@@ -1,6 +1,6 @@
 import numpy as np
 import pytest
-from helpers.generated_runs import Truth, generate_run
+from helpers.generated_runs import Truth, build_likelihood, generate_run
 from numpy.testing import assert_allclose
 
 from affordance.belief.density_belief import Prior
@@ -9,9 +9,8 @@ from affordance.belief.memory_file import read_memory, write_memory
 from affordance.belief.object_belief import ObjectBelief
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
-from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
-from affordance.identification.evidence.payload_likelihood import ChannelPrior, PayloadLikelihood
-from affordance.identification.identify import Runs, identify
+from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.identify import Runs, identify, see_tool
 from affordance.identification.posterior.log_cholesky import is_possible
 from affordance.identification.posterior.part_posterior import (
     NotTheSeenObjectError,
@@ -23,8 +22,6 @@ from affordance.identification.settings import IdentificationSettings
 from affordance.objects.inertia import build_transform_map
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.vision.features import VisionError, measure_features
-from affordance.vision.visual_prior import predict_object
 
 _PRIOR = Prior(1000.0, 4000.0, 100.0)
 _MATERIALS = load_materials(MODELS / "materials.yaml")
@@ -32,17 +29,13 @@ _HAMMER = next(tool for tool in load_tools(MODELS / "tools" / "novel.yaml", _MAT
 
 
 def _see(memory: MaterialMemory) -> SeenObject:
-    features = measure_features(_HAMMER, VisionError(), np.random.default_rng(0))
-    return SeenObject(predict_object(features, memory, _PRIOR), *find_box(_HAMMER.components))
+    return see_tool(_HAMMER, memory, _PRIOR)
 
 
 def _hold(pi: np.ndarray, rng: np.random.Generator, rows: int = 200, sd: float = 0.5) -> PayloadLikelihood:
     Y = rng.standard_normal((rows, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
     signal = Y @ pi + sd * rng.standard_normal((rows, 2))
-    zero = np.zeros_like(signal)
-    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
-    exact = ChannelPrior(np.tile([1.0, 0.0], (2, 1)), np.zeros((2, 2, 2)), np.zeros((2, 3)), np.zeros((2, 3)))
-    return PayloadLikelihood(compute_statistics(samples, 10), exact, np.full(2, sd**2))
+    return build_likelihood(Y, signal, sd**2)
 
 
 def test_box_is_that_of_the_parts():
@@ -178,14 +171,7 @@ def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):
     placed = seen.place(np.eye(4))
     Y = rng.standard_normal((30, 2, 10)) * np.array([9.0, *[6.0] * 3, *[2.0] * 6])
     signal = 1.6 * Y @ _HAMMER.parameters + sd * rng.standard_normal((30, 2))
-    zero = np.zeros_like(signal)
-    samples = ChannelSamples(Y, zero, zero, zero, zero, signal, np.ones(signal.shape, dtype=bool))
-    prior = ChannelPrior(
-        np.tile([1.0, 0.0], (2, 1)),
-        np.tile(np.diag([gain_sd**2, 0.0]), (2, 1, 1)),
-        *(np.zeros((2, 3)),) * 2,
-    )
-    likelihood = PayloadLikelihood(compute_statistics(samples, 10), prior, np.full(2, sd**2))
+    likelihood = build_likelihood(Y, signal, sd**2, gain_sd)
     share = 0.5
     parts = infer_parts(likelihood, placed, deviation_sd=100.0, unseen_share=share, rng=rng, num_samples=20_000)
     pi = placed.draw_parameters(rng, 40_000, share)

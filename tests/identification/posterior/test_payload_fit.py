@@ -3,19 +3,17 @@ import pytest
 from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from numpy.testing import assert_allclose
 
-from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.posterior import payload_fit
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
-from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
+from affordance.identification.settings import DEFAULT_SETTINGS
 
 
-def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, monkeypatch):
+def test_body_and_noise_settle_in_a_few_rounds_each_as_the_other_says(robot, gains, monkeypatch):
     rng = np.random.default_rng(4)
     runs = [generate_run(robot, pi, truth=Truth(noise_sd=0.1), rng=rng) for pi in (None, PAYLOAD)]
     evidence = pair_runs(robot, *runs, DEFAULT_SETTINGS)
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
     rounds, improve = [], payload_fit.improve_mode
     monkeypatch.setattr(payload_fit, "improve_mode", lambda *args: rounds.append(args) or improve(*args))
     fit = fit_payload(

@@ -5,7 +5,7 @@ import pinocchio
 from helpers.generated_runs import PAYLOAD
 from numpy.testing import assert_allclose
 
-from affordance.identification.recording.robot_plant import build_arm
+from affordance.identification.recording.robot_chain import build_arm
 from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 from affordance.plant.wrench_regressor import compute_wrench_regressors
 

@@ -24,6 +24,10 @@ def _spoil(values: np.ndarray, row: int, column: int, value: float) -> np.ndarra
     return spoilt
 
 
+def _spoil_time(row: int, value: float) -> np.ndarray:
+    return np.where(np.arange(50) == row, value, _TIMES)
+
+
 _TIMES = np.arange(50) * 0.01
 _ZEROS = np.zeros((50, 2))
 # One joint swings, the other hardly moves.
@@ -33,58 +37,27 @@ _SWING_RATE = 2.0 * np.pi * np.column_stack([1e-4 * np.cos(_PHASE), 0.06 * np.co
 
 
 @pytest.mark.parametrize(
-    ("kind", "changes", "message"),
+    ("changes", "message"),
     [
+        ({"q": _spoil(_ZEROS, 3, 0, 90.0)}, r"row 4, column q_1: is 90, must be from -12.57 .*degrees"),
+        ({"v": _spoil(_ZEROS, 3, 0, -180.0)}, "row 4, column v_1: is -180, .* are these degrees a second"),
+        ({"signal": _spoil(_ZEROS, 9, 0, np.nan)}, "row 10, column tau_1: is nan, must be a finite number"),
+        ({"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
+        ({"times": _spoil_time(20, 0.05)}, r"row 21, column time: is 0.050000, must be more than 0.190000"),
+        ({"times": _spoil_time(4, np.nan)}, r"row 5, column time: is nan, must be a finite number of seconds"),
+        ({"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
         (
-            "current",
-            {"signal": _spoil(_ZEROS, 7, 1, 2300.0)},
-            r"row 8, column current_2: is 2300, .*100 A; are these mill",
-        ),
-        (
-            "joint_torque",
-            {"q": _spoil(_ZEROS, 3, 0, 90.0)},
-            r"row 4, column q_1: is 90, must be from -12.57 .*degrees",
-        ),
-        (
-            "joint_torque",
-            {"v": _spoil(_ZEROS, 3, 0, -180.0)},
-            "row 4, column v_1: is -180, .* are these degrees a second",
-        ),
-        (
-            "joint_torque",
-            {"signal": _spoil(_ZEROS, 9, 0, np.nan)},
-            "row 10, column tau_1: is nan, must be a finite number",
-        ),
-        ("joint_torque", {"q": _spoil(_ZEROS, 0, 1, np.inf)}, "row 1, column q_2: is inf, must be a finite number"),
-        (
-            "joint_torque",
-            {"times": np.where(np.arange(50) == 20, 0.05, _TIMES)},
-            r"row 21, column time: is 0.050000, must be more than 0.190000",
-        ),
-        (
-            "joint_torque",
-            {"q": _SWING, "v": np.degrees(_SWING_RATE)},
-            r"column v_2: is 57.3 times the rate of q_2, must be from 0.2 to 5 times; are these degrees",
-        ),
-        (
-            "joint_torque",
             {"q": _SWING, "v": _SWING_RATE, "vdot": -57.3 * (2.0 * np.pi) ** 2 * _SWING},
             r"column vdot_2: is 57.3 times the rate of v_2, must be",
         ),
-        ("joint_torque", {"q": _SWING}, r"column v_2: is 0 times the rate of q_2, must be from 0.2 to 5 times$"),
-        (
-            "joint_torque",
-            {"times": np.where(np.arange(50) == 4, np.nan, _TIMES)},
-            r"row 5, column time: is nan, must be a finite number of seconds",
-        ),
-        ("joint_torque", {"times": 1e3 * _TIMES}, r"column time: advances by 10 s a row, must be from 1e-05 to 0.5"),
-        ("joint_torque", {"q": np.zeros((50, 3))}, r"q: has shape \(50, 3\), must be \(50, 2\)"),
-        ("joint_torque", {"signal": np.zeros((50, 6))}, r"tau: has shape \(50, 6\)"),
+        ({"q": _SWING}, r"column v_2: is 0 times the rate of q_2, must be from 0.2 to 5 times$"),
+        ({"q": np.zeros((50, 3))}, r"q: has shape \(50, 3\), must be \(50, 2\)"),
+        ({"signal": np.zeros((50, 6))}, r"tau: has shape \(50, 6\)"),
     ],
 )
-def test_what_cannot_be_is_named_by_row_column_value_and_bound(kind, changes, message):
+def test_what_cannot_be_is_named_by_row_column_value_and_bound(changes, message):
     with pytest.raises(BadValueError, match=message) as caught:
-        _build(SignalKind(kind), **changes)
+        _build(**changes)
     assert "\n" not in str(caught.value)
     assert str(caught.value).startswith("run.csv: ")
 
@@ -114,13 +87,17 @@ def test_a_joint_that_is_not_there_is_named_with_the_nearest():
 
 def test_currents_up_to_a_hundred_amperes_are_read():
     assert _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -99.9)).signal.min() == -99.9
-    with pytest.raises(BadValueError, match="must be from -100 to 100 A"):
-        _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 3, 0, -100.1))
+    with pytest.raises(
+        BadValueError, match=r"row 8, column current_2: is 100\.1, must be from -100 to 100 A; are these mi"
+    ):
+        _build(SignalKind.CURRENT, signal=_spoil(_ZEROS, 7, 1, 100.1))
 
 
 @pytest.mark.parametrize(("factor", "hint"), [(180.0 / np.pi, True), (np.pi / 180.0, False)])
 def test_only_rates_that_are_too_large_may_be_degrees(factor, hint):
-    with pytest.raises(BadValueError, match=r"times the rate of q_2") as caught:
+    with pytest.raises(
+        BadValueError, match=r"column v_2: is .* times the rate of q_2, must be from 0.2 to 5 times"
+    ) as caught:
         _build(q=_SWING, v=factor * _SWING_RATE)
     assert ("are these degrees?" in str(caught.value)) == hint
 

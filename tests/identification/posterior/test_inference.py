@@ -7,7 +7,7 @@ from helpers.generated_runs import PAYLOAD, Truth, generate_run
 from affordance.identification.evidence.gains import build_nominal_gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
-from affordance.identification.posterior.assumptions import list_assumptions
+from affordance.identification.posterior.inference import list_assumptions
 from affordance.identification.recording.run import WRENCH_COLUMNS
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
@@ -21,8 +21,7 @@ def of_joints(robot):
     return pair_runs(robot, *runs, DEFAULT_SETTINGS)
 
 
-def test_what_is_assumed_of_joints_is_said(robot, of_joints):
-    gains = build_nominal_gains(robot.joint_names, SignalKind.JOINT_TORQUE, DEFAULT_SETTINGS)
+def test_what_is_assumed_of_joints_is_said(of_joints, gains):
     said = list_assumptions(of_joints, gains, DEFAULT_SETTINGS)
     assert said[0].startswith("signal: joint torque [N m]; paired")
     assert "gains: the signal is a torque; gains good to 1 %" in said

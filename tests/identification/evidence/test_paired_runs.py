@@ -5,12 +5,17 @@ import pytest
 from helpers.generated_runs import Truth, generate_run
 
 from affordance.exceptions import BadValueError
-from affordance.identification.recording.alignment import align
+from affordance.identification.evidence.paired_runs import align
 from affordance.identification.recording.preparation import find_cutoff, prepare
 from affordance.identification.recording.run import Run, RunDescription
 from affordance.identification.settings import DEFAULT_SETTINGS, SignalKind
 
 _TRUTH = Truth(noise_sd=0.0)
+
+
+@pytest.fixture
+def empty(robot, rng):
+    return generate_run(robot, None, truth=_TRUTH, rng=rng)
 
 
 def _shift(run, seconds):
@@ -21,21 +26,18 @@ def _shift(run, seconds):
 
 
 @pytest.mark.parametrize("seconds", [0.0, 0.4137, -1.2503])
-def test_lag_is_found_to_a_millisecond(robot, rng, seconds):
-    empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
+def test_lag_is_found_to_a_millisecond(empty, seconds):
     alignment = align(empty, _shift(empty, seconds), 0.02)
     assert alignment.lag == pytest.approx(seconds, abs=1e-3)
     assert alignment.difference < 0.01
 
 
-def test_clocks_that_start_elsewhere_do_not_matter(robot, rng):
-    empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
+def test_clocks_that_start_elsewhere_do_not_matter(robot, empty, rng):
     later = generate_run(robot, None, truth=_TRUTH, rng=rng, start=1000.0)
     assert align(empty, later, 0.02).lag == pytest.approx(1000.0, abs=1e-3)
 
 
-def test_another_motion_is_no_repetition(robot, rng):
-    empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
+def test_another_motion_is_no_repetition(robot, empty, rng):
     other = generate_run(robot, None, truth=_TRUTH, rng=rng, motion_seed=3, source="loaded")
     message = r"loaded: row \d+, column q_\d \(joint_\d\): is .* rad away from the same moment of generated, must"
     with pytest.raises(BadValueError, match=message) as caught:
@@ -52,34 +54,30 @@ def test_a_motion_repeated_in_part_only_is_refused(robot, rng):
         align(empty, loaded, 0.02)
 
 
-def test_a_run_at_rest_is_refused(robot, rng):
-    empty = generate_run(robot, None, truth=_TRUTH, rng=rng)
+def test_a_run_at_rest_is_refused(empty):
     still = replace(empty, q=np.zeros_like(empty.q), v=None, source="still")
     with pytest.raises(BadValueError, match=r"still: q: has no joint that moves faster than 0.01 rad/s"):
         align(empty, still, 0.02)
 
 
-def test_filtered_alike_signals_obey_the_equation_they_obeyed(robot, rng):
-    run = generate_run(robot, None, truth=Truth(noise_sd=0.0), rng=rng)
-    prepared = prepare(run, DEFAULT_SETTINGS)
+def test_filtered_alike_signals_obey_the_equation_they_obeyed(robot, empty):
+    prepared = prepare(empty, DEFAULT_SETTINGS)
     torque = robot.compute_arm_torques(prepared.q, prepared.v, prepared.vdot)
     # The equation is not linear in the motion: what is left of it is a thousandth.
     assert np.abs(prepared.signal - torque).max() < 2e-3 * np.abs(torque).max()
 
 
-def test_velocities_and_accelerations_are_derived_where_missing(robot, rng):
-    run = generate_run(robot, None, truth=_TRUTH, rng=rng)
-    given, derived = prepare(run, DEFAULT_SETTINGS), prepare(replace(run, v=None), DEFAULT_SETTINGS)
+def test_velocities_and_accelerations_are_derived_where_missing(empty):
+    given, derived = prepare(empty, DEFAULT_SETTINGS), prepare(replace(empty, v=None), DEFAULT_SETTINGS)
     # The filter rings at either end, and differently: an angle does not end like its velocity.
     middle = slice(300, -300)
     np.testing.assert_allclose(derived.v[middle], given.v[middle], atol=1e-4)
     np.testing.assert_allclose(derived.vdot[middle], given.vdot[middle], atol=1e-3)
 
 
-def test_cutoff_follows_the_motion(robot, rng):
-    slow = generate_run(robot, None, truth=_TRUTH, rng=rng)
-    fast = replace(slow, times=slow.times / 2.0, v=2.0 * slow.v)
-    assert find_cutoff(fast, DEFAULT_SETTINGS) == pytest.approx(2.0 * find_cutoff(slow, DEFAULT_SETTINGS), rel=0.1)
+def test_cutoff_follows_the_motion(empty):
+    fast = replace(empty, times=empty.times / 2.0, v=2.0 * empty.v)
+    assert find_cutoff(fast, DEFAULT_SETTINGS) == pytest.approx(2.0 * find_cutoff(empty, DEFAULT_SETTINGS), rel=0.1)
 
 
 def test_a_run_shorter_than_its_ends_is_refused(robot, rng):
