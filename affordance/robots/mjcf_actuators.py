@@ -5,7 +5,7 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from xml.etree.ElementTree import Element
 
-from affordance.robots.mjcf_defaults import ACTUATORS
+from affordance.robots.mjcf_expansion import ACTUATORS
 from affordance.robots.xml_reader import Numbers
 
 # Attributes that make an actuator's force depend on more than its control, so that the control range is no bound.

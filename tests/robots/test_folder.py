@@ -17,8 +17,8 @@ from affordance.plant.arm import ARM
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.robots.fitting import fit_tasks
-from affordance.robots.folder import write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
+from affordance.robots.kept import write_folder
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 
@@ -92,7 +92,7 @@ def test_nothing_is_left_of_an_import_that_fails(tmp_path: Path, monkeypatch: py
     def fail(*_: object) -> None:
         raise RuntimeError("no more")
 
-    monkeypatch.setattr("affordance.robots.folder.load_arm", fail)
+    monkeypatch.setattr("affordance.robots.kept.load_arm", fail)
     with pytest.raises(RuntimeError, match="no more"):
         write_folder(imported, tmp_path / "models", source="a test")
     assert {path.name for path in tmp_path.iterdir()} == {"two_arms.urdf"}

@@ -12,10 +12,9 @@ from affordance.exceptions import AffordanceError
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.robots import kept, report
-from affordance.robots.changes import Fitted
+from affordance.robots.changes import Fitted, read_lacks
 from affordance.robots.importer import ImportOptions
 from affordance.robots.kept import import_kept
-from affordance.robots.lacks import read_lacks
 
 TIP = ImportOptions("right_tool")
 

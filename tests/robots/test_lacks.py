@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from affordance.robots.lacks import LACKS, read_lacks, write_lacks
+from affordance.robots.changes import LACKS, read_lacks, write_lacks
 
 FOUND = {"path": "stick by wood leaves the path by 0.05 m: 'too far'", "blow": "the tip must strike with 5 m/s"}
 
