@@ -116,8 +116,7 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
         axis.set_title(f"{name}\nerrors agree over {agreement:.2f} s", fontsize=8)
         axis.set_xlabel("lag (s)", fontsize=9)
         axis.tick_params(labelsize=8)
-    axes[0].set_ylabel("autocorrelation")
-    axes[0].set_ylim(-0.6, 1.05)
+    axes[0].set(ylabel="autocorrelation", ylim=(-0.6, 1.05))
     tidy(*axes)
     return figure
 

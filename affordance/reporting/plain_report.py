@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.claims import judge_claims
 from affordance.reporting.expressions import find_names
 from affordance.reporting.formatting import format_number
 from affordance.reporting.section import LAST, Section, Table, render_section
 from affordance.reporting.section import find_names as find_names_of_section
-from affordance.reporting.section_entries import ReportFigure
+from affordance.reporting.section_entries import Claim, ReportFigure
 
 # Most entries of a list in a cell of the table of numbers.
 _SHOWN = 12
@@ -96,7 +96,7 @@ def render_report(report: PlainReport, numbers: Mapping[str, Any], facts: Mappin
         if report.prose.stem != report.title:  # an experiment of a user's own, after one of the program
             section = section._replace(title=f"{report.title} (as in {section.title})")
     else:
-        seen = [ReportFigure("seen.png", facts["camera_caption"])] if facts["camera_caption"] else []
+        seen = [ReportFigure(file="seen.png", caption=facts["camera_caption"])] if facts["camera_caption"] else []
         tables = [_list_numbers(report.meanings, numbers)] if report.meanings else []
         section = Section(
             LAST, report.title, report.question, [*report.figures, *seen], claims=(), tables=tables, remarks=remarks

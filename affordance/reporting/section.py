@@ -19,9 +19,9 @@ import jinja2.sandbox
 from affordance.exceptions import AffordanceError, name_object
 from affordance.files.data_model import load_model
 from affordance.reporting import formatting
-from affordance.reporting.claims import Claim, ClaimResult, judge_claims
+from affordance.reporting.claims import ClaimResult, judge_claims
 from affordance.reporting.expressions import evaluate
-from affordance.reporting.section_entries import ReportFigure, SectionEntry
+from affordance.reporting.section_entries import Claim, ReportFigure, SectionEntry
 
 _METRES_TO_CM = 100.0
 # Order of a section that gives none.
@@ -69,7 +69,7 @@ class Section(NamedTuple):
 
 def load_claims(path: Path) -> tuple[Claim, ...]:
     """Reads the claims of a section file, with their texts as templates."""
-    return tuple(entry.build() for entry in load_model(path, SectionEntry).claims)
+    return tuple(load_model(path, SectionEntry).claims)
 
 
 def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, Any]) -> Section:
@@ -99,23 +99,27 @@ def render_section(path: Path, numbers: Mapping[str, Any], facts: Mapping[str, A
         lines = [line for line in render(text).split("\n") if line.strip()]
         return [[" ".join(cell.replace(_BAR, "|").split()) for cell in line.split("|")] for line in lines]
 
-    figures = [ReportFigure(each.file, fill(each.caption)) for each in content.figures]
+    captions = [(each.file, fill(each.caption)) for each in content.figures]
     tables = [
         Table(fill(each.caption), [fill(title) for title in each.header], fill_rows(each.rows))
         for each in content.tables
     ]
     claims = [
-        claim._replace(
-            text=fill(claim.text), criteria=tuple(each._replace(name=fill(each.name)) for each in claim.criteria)
+        claim.model_copy(
+            update={
+                "text": fill(claim.text),
+                "criteria": [each.model_copy(update={"name": fill(each.name)}) for each in claim.criteria],
+            }
         )
-        for claim in (entry.build() for entry in content.claims if evaluate(entry.given, known))
+        for claim in content.claims
+        if evaluate(claim.given, known)
     ]
     remarks = [fill(text) for text in content.remarks]
     return Section(
         order=LAST if content.order is None else content.order,
         title=fill(content.title),
         summary=fill(content.summary),
-        figures=[figure for figure in figures if figure.caption],
+        figures=[ReportFigure(file=file, caption=caption) for file, caption in captions if caption],
         claims=judge_claims(claims, known),
         tables=[table for table in tables if table.rows],
         remarks=[remark for remark in remarks if remark],

@@ -232,9 +232,7 @@ def draw_posture(models: Path) -> Figure:
         ends = np.array([hand.translation(), free])
         axes.plot(ends[:, 0], ends[:, row], "-", color=OBJECT_COLOURS[4], linewidth=3.0, label="object")
         axes.set_aspect("equal", adjustable="datalim")
-        axes.set_xlabel("forward (m)")
-        axes.set_ylabel(label)
-        axes.set_title(name)
+        axes.set(xlabel="forward (m)", ylabel=label, title=name)
     side.legend(frameon=False, fontsize=8)
     tidy(side, above)
     return figure

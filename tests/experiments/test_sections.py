@@ -31,7 +31,7 @@ CLAIMS = {
 } | {
     (name, claim.key): claim
     for name in PROTOCOLS
-    for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.list_claims()
+    for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.claims
 }
 # Every bound of every criterion, by section, key of the claim, place of the criterion, and comparison.
 BOUNDS = [
