@@ -125,39 +125,32 @@ def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
     if deepest <= 0:
         yield f"it has more than {_DEEPEST} nested operations"
         return
-    parts: list[ast.expr | None] = []
     match node:
-        case ast.Constant(value=str() | float()):
-            pass
-        case ast.Constant(value=int(value)):
-            if abs(value) > _LARGEST:
-                yield f"it has a whole number beyond {_LARGEST}"
-        case ast.Name():
-            pass
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
-            if isinstance(op, DIVISIONS) and isinstance(right, ast.Constant) and right.value == 0:
-                yield "it divides by zero"
-            parts = [left, right]
-        case ast.UnaryOp(op=unary, operand=operand) if type(unary) in UNARY:
-            parts = [operand]
-        case ast.BoolOp(values=values):
-            parts = [*values]
-        case ast.Compare(left=left, ops=ops, comparators=others) if all(type(each) in COMPARE for each in ops):
-            parts = [left, *others]
-        case ast.IfExp(test=test, body=body, orelse=orelse):
-            parts = [test, body, orelse]
-        case ast.Subscript(value=value, slice=ast.Slice(lower=lower, upper=upper, step=step)):
-            parts = [value, lower, upper, step]
-        case ast.Subscript(value=value, slice=index):
-            parts = [value, index]
+        case ast.Constant(value=int(value)) if abs(value) > _LARGEST:
+            yield f"it has a whole number beyond {_LARGEST}"
+        case ast.BinOp(op=op, right=ast.Constant(value=0)) if isinstance(op, DIVISIONS):
+            yield "it divides by zero"
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
             yield from _list_problems_of_call(name, len(arguments), has_others=bool(keywords))
-            parts = [*arguments]
-        case _:
+        case _ if not _is_known(node):
             yield f"it has a {type(node).__name__.lower()}, which expressions have not"
-    for part in parts:
-        if part is not None:
+    for part in ast.iter_child_nodes(node):
+        if isinstance(part, ast.expr):
             yield from _list_problems(part, deepest - 1)
+
+
+def _is_known(node: ast.expr) -> bool:
+    """Returns True for a node that expressions have, whatever stands below it."""
+    match node:
+        case ast.Constant(value=value):
+            return isinstance(value, str | int | float)
+        case ast.BinOp(op=op):
+            return type(op) in ARITHMETIC
+        case ast.UnaryOp(op=unary):
+            return type(unary) in UNARY
+        case ast.Compare(ops=ops):
+            return all(type(each) in COMPARE for each in ops)
+    return isinstance(node, ast.Name | ast.BoolOp | ast.IfExp | ast.Subscript | ast.Slice)
 
 
 def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterator[str]:

@@ -9,15 +9,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.inverse_kinematics import (
-    AngleBetweenVectorsConstraint,
-    GazeTargetConstraint,
-    PointToPointDistanceConstraint,
-)
+from pydrake.multibody.inverse_kinematics import InverseKinematics
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 from pydrake.multibody.tree import JacobianWrtVariable
-from pydrake.solvers import MathematicalProgram, SnoptSolver
+from pydrake.solvers import SnoptSolver
 
 from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
@@ -202,21 +198,16 @@ class _Goal(NamedTuple):
 def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
     """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
     bounds, middle, half, distance, cone = goal
-    plant, hand, context, shoulder = statics.plant, statics.hand, statics.context, statics.shoulder
-    program = MathematicalProgram()
-    q = program.NewContinuousVariables(len(middle), "q")
+    world, hand, shoulder = statics.plant.world_frame(), statics.hand, statics.shoulder
+    solver = InverseKinematics(statics.plant, statics.context, with_joint_limits=False)
+    program, q = solver.get_mutable_prog(), solver.q()
     program.AddBoundingBoxConstraint(*bounds, q)
-    weights = np.diag(1.0 / half**2)
-    program.AddQuadraticErrorCost(weights, middle, q)
+    program.AddQuadraticErrorCost(np.diag(1.0 / half**2), middle, q)
     origin, ahead = np.zeros(3), np.array([1.0, 0.0, 0.0])
     up, level = np.array([0.0, 0.0, 1.0]), 0.5 * np.pi
-    program.AddConstraint(
-        AngleBetweenVectorsConstraint(plant, plant.world_frame(), up, hand, ahead, level, level, context), q
-    )
-    program.AddConstraint(
-        PointToPointDistanceConstraint(plant, shoulder, origin, hand, origin, distance, distance, context), q
-    )
+    solver.AddAngleBetweenVectorsConstraint(world, up, hand, ahead, level, level)
+    solver.AddPointToPointDistanceConstraint(shoulder, origin, hand, origin, distance, distance)
     # Looking back along the hand, the shoulder must be within the cone.
-    program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, cone, context), q)
+    solver.AddGazeTargetConstraint(hand, origin, -ahead, shoulder, origin, cone)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

@@ -2,9 +2,11 @@
 
 import logging
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from logging.handlers import BufferingHandler
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -139,7 +141,7 @@ def build_tree(description: Description) -> RobotTree:
         ModelFileError: Drake cannot parse the text, or no joint moves.
     """
     plant = MultibodyPlant(0.0)
-    with _collect_remarks() as remarks:
+    with _collect_remarks() as collector:
         try:
             Parser(plant).AddModelsFromString(description.text, _DRAKE_NAMES[description.kind])
             _check_is_tree(description.path, plant)
@@ -154,7 +156,8 @@ def build_tree(description: Description) -> RobotTree:
     joints_above = list_joints_above(plant)
     if not any(joint.num_velocities() for joint in joints_above.values()):
         raise ModelFileError(description.path, "has no joint that moves")
-    return RobotTree(description, plant, joints_above, tuple(dict.fromkeys(remarks)))
+    remarks = dict.fromkeys(_clean(record.getMessage()) for record in collector.buffer)
+    return RobotTree(description, plant, joints_above, tuple(remarks))
 
 
 def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
@@ -196,27 +199,13 @@ def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:
     return {joint.child_body().index(): joint for joint in joints}
 
 
-class _Collector(logging.Handler):
-    """Handler that stores log messages."""
-
-    def __init__(self, remarks: list[str]) -> None:
-        super().__init__()
-        self._remarks = remarks
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Stores a message."""
-        self._remarks.append(_clean(record.getMessage()))
-
-
 @contextmanager
-def _collect_remarks() -> Iterator[list[str]]:
+def _collect_remarks() -> Iterator[BufferingHandler]:
     """Collects Drake's warnings instead of printing them."""
-    log = logging.getLogger("drake")
-    remarks: list[str] = []
-    handler, propagate = _Collector(remarks), log.propagate
-    handlers = log.handlers[:]
-    log.handlers, log.propagate = [handler], False
+    log, collector = logging.getLogger("drake"), BufferingHandler(sys.maxsize)
+    handlers, propagate = log.handlers, log.propagate
+    log.handlers, log.propagate = [collector], False
     try:
-        yield remarks
+        yield collector
     finally:
         log.handlers, log.propagate = handlers, propagate
