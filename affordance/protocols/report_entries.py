@@ -9,7 +9,7 @@ from pydantic import Field
 from affordance.exceptions import describe_choice
 from affordance.files.constraints import Text, complain
 from affordance.files.data_model import DataModel
-from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import PlainReport
 from affordance.reporting.section_entries import Claim, Order, ReportFigure
 
 # Prose of the program's own protocols and studies: templates, which are trusted.

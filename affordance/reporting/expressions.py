@@ -242,12 +242,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _check_numbers(*values: Any) -> None:
-    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes.
-
-    Raises:
-        TypeError: A value is a text, a mapping or None.
-        ValueError: Their shapes do not match, or would broadcast to a larger array.
-    """
+    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes."""
     for value in values:
         kind = value.dtype.kind if isinstance(value, np.ndarray | np.generic) else ""
         if kind not in ("b", "i", "u", "f") and not isinstance(value, bool | int | float):

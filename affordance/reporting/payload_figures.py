@@ -102,8 +102,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
 def draw_whiteness(fit: PayloadFit) -> Figure:
     """Draws the autocorrelation of each channel's errors; white noise would fall to zero at once."""
     evidence = fit.evidence
-    z = evidence.samples.build_columns()
-    residual = np.einsum("cni,ci->cn", z, fit.weights)
+    residual = np.einsum("cni,ci->cn", evidence.samples.build_columns(), fit.weights)
     num = len(evidence.channel_names)
     figure = Figure(figsize=(12.0, 2.8))
     axes = figure.subplots(1, num, sharey=True, squeeze=False)[0]

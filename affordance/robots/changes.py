@@ -72,7 +72,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
                 for key in _LENGTHS:
                     _edit(content, key.split("."), partial(_scale, factor))
             else:
-                _edit(content, change.key.split("."), partial(_replace, change.new))
+                _edit(content, change.key.split("."), partial(lambda new, _: new, change.new))
         notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
         write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
 
@@ -90,11 +90,6 @@ def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> No
             content[first] = change(content[first])
             if content[first] is None:
                 del content[first]
-
-
-def _replace(new: Any, value: Any) -> Any:
-    """Returns the new value, ignoring the old one."""
-    return new
 
 
 def _scale(factor: float, value: Any) -> Any:

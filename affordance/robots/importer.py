@@ -142,11 +142,7 @@ def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool)
 
 
 def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-    """Expands values given for joints by name, and for every joint under the empty name, to values by joint.
-
-    Raises:
-        BadValueError: A name is not a joint of the arm.
-    """
+    """Expands values given for joints by name, and for every joint under the empty name, to values by joint."""
     unknown = [name for name in given if name and name not in names]
     if unknown:
         problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
@@ -156,11 +152,7 @@ def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> di
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Rejects an arm without mass, and one with a joint that moves no inertia.
-
-    Raises:
-        BadValueError: The arm has no mass, or its mass matrix is singular.
-    """
+    """Rejects an arm without mass, and one with a joint that moves no inertia."""
     if not arm.mass > 0.0:
         raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
     q = np.linspace(0.1, 1.0, len(arm.links))

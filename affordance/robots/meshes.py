@@ -4,6 +4,7 @@ Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore c
 a limited number of triangles to keep a page with the arm small.
 """
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -34,6 +35,7 @@ _FOLDER = "meshes"
 _PACKAGE = "package://"
 
 
+@dataclass
 class Appearance:
     """Shapes that an arm is drawn with, and their mesh files.
 
@@ -43,11 +45,9 @@ class Appearance:
         remarks: Remarks on shapes that could not be drawn as in the file.
     """
 
-    def __init__(self) -> None:
-        """Starts empty."""
-        self.visuals: dict[str, list[Visual]] = {}
-        self.meshes: dict[str, str] = {}
-        self.remarks: list[str] = []
+    visuals: dict[str, list[Visual]] = field(default_factory=dict)
+    meshes: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
 def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:

@@ -82,11 +82,7 @@ def read_mjcf(path: Path, root: Element) -> Description:
 
 
 def _read_unit(path: Path, root: Element) -> str:
-    """Reads the unit of angles, in words.
-
-    Raises:
-        BadValueError: It is none there is.
-    """
+    """Reads the unit of angles, in words."""
     unit = "degree"
     for compiler in root.findall("compiler"):
         unit = compiler.get("angle", unit)
@@ -96,11 +92,7 @@ def _read_unit(path: Path, root: Element) -> str:
 
 
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
-    """Names the bodies that have no name; returns all names.
-
-    Raises:
-        BadValueError: Two bodies have the same name.
-    """
+    """Names the bodies that have no name; returns all names."""
     names: set[str] = set()
     for body in bodies:
         name = body.get("name")

@@ -203,11 +203,7 @@ def turn_up(axis: str) -> RigidTransform:
 
 
 def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | None]) -> None:
-    """Rejects joints that cannot move an arm, with a suggestion where one may help.
-
-    Raises:
-        BadValueError: A joint has impossible limits, no torque limit, or a velocity limit of zero.
-    """
+    """Rejects joints that cannot move an arm, with a suggestion where one may help."""
     path = tree.description.path
     for joint in chain.joints:
         key, notes = f"joint {joint.name()}", tree.note(joint)

@@ -124,11 +124,7 @@ def read_robot(path: Path) -> Description:
 
 
 def _check_number(path: Path, root: Element) -> None:
-    """Rejects more links and joints than Drake can process quickly.
-
-    Raises:
-        BadValueError: There are more than 1000.
-    """
+    """Rejects more links and joints than Drake can process quickly."""
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
         raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
 
@@ -161,11 +157,7 @@ def build_tree(description: Description) -> RobotTree:
 
 
 def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
-    """Rejects a link with two parent joints, and loops of joints.
-
-    Raises:
-        BadValueError: There is such a link or loop.
-    """
+    """Rejects a link with two parent joints, and loops of joints."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()

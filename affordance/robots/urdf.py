@@ -76,11 +76,7 @@ def read_urdf(path: Path, root: Element) -> Description:
 
 
 def _read_connection(joint: Element, path: Path, key: str, links: Collection[str]) -> frozenset[str]:
-    """Reads which two links a joint connects.
-
-    Raises:
-        BadValueError: They are not two links of the file, or the joint is of no type there is.
-    """
+    """Reads which two links a joint connects."""
     kind = joint.get("type", "")
     if kind not in _KINDS:
         raise BadValueError(path, f"{key}.type", describe_choice(kind, _KINDS))
