@@ -32,15 +32,6 @@ _LONGEST, _DEEPEST = 1000, 60
 _LARGEST = 2**53
 
 
-def check_expression(expression: str) -> None:
-    """Checks the syntax of an expression.
-
-    Raises:
-        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
-    """
-    _parse(expression)
-
-
 def find_names(expression: str | float | bool) -> frozenset[str]:
     """Finds the names of the numbers that an expression uses.
 
@@ -49,8 +40,8 @@ def find_names(expression: str | float | bool) -> frozenset[str]:
     """
     if not isinstance(expression, str):
         return frozenset()
-    called = {id(node.func) for node in ast.walk(_parse(expression)) if isinstance(node, ast.Call)}
-    names = (node for node in ast.walk(_parse(expression)) if isinstance(node, ast.Name))
+    called = {id(node.func) for node in ast.walk(parse_expression(expression)) if isinstance(node, ast.Call)}
+    names = (node for node in ast.walk(parse_expression(expression)) if isinstance(node, ast.Name))
     return frozenset(node.id for node in names if id(node) not in called)
 
 
@@ -67,7 +58,7 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: 
     """
     if not isinstance(expression, str):
         return expression
-    body = _parse(expression)
+    body = parse_expression(expression)
     try:
         with np.errstate(all="ignore", over="raise"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of means of nothing, which are NaN
@@ -77,7 +68,7 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: 
 
 
 def comes_of_numbers(expression: str | float | bool, numbers: Mapping[str, Any]) -> bool:
-    """Whether no part of an expression that decides its value is infinite, NaN, or a list without entries.
+    """Returns True if no part that decides the value of an expression is infinite, NaN, or a list without entries.
 
     Such a part may be hidden in the value: 1 / 0 > 0 is true, and so is all() of nothing.
 
@@ -104,8 +95,12 @@ def _complain(expression: str, problem: str) -> AffordanceError:
 
 
 @lru_cache(maxsize=1024)
-def _parse(expression: str) -> ast.expr:
-    """Parses and checks an expression."""
+def parse_expression(expression: str) -> ast.expr:
+    """Parses and checks an expression.
+
+    Raises:
+        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
+    """
     if len(expression) > _LONGEST:
         raise _complain(expression, f"it has {len(expression)} letters, must have at most {_LONGEST}")
     try:

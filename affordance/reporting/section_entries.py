@@ -17,7 +17,7 @@ from affordance.exceptions import AffordanceError, show_value
 from affordance.files.constraints import Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.files.file_name import FileName
-from affordance.reporting.expressions import check_expression
+from affordance.reporting.expressions import parse_expression
 
 Order = Annotated[int, Whole(0, 10_000)]
 # Comparisons of a value with its bound, by key.
@@ -36,7 +36,7 @@ class Expression(Text):
         """
         text = super().check(value)
         try:
-            check_expression(text)
+            parse_expression(text)
         except AffordanceError as error:
             raise complain(str(error)) from error
         return text

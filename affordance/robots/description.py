@@ -32,7 +32,6 @@ class JointNotes(NamedTuple):
     """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
 
     Attributes:
-        kind: Type of the joint, in the file's own word.
         effort: Torque limit, [N m]; None where the file gives none.
         friction: Coulomb friction, [N m].
         stiffness: Stiffness of a spring in the joint, [N m/rad].
@@ -41,7 +40,6 @@ class JointNotes(NamedTuple):
         fault: Invalid limits, damping or axis, removed from the text that Drake parses; empty for none.
     """
 
-    kind: str
     effort: float | None = None
     friction: float = 0.0
     stiffness: float = 0.0

@@ -153,9 +153,9 @@ def find_home(statics: ArmStatics, given: Mapping[str, float]) -> HomePosture:
     for cone, reach in itertools.product(_CONES, _REACHES):
         if cone > _CONES[0] and (best or singular) is not None:
             break
-        goal = _Goal(bounds, middle, half, reach * length, float(cone))
         for start in range(_STARTS):
-            q = _solve(statics, goal, middle if start == 0 else rng.uniform(*bounds))
+            guess = middle if start == 0 else rng.uniform(*bounds)
+            q = _solve(statics, guess, bounds=bounds, middle=middle, half=half, distance=reach * length, cone=cone)
             if q is None:
                 continue
             posture = measure(q)
@@ -185,19 +185,17 @@ def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random
     return float(np.quantile(distances, 0.999))
 
 
-class _Goal(NamedTuple):
-    """Bounds, middles and half ranges of joints, [rad], the hand's distance, [m], and its cone, [rad]."""
-
-    bounds: tuple[Array, Array]
-    middle: Array
-    half: Array
-    distance: float
-    cone: float
-
-
-def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
+def _solve(
+    statics: ArmStatics,
+    guess: Array,
+    *,
+    bounds: tuple[Array, Array],
+    middle: Array,
+    half: Array,
+    distance: float,
+    cone: float,
+) -> Array | None:
     """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
-    bounds, middle, half, distance, cone = goal
     world, hand, shoulder = statics.plant.world_frame(), statics.hand, statics.shoulder
     solver = InverseKinematics(statics.plant, statics.context, with_joint_limits=False)
     program, q = solver.get_mutable_prog(), solver.q()

@@ -128,7 +128,6 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     if limited:  # angles are relative to the drawn pose of the model
         joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
     return JointNotes(
-        kind=joint.get("type", "hinge"),
         friction=take("frictionloss"),
         stiffness=take("stiffness"),
         rotor_inertia=armature,

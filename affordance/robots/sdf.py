@@ -113,7 +113,6 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         lower=lower, upper=upper, velocity=velocity, damping=damping, rotor_inertia=rotor, axis=axis
     )
     notes = JointNotes(
-        kind=joint.get("type", ""),
         effort=effort,
         friction=take("axis/dynamics/friction", 0.0),
         stiffness=take("axis/dynamics/spring_stiffness", 0.0),

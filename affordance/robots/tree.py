@@ -65,7 +65,7 @@ class RobotTree:
 
     def note(self, joint: Joint) -> JointNotes:
         """Returns the data of a joint that are in the file but not in Drake."""
-        return self.description.joints.get(self.key(joint)) or JointNotes(joint.type_name())
+        return self.description.joints.get(self.key(joint)) or JointNotes()
 
     def list_frames(self) -> list[Frame]:
         """Lists the links and the frames that the file names, without Drake's auxiliary frames."""

@@ -125,7 +125,6 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     if fault:
         remove_children(joint, ("axis", "dynamics"))
     return JointNotes(
-        kind=kind,
         effort=None if effort is None or math.isinf(effort) else effort,
         friction=numbers.parse_one(get_attribute(dynamics, "friction"), f"{key}.dynamics.friction", 0.0),
         mimic=follows,

@@ -2,8 +2,8 @@
 
 import math
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
@@ -62,12 +62,11 @@ def _parse_undeclared(content: bytes) -> Element:
     return ElementTree.fromstring(content[: place[0]] + declarations + content[place[0] :])
 
 
+@dataclass(frozen=True)
 class Numbers:
-    """Parser of numbers in a file's text, whose errors name their place."""
+    """Parser of numbers in the text of a file, which its errors name."""
 
-    def __init__(self, path: Path) -> None:
-        """Stores the path of the file that errors name."""
-        self._path = path
+    path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
         """Parses a text of finite numbers.
@@ -89,7 +88,7 @@ class Numbers:
             values = ()
         if len(values) != count or not all(math.isfinite(value) for value in values):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise BadValueError(self._path, key, f"is {' '.join(text.split())[:60]!r}, must be {wanted}")
+            raise BadValueError(self.path, key, f"is {' '.join(text.split())[:60]!r}, must be {wanted}")
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
@@ -104,14 +103,6 @@ class Numbers:
             sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (0.01,) * count)
         return sizes
 
-    def refuse(self, key: str, problem: str) -> NoReturn:
-        """Rejects the value at a place of the file.
-
-        Raises:
-            BadValueError: Always.
-        """
-        raise BadValueError(self._path, key, problem)
-
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent.
 
@@ -125,7 +116,7 @@ class Numbers:
         except ValueError:
             value = math.nan
         if math.isnan(value):
-            raise BadValueError(self._path, key, f"is {text.strip()[:60]!r}, must be a number")
+            raise BadValueError(self.path, key, f"is {text.strip()[:60]!r}, must be a number")
         return value
 
 

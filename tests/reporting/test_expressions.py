@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.expressions import FUNCTIONS, check_expression, evaluate, find_names
+from affordance.reporting.expressions import FUNCTIONS, evaluate, find_names, parse_expression
 
 NUMBERS = {
     "x": [1.0, 2.0],
@@ -139,7 +139,7 @@ def test_names_are_those_of_numbers():
 @pytest.mark.parametrize("expression", ["x.a", "open(x)", "diff(x, 2)", "x +", "[x]", "x" * 2000])
 def test_what_an_expression_is_made_of_is_found_without_numbers(expression):
     with pytest.raises(AffordanceError, match=r"^the expression .* cannot be evaluated: "):
-        check_expression(expression)
+        parse_expression(expression)
 
 
 def test_misspelt_functions_and_keys_are_answered_with_the_nearest():
