@@ -101,8 +101,10 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
     """The value in its unit, with decimals that show on which side of the bound it lies."""
     if value is None or not np.size(value):
         return "none"
-    if word := _name_word(value):
-        return word
+    if isinstance(value, str):
+        return value
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
     entries = np.ravel(value) * criterion.scale
     limits = np.broadcast_to(
         np.inf if bound is None or not np.size(bound) else np.asarray(bound) * criterion.scale, entries.shape
@@ -116,18 +118,13 @@ def _show(criterion: Criterion, value: Any, bound: Any) -> str:
 
 def _show_bound(criterion: Criterion, bound: Any, *, is_computed: bool) -> str:
     """Formats the bound in the unit of the value; a bound given as a number keeps the digits it was written with."""
-    if word := _name_word(bound):
-        return word
+    if isinstance(bound, str):
+        return bound
+    if isinstance(bound, bool | np.bool_):
+        return "yes" if bound else "no"
     entries = np.unique(np.atleast_1d(bound) * criterion.scale)
     shown = [f"{entry:.{criterion.digits}f}" if is_computed else f"{entry:.4g}" for entry in entries[:_SHOWN]]
     return f"{_join(shown, len(entries))} {criterion.unit}".strip()
-
-
-def _name_word(value: Any) -> str:
-    """Returns a text as it is, and yes or no for true and false; empty for numbers."""
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    return value if isinstance(value, str) else ""
 
 
 def _join(shown: Sequence[str], count: int) -> str:
