@@ -1,5 +1,6 @@
 """Serial chain of a Drake plant: its constants, read once for kinematics along whole trajectories."""
 
+import functools
 from collections.abc import Sequence
 
 import numpy as np
@@ -14,6 +15,7 @@ from affordance.plant.chain_kinematics import ChainMotion, SerialChain
 __all__ = ["ChainMotion", "SerialChain", "build_chain", "read_chain"]
 
 
+@functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
     """Reads the constants of the chain from W to the tool from a Drake plant.
 
