@@ -12,8 +12,9 @@ from affordance.robots.arm_file import turn_base
 from affordance.robots.chain import find_chain
 from affordance.robots.frozen import check_posture, freeze, parse_values
 from affordance.robots.home import ArmStatics, HomePosture, find_home
+from affordance.robots.reader import read_robot
 from affordance.robots.reduced_arm import ReducedArm, reduce_arm
-from affordance.robots.tree import build_tree, read_robot
+from affordance.robots.tree import build_tree
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless

@@ -24,8 +24,8 @@ from affordance.robots.changes import Change, apply_changes, write_lacks
 from affordance.robots.fitting import fit_tasks
 from affordance.robots.importer import ImportedArm, ImportOptions, extract_arm
 from affordance.robots.meshes import draw_arm
+from affordance.robots.reader import read_robot
 from affordance.robots.report import list_warnings, write_report
-from affordance.robots.tree import read_robot
 
 _PROGRAM = Path(__file__).resolve().parent
 # Files and folders copied from the models that come with the program.

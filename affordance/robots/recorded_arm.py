@@ -21,7 +21,8 @@ from affordance.plant.serial_chain import read_chain
 from affordance.robots.chain import Chain, find_chain, group_bodies
 from affordance.robots.description import Description
 from affordance.robots.frozen import freeze
-from affordance.robots.tree import RobotTree, build_tree, list_joints_above, read_robot
+from affordance.robots.reader import read_robot
+from affordance.robots.tree import RobotTree, build_tree, list_joints_above
 
 
 def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) -> RobotChain:

@@ -1,4 +1,4 @@
-"""Robot of a file in any of the three formats: a Drake plant without geometry, fixed to the world."""
+"""Robot as parsed by Drake: a plant without geometry, fixed to the world, with access to joints by name."""
 
 import logging
 import re
@@ -8,7 +8,6 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from logging.handlers import BufferingHandler
 from pathlib import Path
-from xml.etree.ElementTree import Element
 
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
@@ -16,14 +15,7 @@ from pydrake.multibody.tree import BodyIndex, Frame, FrameIndex, Joint, RigidBod
 
 from affordance.exceptions import BadValueError, ModelFileError
 from affordance.robots.description import Description, JointNotes
-from affordance.robots.mjcf import read_mjcf
-from affordance.robots.sdf import read_sdf
-from affordance.robots.urdf import read_urdf
-from affordance.robots.xml_reader import read_xml
 
-_READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
-# Most links and joints together: a humanoid with hands has 150; Drake takes a minute for thousands in series.
-_BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
 _DRAKE_NAMES = {"urdf": "urdf", "sdf": "sdf", "mjcf": "xml"}
 
 
@@ -103,30 +95,6 @@ class RobotTree:
             child = joints[name].child_body().name()
             raise BadValueError(option, "", f"is {name!r}, which is a joint of {path}, must be a link: {child}?")
         return None
-
-
-def read_robot(path: Path) -> Description:
-    """Reads a robot's file; its root element determines the format.
-
-    Raises:
-        BadValueError: The file cannot be read, or is not a valid URDF, SDF or MJCF file.
-    """
-    root = read_xml(path)
-    if root.tag not in _READERS:
-        raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
-    _check_number(path, root)
-    try:
-        description = _READERS[root.tag](path, root)
-    except RecursionError as error:
-        raise BadValueError(path, "", "nests too deep with the files that it includes") from error
-    _check_number(path, root)  # with the included files
-    return description
-
-
-def _check_number(path: Path, root: Element) -> None:
-    """Rejects more links and joints than Drake can process quickly."""
-    if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
-        raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
 
 
 def build_tree(description: Description) -> RobotTree:

@@ -9,7 +9,8 @@ from pydrake.multibody.tree import FrameIndex
 from affordance.exceptions import BadValueError
 from affordance.robots.chain import find_chain, list_ends
 from affordance.robots.importer import ImportOptions, extract_arm, read_arm
-from affordance.robots.tree import RobotTree, build_tree, read_robot
+from affordance.robots.reader import read_robot
+from affordance.robots.tree import RobotTree, build_tree
 
 
 def read(path: Path, text: str) -> RobotTree:

@@ -1,0 +1,39 @@
+"""Reader of robot files in any of the three formats."""
+
+from pathlib import Path
+from xml.etree.ElementTree import Element
+
+from affordance.exceptions import BadValueError
+from affordance.robots.description import Description
+from affordance.robots.mjcf import read_mjcf
+from affordance.robots.sdf import read_sdf
+from affordance.robots.urdf import read_urdf
+from affordance.robots.xml_reader import read_xml
+
+_READERS = {"robot": read_urdf, "sdf": read_sdf, "mujoco": read_mjcf}
+# Most links and joints together: a humanoid with hands has 150; Drake takes a minute for thousands in series.
+_BODIES, _MOST_BODIES = ("link", "body", "joint"), 1000
+
+
+def read_robot(path: Path) -> Description:
+    """Reads a robot's file; its root element determines the format.
+
+    Raises:
+        BadValueError: The file cannot be read, or is not a valid URDF, SDF or MJCF file.
+    """
+    root = read_xml(path)
+    if root.tag not in _READERS:
+        raise BadValueError(path, "", f"is of <{root.tag}>, must be of <robot> (URDF), <sdf> or <mujoco> (MJCF)")
+    _check_number(path, root)
+    try:
+        description = _READERS[root.tag](path, root)
+    except RecursionError as error:
+        raise BadValueError(path, "", "nests too deep with the files that it includes") from error
+    _check_number(path, root)  # with the included files
+    return description
+
+
+def _check_number(path: Path, root: Element) -> None:
+    """Rejects more links and joints than Drake can process quickly."""
+    if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
+        raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")
