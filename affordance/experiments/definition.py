@@ -13,7 +13,7 @@ from pydrake.systems.framework import Diagram
 from affordance.experiments.shared.experience import Experience
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool
-from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import PlainReport
 from affordance.settings import Settings
 
 # Observer of which figures, trajectories and replay show every detail.

@@ -39,7 +39,7 @@ from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
 from affordance.protocols.object_entries import build_objects, find_file
 from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
-from affordance.reporting.plain_report import check_names
+from affordance.reporting.section import check_names
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 

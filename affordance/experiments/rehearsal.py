@@ -90,7 +90,7 @@ def rehearse_claims(experiment: PresentationExperiment, numbers: Mapping[str, An
         for j, criterion in enumerate(claim.criteria):
             try:
                 with np.errstate(all="ignore"):
-                    judge_claims([claim._replace(criteria=(criterion,))], known)
+                    judge_claims([claim.model_copy(update={"criteria": [criterion]})], known)
             except AffordanceError as error:
                 key = f"report.claims[{i}].criteria[{j}]"
                 raise BadValueError(experiment.section, key, str(error)) from error

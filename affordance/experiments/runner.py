@@ -31,9 +31,8 @@ from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.reporting.diagram_picture import save_diagram
 from affordance.reporting.figures import save_figure
 from affordance.reporting.formatting import ENOUGH_OBSERVERS
-from affordance.reporting.plain_report import render_report
 from affordance.reporting.report import write_section
-from affordance.reporting.section import Section, render_section
+from affordance.reporting.section import Section, render_report, render_section
 from affordance.runs.commit import find_commit
 from affordance.runs.random_streams import Stream
 from affordance.runs.repeats import compute_key, list_versions, run_repeats

@@ -26,7 +26,7 @@ from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import load_faults
 from affordance.reporting.report import note_left_out, remove_section, write_report
-from affordance.robots.lacks import read_lacks
+from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.settings import DEFAULT_SETTINGS, Settings

@@ -18,7 +18,7 @@ from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ObjectsEntry
 from affordance.protocols.report_entries import ReportEntry
-from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import PlainReport
 
 # Folder of the program's protocols in the folder of models.
 FOLDER = "protocols"

@@ -9,9 +9,8 @@ from pydantic import Field
 from affordance.exceptions import describe_choice
 from affordance.files.constraints import Text, complain
 from affordance.files.data_model import DataModel
-from affordance.reporting.claims import Claim
-from affordance.reporting.plain_report import PlainReport
-from affordance.reporting.section_entries import ClaimEntry, Order, ReportFigure, ReportFigureEntry
+from affordance.reporting.section import PlainReport
+from affordance.reporting.section_entries import Claim, Order, ReportFigure
 
 # Prose of the program's own protocols and studies: templates, which are trusted.
 _SECTIONS = Path(__file__).parents[1] / "experiments" / "sections"
@@ -46,10 +45,10 @@ class ReportEntry(DataModel):
         Annotated[str, Text()] | None, Field(description="Summary of what was done; the question if left out.")
     ] = None
     figures: Annotated[
-        list[ReportFigureEntry] | None,
+        list[ReportFigure] | None,
         Field(description="Figures of the report; all of the protocol, by their titles, if left out."),
     ] = None
-    claims: list[ClaimEntry] = Field(default_factory=list)
+    claims: list[Claim] = Field(default_factory=list)
     remarks: list[Annotated[str, Text()]] | None = None
 
     def build(self, source: Path, title: str, question: str, *, numbers: Any, figures: Any) -> PlainReport:
@@ -62,21 +61,16 @@ class ReportEntry(DataModel):
             numbers: Numbers of the protocol, entries by name.
             figures: Figures of the protocol, entries by name.
         """
-        plain = {name: getattr(self, name) for name in ("order", "title", "summary", "remarks")}
-        given: dict[str, Any] = {name: value for name, value in plain.items() if value is not None}
-        if self.figures is not None:
-            given["figures"] = [each.build() for each in self.figures]
+        plain = {name: getattr(self, name) for name in ("order", "title", "summary", "figures", "remarks")}
         return PlainReport(
             source=source,
             prose=None if self.section is None else _SECTIONS / f"{self.section}.yaml",
             title=title,
             question=" ".join(question.split()),
-            figures=tuple(ReportFigure(f"{name}.png", each.title or each.draw) for name, each in figures.items()),
+            figures=tuple(
+                ReportFigure(file=f"{name}.png", caption=each.title or each.draw) for name, each in figures.items()
+            ),
             meanings={name: each.meaning for name, each in numbers.items()},
-            given=given,
-            claims=self.list_claims(),
+            given={name: value for name, value in plain.items() if value is not None},
+            claims=tuple(self.claims),
         )
-
-    def list_claims(self) -> tuple[Claim, ...]:
-        """Lists the claims to be judged."""
-        return tuple(claim.build() for claim in self.claims)

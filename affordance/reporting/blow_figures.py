@@ -64,11 +64,8 @@ def draw_blow(records: Mapping[str, NailRecord], *, force_demanded: float) -> Fi
     above.axhline(force_demanded, color="#000000", linestyle=":", label=f"demanded peak ({force_demanded:.0f} N)")
     above.set_xlim(-0.1 * last, 1.5 * last)
     # For some microseconds, while it starts the nail, the contact takes several times the resistance.
-    above.set_ylim(0.0, 1.9 * force_demanded)
-    above.set_ylabel("force (N)")
-    below.set_ylabel("travel (mm)")
-    below.set_ylim(bottom=0.0)
-    below.set_xlabel("time from the first touch (ms)")
+    above.set(ylim=(0.0, 1.9 * force_demanded), ylabel="force (N)")
+    below.set(ylabel="travel (mm)", ylim=(0.0, None), xlabel="time from the first touch (ms)")
     cut = any(record.contact.max() > above.get_ylim()[1] for record in records.values())
     remark = "; the contact's peak at the first touch is cut off" if cut else ""
     above.set_title(f"Forces on the nail{remark}", fontsize=FONT_SIZE)

@@ -1,4 +1,4 @@
-"""Figures of vision: camera images, detections, their accuracy, and the cost of errors."""
+"""Figures of vision: camera images with detections, and comparisons of methods."""
 
 import textwrap
 from collections.abc import Sequence
@@ -8,7 +8,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
-from scipy.stats import norm
 
 from affordance.arrays import Array
 from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
@@ -63,44 +62,9 @@ def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
             axes.plot(range(len(values)), values, style, color=colour, label=way)
         axes.set_ylim(0.0, None)
         axes.set_xticks(range(len(values)))
-        axes.set_xlabel("trial")
-        axes.set_ylabel(label)
+        axes.set(xlabel="trial", ylabel=label)
         axes.legend(frameon=False)
     tidy(*all_axes)
-    return figure
-
-
-def draw_calibration(*, errors: dict[str, Array], targets: dict[str, float], claimed: Array) -> Figure:
-    """Draws errors of detected features, and the calibration of their stated uncertainty.
-
-    Args:
-        errors: Absolute relative errors, by feature.
-        targets: Largest admissible median of the errors, by feature.
-        claimed: Errors of predicted masses, in units of their stated standard deviations.
-    """
-    figure = Figure(figsize=(11.0, 3.8))
-    left, right = figure.subplots(1, 2)
-    for k, (label, values) in enumerate(errors.items()):
-        colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
-        left.plot(100.0 * np.sort(values), np.linspace(0.0, 1.0, len(values)), color=colour, label=label)
-        left.plot(100.0 * targets[label], 0.5, MARKERS[k % len(MARKERS)], color=colour)
-    left.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":")
-    left.plot([], [], MARKERS[0], color="#FFFFFF", markeredgecolor="#000000", label="at most this for the median")
-    left.set_xscale("log")
-    left.set_xlim(0.01, 100.0)
-    left.set_ylim(0.0, 1.4)
-    left.set_xlabel("error at most (%)")
-    left.set_ylabel("proportion of cases")
-    left.legend(frameon=False, fontsize=8, loc="upper left")
-    levels = np.linspace(0.0, 1.0, 101)[1:-1]
-    covered = [(np.abs(claimed) <= norm.ppf(0.5 + 0.5 * level)).mean() for level in levels]
-    right.plot(levels, levels, ":", color="#000000", label="exact")
-    right.plot(levels, covered, color=OBJECT_COLOURS[0], label=f"predicted mass, {len(claimed)} objects")
-    right.plot([0.9, 0.9], [0.85, 0.95], color=OBJECT_COLOURS[2], linewidth=3.0, label="target")
-    right.set_xlabel("interval claimed to hold the truth with probability")
-    right.set_ylabel("proportion of intervals that do")
-    right.legend(frameon=False)
-    tidy(left, right)
     return figure
 
 

@@ -1,19 +1,20 @@
-"""Claims as data: statement, source, and the criteria by which the numbers confirm or contradict it.
+"""Judgement of claims: each is met if the numbers of an experiment meet all its criteria.
 
-A criterion compares an expression over the numbers of an experiment with a bound. It is kept apart from the prose, so
-that it can be read on its own and tested with numbers that contradict it. Expressions can use the keys of
-metrics.json; lists become arrays (``expressions.py``).
+A criterion compares an expression over the numbers with a bound. It is kept apart from the prose, so that it can be
+read on its own and tested with numbers that contradict it.
 """
 
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
 from affordance.exceptions import AffordanceError
 from affordance.reporting.expressions import comes_of_numbers, evaluate
 from affordance.reporting.formatting import format_beside
+from affordance.reporting.section_entries import Claim, Criterion
 
 # Most entries of a list that are shown.
 _SHOWN = 100
@@ -26,44 +27,6 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
     "below": (operator.lt, "below"),
     "is": (operator.eq, ""),
 }
-
-
-class Criterion(NamedTuple):
-    """Bound on an expression; every entry of a list must meet it.
-
-    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
-
-    Attributes:
-        name: Description of the expression, in words.
-        value: Expression that is compared.
-        bounds: Bounds by comparison, a key of COMPARISONS; each is an expression too.
-        unit: Unit in which value and bounds are shown.
-        scale: Factor from SI to that unit.
-        digits: Decimals shown; more are shown where needed to tell the value from the bound.
-    """
-
-    name: str
-    value: str
-    bounds: Mapping[str, str | float | bool]
-    unit: str = ""
-    scale: float = 1.0
-    digits: int = 2
-
-
-class Claim(NamedTuple):
-    """Statement with the criteria that decide whether it is met.
-
-    Attributes:
-        key: Short name, unique within an experiment.
-        source: Author and place of the statement; "ours" for what we require of ourselves.
-        text: Statement.
-        criteria: Criteria, all of which must be met.
-    """
-
-    key: str
-    source: str
-    text: str
-    criteria: tuple[Criterion, ...]
 
 
 class CriterionResult(NamedTuple):
@@ -97,7 +60,7 @@ class ClaimResult(NamedTuple):
     source: str
     text: str
     met: bool
-    criteria: tuple[CriterionResult, ...]
+    criteria: Annotated[tuple[CriterionResult, ...], Field(min_length=1)]
 
 
 def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[ClaimResult, ...]:
@@ -120,12 +83,6 @@ def judge_claims(claims: Sequence[Claim], numbers: Mapping[str, Any]) -> tuple[C
 def _judge_criterion(key: str, criterion: Criterion, numbers: Mapping[str, Any]) -> CriterionResult:
     value = evaluate(criterion.value, numbers)
     bounds = {how: evaluate(bound, numbers) for how, bound in criterion.bounds.items()}
-    unknown = [how for how in bounds if how not in COMPARISONS]
-    if unknown or not bounds:
-        known = ", ".join(COMPARISONS)
-        raise AffordanceError(
-            f"the claim {key} compares by {', '.join(unknown) or 'nothing'}, must be one of {known}"
-        )
     decided = all(comes_of_numbers(each, numbers) for each in (criterion.value, *criterion.bounds.values()))
     try:
         met = decided and all(bool(np.all(COMPARISONS[how][0](value, bound))) for how, bound in bounds.items())

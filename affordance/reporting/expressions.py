@@ -32,15 +32,6 @@ _LONGEST, _DEEPEST = 1000, 60
 _LARGEST = 2**53
 
 
-def check_expression(expression: str) -> None:
-    """Checks the syntax of an expression.
-
-    Raises:
-        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
-    """
-    _parse(expression)
-
-
 def find_names(expression: str | float | bool) -> frozenset[str]:
     """Finds the names of the numbers that an expression uses.
 
@@ -49,8 +40,8 @@ def find_names(expression: str | float | bool) -> frozenset[str]:
     """
     if not isinstance(expression, str):
         return frozenset()
-    called = {id(node.func) for node in ast.walk(_parse(expression)) if isinstance(node, ast.Call)}
-    names = (node for node in ast.walk(_parse(expression)) if isinstance(node, ast.Name))
+    called = {id(node.func) for node in ast.walk(parse_expression(expression)) if isinstance(node, ast.Call)}
+    names = (node for node in ast.walk(parse_expression(expression)) if isinstance(node, ast.Name))
     return frozenset(node.id for node in names if id(node) not in called)
 
 
@@ -67,7 +58,7 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: 
     """
     if not isinstance(expression, str):
         return expression
-    body = _parse(expression)
+    body = parse_expression(expression)
     try:
         with np.errstate(all="ignore", over="raise"), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of means of nothing, which are NaN
@@ -77,7 +68,7 @@ def evaluate(expression: str | float | bool, numbers: Mapping[str, Any], parts: 
 
 
 def comes_of_numbers(expression: str | float | bool, numbers: Mapping[str, Any]) -> bool:
-    """Whether no part of an expression that decides its value is infinite, NaN, or a list without entries.
+    """Returns True if no part that decides the value of an expression is infinite, NaN, or a list without entries.
 
     Such a part may be hidden in the value: 1 / 0 > 0 is true, and so is all() of nothing.
 
@@ -104,8 +95,12 @@ def _complain(expression: str, problem: str) -> AffordanceError:
 
 
 @lru_cache(maxsize=1024)
-def _parse(expression: str) -> ast.expr:
-    """Parses and checks an expression."""
+def parse_expression(expression: str) -> ast.expr:
+    """Parses and checks an expression.
+
+    Raises:
+        AffordanceError: It is not a valid expression, or is too long or too deeply nested.
+    """
     if len(expression) > _LONGEST:
         raise _complain(expression, f"it has {len(expression)} letters, must have at most {_LONGEST}")
     try:
@@ -125,39 +120,32 @@ def _list_problems(node: ast.expr, deepest: int) -> Iterator[str]:
     if deepest <= 0:
         yield f"it has more than {_DEEPEST} nested operations"
         return
-    parts: list[ast.expr | None] = []
     match node:
-        case ast.Constant(value=str() | float()):
-            pass
-        case ast.Constant(value=int(value)):
-            if abs(value) > _LARGEST:
-                yield f"it has a whole number beyond {_LARGEST}"
-        case ast.Name():
-            pass
-        case ast.BinOp(left=left, op=op, right=right) if type(op) in ARITHMETIC:
-            if isinstance(op, DIVISIONS) and isinstance(right, ast.Constant) and right.value == 0:
-                yield "it divides by zero"
-            parts = [left, right]
-        case ast.UnaryOp(op=unary, operand=operand) if type(unary) in UNARY:
-            parts = [operand]
-        case ast.BoolOp(values=values):
-            parts = [*values]
-        case ast.Compare(left=left, ops=ops, comparators=others) if all(type(each) in COMPARE for each in ops):
-            parts = [left, *others]
-        case ast.IfExp(test=test, body=body, orelse=orelse):
-            parts = [test, body, orelse]
-        case ast.Subscript(value=value, slice=ast.Slice(lower=lower, upper=upper, step=step)):
-            parts = [value, lower, upper, step]
-        case ast.Subscript(value=value, slice=index):
-            parts = [value, index]
+        case ast.Constant(value=int(value)) if abs(value) > _LARGEST:
+            yield f"it has a whole number beyond {_LARGEST}"
+        case ast.BinOp(op=op, right=ast.Constant(value=0)) if isinstance(op, DIVISIONS):
+            yield "it divides by zero"
         case ast.Call(func=ast.Name(id=name), args=arguments, keywords=keywords):
             yield from _list_problems_of_call(name, len(arguments), has_others=bool(keywords))
-            parts = [*arguments]
-        case _:
+        case _ if not _is_known(node):
             yield f"it has a {type(node).__name__.lower()}, which expressions have not"
-    for part in parts:
-        if part is not None:
+    for part in ast.iter_child_nodes(node):
+        if isinstance(part, ast.expr):
             yield from _list_problems(part, deepest - 1)
+
+
+def _is_known(node: ast.expr) -> bool:
+    """Returns True for a node that expressions have, whatever stands below it."""
+    match node:
+        case ast.Constant(value=value):
+            return isinstance(value, str | int | float)
+        case ast.BinOp(op=op):
+            return type(op) in ARITHMETIC
+        case ast.UnaryOp(op=unary):
+            return type(unary) in UNARY
+        case ast.Compare(ops=ops):
+            return all(type(each) in COMPARE for each in ops)
+    return isinstance(node, ast.Name | ast.BoolOp | ast.IfExp | ast.Subscript | ast.Slice)
 
 
 def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterator[str]:
@@ -249,12 +237,7 @@ def _is_text(value: Any) -> bool:
 
 
 def _check_numbers(*values: Any) -> None:
-    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes.
-
-    Raises:
-        TypeError: A value is a text, a mapping or None.
-        ValueError: Their shapes do not match, or would broadcast to a larger array.
-    """
+    """Checks that values are numbers, and that broadcasting them does not exceed the largest of their sizes."""
     for value in values:
         kind = value.dtype.kind if isinstance(value, np.ndarray | np.generic) else ""
         if kind not in ("b", "i", "u", "f") and not isinstance(value, bool | int | float):

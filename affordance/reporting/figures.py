@@ -82,9 +82,11 @@ def draw_density_and_drop(
     left.plot(trials, mode, "x", color=OBJECT_COLOURS[2], markersize=8.0, label="most probable (used in control)")
     crowded = len(masses) > _MOST_WIDE_TICKS
     left.set_xticks(trials, [*trials] if crowded else ["before", *(f"after {k}" for k in trials[1:])])
-    left.set_xlabel("trials so far" if crowded else "trial")
-    left.set_ylabel("density (kg/m³)")
-    left.set_ylim(0.0, 1.2 * max(density_true, quartiles.max()))
+    left.set(
+        xlabel="trials so far" if crowded else "trial",
+        ylabel="density (kg/m³)",
+        ylim=(0.0, 1.2 * max(density_true, quartiles.max())),
+    )
     left.legend(frameon=False, loc="lower right")
     left.set_title(f"Density believed, median of {count_observers(num_repeats)}", fontsize=FONT_SIZE)
 
@@ -102,8 +104,7 @@ def draw_density_and_drop(
     right.set_xticks(positions, [f"{k}\n{mass:.2f}{unit}" for k, mass in zip(positions, masses, strict=True)])
     right.set_xlabel(f"trial, and mass of its object{unit_of_axis}")
     right.tick_params(axis="x", labelsize=7 if crowded else None)
-    right.set_ylabel("drop (cm)")
-    right.set_ylim(0.0, 1.15 * (height + error[1]).max())
+    right.set(ylabel="drop (cm)", ylim=(0.0, 1.15 * (height + error[1]).max()))
     right.set_title(f"Drop of the object, mean of {num_repeats} and 95 % interval", fontsize=FONT_SIZE)
     tidy(left, right)
     return figure
@@ -212,9 +213,9 @@ def draw_choices(curves: dict[str, Estimate], *, title: str) -> Figure:
         style, colour = f"{MARKERS[k % len(MARKERS)]}-", _style(k)[0]
         axes.errorbar(trials, curve.mean, error, fmt=style, color=colour, capsize=3.0, label=label(name))
     axes.axhline(0.5, color="#000000", linewidth=0.8, linestyle=":", label="a half")
-    axes.set_ylim(0.0, 1.04)
-    axes.set_xlabel("trials of experience with other objects")
-    axes.set_ylabel("proportion of correct choices")
+    axes.set(
+        ylim=(0.0, 1.04), xlabel="trials of experience with other objects", ylabel="proportion of correct choices"
+    )
     axes.set_title(title, fontsize=FONT_SIZE)
     axes.legend(frameon=False, loc="lower right")
     tidy(axes)
@@ -240,9 +241,7 @@ def draw_paths(reference: Array, paths: dict[str, Array]) -> Figure:
         asked = _METRES_TO_CM * reference
         axes.plot(asked[:, i], asked[:, j], ":", color="#000000", label="asked for")
         axes.plot(asked[0, i], asked[0, j], "o", color="#000000", markersize=5.0, label="start")
-        axes.set_xlabel(f"{'xyz'[i]} (cm)")
-        axes.set_ylabel(f"{'xyz'[j]} (cm)")
-        axes.set_aspect("equal")
+        axes.set(xlabel=f"{'xyz'[i]} (cm)", ylabel=f"{'xyz'[j]} (cm)", aspect="equal")
     above.set_title("From above (x forward, y to the left)", fontsize=FONT_SIZE)
     aside.set_title("From behind (y to the left, z up)", fontsize=FONT_SIZE)
     aside.invert_xaxis()
@@ -255,8 +254,7 @@ def _mark_times(times: Array, *all_axes: Axes) -> None:
     """Labels the time axis, and draws a line at the initial height."""
     for axes in all_axes:
         axes.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
-        axes.set_xlabel("time (s)")
-        axes.set_xlim(times[0], times[-1])
+        axes.set(xlabel="time (s)", xlim=(times[0], times[-1]))
 
 
 def _shade(axes: Axes, times: Array, low: Array, high: Array, colour: str) -> None:

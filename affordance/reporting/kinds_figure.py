@@ -51,8 +51,10 @@ def draw_kinds(kinds: Sequence[KindSummary], *, title: str) -> Figure:
         row += 1.6
     axes.set_yticks(ticks, labels)
     axes.invert_yaxis()
-    axes.set_xlabel("density believed (kg/m³), with two standard deviations")
-    axes.set_xlim(0.0, 1.45 * max(float(np.max([kind.density + 2.0 * kind.sd for kind in kinds])), 1.0))
+    axes.set(
+        xlabel="density believed (kg/m³), with two standard deviations",
+        xlim=(0.0, 1.45 * max(float(np.max([kind.density + 2.0 * kind.sd for kind in kinds])), 1.0)),
+    )
     axes.set_title(title, fontsize=FONT_SIZE)
     tidy(axes)
     return figure

@@ -1,7 +1,7 @@
 """Figures of forces lift by lift: observers of each learner, and human data."""
 
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -31,34 +31,22 @@ class LiftCurve(NamedTuple):
     predicted: Array | None
 
 
-class IntervalValue(Protocol):
-    """Mean with its 95 % interval."""
-
-    @property
-    def value(self) -> float:
-        """Mean."""
-
-    @property
-    def low(self) -> float:
-        """Lower end of the interval."""
-
-    @property
-    def high(self) -> float:
-        """Upper end of the interval."""
-
-
 class PeopleMark(NamedTuple):
     """Human data for some of the lifts.
 
     Attributes:
         label: Name of the quantity.
-        interval: Mean and interval, [N].
+        value: Mean, [N].
+        low: Lower end of the mean's 95 % interval, [N].
+        high: Upper end of the mean's 95 % interval, [N].
         first: Number of the first of these lifts, from 1.
         last: Number of the last of these lifts.
     """
 
     label: str
-    interval: IntervalValue
+    value: float
+    low: float
+    high: float
     first: int
     last: int
 
@@ -97,10 +85,10 @@ def draw_lifts(
         axes.step(lifts, weights, color=_PEOPLE, linewidth=0.9, linestyle=":", where="mid", label="true weight")
         for mark, shape in zip(people, "os^Dv", strict=False):
             middle, half = 0.5 * (mark.first + mark.last), 0.5 * (mark.last - mark.first)
-            errors = [[mark.interval.value - mark.interval.low], [mark.interval.high - mark.interval.value]]
+            errors = [[mark.value - mark.low], [mark.high - mark.value]]
             axes.errorbar(
                 [middle],
-                [mark.interval.value],
+                [mark.value],
                 yerr=errors,
                 xerr=half or None,
                 fmt=shape,

@@ -102,8 +102,7 @@ def draw_posteriors(belief: PayloadBelief, truth: Array | None = None) -> Figure
 def draw_whiteness(fit: PayloadFit) -> Figure:
     """Draws the autocorrelation of each channel's errors; white noise would fall to zero at once."""
     evidence = fit.evidence
-    z = evidence.samples.build_columns()
-    residual = np.einsum("cni,ci->cn", z, fit.weights)
+    residual = np.einsum("cni,ci->cn", evidence.samples.build_columns(), fit.weights)
     num = len(evidence.channel_names)
     figure = Figure(figsize=(12.0, 2.8))
     axes = figure.subplots(1, num, sharey=True, squeeze=False)[0]
@@ -116,8 +115,7 @@ def draw_whiteness(fit: PayloadFit) -> Figure:
         axis.set_title(f"{name}\nerrors agree over {agreement:.2f} s", fontsize=8)
         axis.set_xlabel("lag (s)", fontsize=9)
         axis.tick_params(labelsize=8)
-    axes[0].set_ylabel("autocorrelation")
-    axes[0].set_ylim(-0.6, 1.05)
+    axes[0].set(ylabel="autocorrelation", ylim=(-0.6, 1.05))
     tidy(*axes)
     return figure
 

@@ -13,17 +13,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import jinja2
+from pydantic import TypeAdapter, ValidationError
 
 from affordance.files.atomic import quarantine, write_json, write_text
 from affordance.named_settings import show_setting
-from affordance.reporting.claims import ClaimResult, CriterionResult
-from affordance.reporting.section import Section, Table
-from affordance.reporting.section_entries import ReportFigure
+from affordance.reporting.section import Section
 
 _LOG = logging.getLogger(__name__)
 _SECTION = "section.json"
 # Requested experiments that could not be run, with the reason for each.
 _LEFT_OUT = "left_out.json"
+_SECTIONS, _REASONS = TypeAdapter(Section), TypeAdapter(dict[str, str])
 # The paper's simulations; no protocol of a user's own has such a name.
 _OF_THE_PAPER = ("weight", "com", "reach", "hammer")
 # Further files of an experiment that are linked where they exist.
@@ -70,11 +70,12 @@ def write_report(folder: Path) -> Path:
     sections = []
     for path in folder.glob(f"*/{_SECTION}"):
         try:
-            sections.append(_prepare(_read_section(path), path.parent))
+            section = _SECTIONS.validate_json(path.read_bytes(), strict=True)
+            sections.append(_prepare(section, path.parent))
         except OSError as error:
             _LOG.warning("%s is left out of the report: it cannot be read (%s)", path, error)
-        except (ValueError, TypeError, LookupError, AttributeError, RecursionError) as error:
-            quarantine(path, f"is left out of the report: it is not a section ({error})")
+        except ValueError as error:
+            quarantine(path, f"is left out of the report: it is not a section ({_describe(error)})")
     sections.sort(key=lambda section: (section["order"], section["anchor"]))
     claims = [claim for section in sections for claim in section["claims"]]
     environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
@@ -143,51 +144,21 @@ def _find_heading(sections: Sequence[Mapping[str, Any]]) -> str:
 def _read_left_out(folder: Path) -> dict[str, str]:
     path = folder / _LEFT_OUT
     try:
-        content: dict[str, str] = json.loads(path.read_text(encoding="utf-8"))
-        _expect(str, *content.keys(), *content.values())
+        return _REASONS.validate_json(path.read_bytes(), strict=True)
     except FileNotFoundError:
         return {}
-    except (OSError, ValueError, TypeError, AttributeError, RecursionError) as error:
-        quarantine(path, f"is left out of the report: it does not say what was left out ({error})")
+    except (OSError, ValueError) as error:
+        problem = f"is left out of the report: it does not say what was left out ({_describe(error)})"
+        quarantine(path, problem)
         return {}
-    return content
 
 
-def _read_section(path: Path) -> Section:
-    content = json.loads(path.read_text(encoding="utf-8"))
-    content["figures"] = [ReportFigure(**figure) for figure in content["figures"]]
-    content["claims"] = [_read_claim(claim) for claim in content["claims"]]
-    content["tables"] = [_read_table(table) for table in content["tables"]]
-    section = Section(**content)
-    _expect(int, section.order)
-    _expect(str, section.title, section.summary, *section.remarks, *(figure.caption for figure in section.figures))
-    for figure in section.figures:
-        if Path(figure.file).name != figure.file:
-            raise ValueError(f"its figure {figure.file!r} lies elsewhere")
-    return section
-
-
-def _read_claim(content: dict[str, Any]) -> ClaimResult:
-    content["criteria"] = tuple(CriterionResult(**each) for each in content["criteria"])
-    claim = ClaimResult(**content)
-    if not claim.criteria:
-        raise ValueError(f"its claim {claim.key!r} has no criterion")
-    _expect(bool, claim.met, *(each.met for each in claim.criteria))
-    _expect(str, claim.key, claim.source, claim.text, *(text for each in claim.criteria for text in each[:3]))
-    return claim
-
-
-def _read_table(content: dict[str, Any]) -> Table:
-    table = Table(**content)
-    _expect(str, table.caption, *table.header, *(cell for row in table.rows for cell in row))
-    return table
-
-
-def _expect(kind: type, *values: object) -> None:
-    """Raises a TypeError if a value is not an instance of the expected type."""
-    for value in values:
-        if not isinstance(value, kind):
-            raise TypeError(f"it holds {str(value)[:60]!r} in place of a {kind.__name__}")
+def _describe(error: Exception) -> str:
+    """Describes an error; of pydantic's, the first in one line."""
+    if not isinstance(error, ValidationError):
+        return str(error)
+    first = error.errors()[0]
+    return f"{'.'.join(map(str, first['loc']))}: {first['msg']}".removeprefix(": ")
 
 
 def _prepare(section: Section, home: Path) -> dict[str, Any]:

@@ -1,35 +1,82 @@
 """Schema of a report's section: figures, tables, remarks, and claims with criterion and bound.
 
 Section files of the program and reports of protocols have the same entries; only in the former are texts templates.
+Expressions are over the numbers of metrics.json; their syntax is checked when the file is read.
 """
 
-from typing import Annotated, Any, NamedTuple
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
 
-from pydantic import Field, model_validator
+from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema
 
+from affordance.exceptions import AffordanceError, show_value
 from affordance.files.constraints import Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.files.file_name import FileName
-from affordance.reporting.claims import COMPARISONS, Claim, Criterion
-from affordance.reporting.expression_entries import Bound
+from affordance.reporting.expressions import parse_expression
 
 Order = Annotated[int, Whole(0, 10_000)]
+# Comparisons of a value with its bound, by key.
+_COMPARISONS = ("above", "at_least", "at_most", "below", "is")
 
 
-class ReportFigure(NamedTuple):
-    """Figure of the report.
+@dataclass(frozen=True)
+class Expression(Text):
+    """Annotation of a text that is an expression over numbers."""
 
-    Attributes:
-        file: File name in the experiment's folder.
-        caption: Caption.
+    def check(self, value: Any) -> str:
+        """Returns the text of the expression.
+
+        Raises:
+            PydanticCustomError: The text is not a valid expression.
+        """
+        text = super().check(value)
+        try:
+            parse_expression(text)
+        except AffordanceError as error:
+            raise complain(str(error)) from error
+        return text
+
+
+@dataclass(frozen=True)
+class ExpressionOrNumber(Text):
+    """Annotation of a value that is an expression over the numbers, a number, or true or false."""
+
+    def check(self, value: Any) -> Any:
+        """Returns the value.
+
+        Raises:
+            PydanticCustomError: The value is neither an expression nor a finite number.
+        """
+        if isinstance(value, str) and value.strip():
+            return Expression().check(value)
+        if not isinstance(value, bool | int | float):
+            raise complain(f"is {show_value(value)}, must be an expression or a number")
+        try:
+            finite = math.isfinite(value)
+        except OverflowError:  # a whole number of 400 digits
+            finite = False
+        if not finite:
+            raise complain(f"is {show_value(value)}, must be finite")
+        return value
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        """Returns the JSON schema for editors."""
+        return {"type": ["string", "number", "boolean"]}
+
+
+type Bound = Annotated[Any, ExpressionOrNumber()]
+
+
+class Criterion(DataModel):
+    """Bound on an expression; every entry of a list must meet it.
+
+    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
     """
-
-    file: str
-    caption: str
-
-
-class CriterionEntry(DataModel):
-    """Criterion: an expression over the numbers, and its bound, which every entry of a list must satisfy."""
 
     name: Annotated[str, Text(), Field(description="Meaning of the expression in words.")]
     value: Bound
@@ -50,39 +97,31 @@ class CriterionEntry(DataModel):
         Raises:
             PydanticCustomError: There is no bound.
         """
-        if isinstance(content, dict) and not any(name in content for name in COMPARISONS):
-            raise complain(f"has no bound, must have one of {', '.join(COMPARISONS)}")
+        if isinstance(content, dict) and not any(name in content for name in _COMPARISONS):
+            raise complain(f"has no bound, must have one of {', '.join(_COMPARISONS)}")
         return content
 
-    def build(self) -> Criterion:
-        """Builds the criterion to be judged."""
-        fields = {name: getattr(self, "is_" if name == "is" else name) for name in COMPARISONS}
-        bounds = {name: bound for name, bound in fields.items() if bound is not None}
-        return Criterion(self.name, self.value, bounds, self.unit, self.scale, self.digits)
+    @property
+    def bounds(self) -> Mapping[str, str | float | bool]:
+        """Bounds by comparison; each is an expression too."""
+        bounds = {name: getattr(self, "is_" if name == "is" else name) for name in _COMPARISONS}
+        return {name: bound for name, bound in bounds.items() if bound is not None}
 
 
-class ClaimEntry(DataModel):
-    """Claim with its source, and the criteria that decide whether it is met."""
+class Claim(DataModel):
+    """Statement with its source, and the criteria by which the numbers confirm or contradict it."""
 
     key: Annotated[str, Text()]
     source: Annotated[str, Text(), Field(description="Source of the claim; 'ours' for a claim of the author's own.")]
     text: Annotated[str, Text()]
-    criteria: Annotated[list[CriterionEntry], Field(min_length=1)]
-
-    def build(self) -> Claim:
-        """Builds the claim to be judged."""
-        return Claim(self.key, self.source, self.text, tuple(each.build() for each in self.criteria))
+    criteria: Annotated[list[Criterion], Field(min_length=1)]
 
 
-class ReportFigureEntry(DataModel):
+class ReportFigure(DataModel):
     """Figure of the report with its caption."""
 
     file: Annotated[str, FileName(), Field(description="File name in the folder of results, as 'heights.png'.")]
     caption: Annotated[str, Text()]
-
-    def build(self) -> ReportFigure:
-        """Builds the figure, its caption as written."""
-        return ReportFigure(self.file, self.caption)
 
 
 class TableEntry(DataModel):
@@ -93,7 +132,7 @@ class TableEntry(DataModel):
     rows: Annotated[str, Text()]
 
 
-class SectionClaimEntry(ClaimEntry):
+class SectionClaim(Claim):
     """Claim of a section file, made only where an expression is true."""
 
     given: Bound = True
@@ -105,7 +144,7 @@ class SectionEntry(DataModel):
     order: Order | None = None
     title: Annotated[str, Text()]
     summary: Annotated[str, Text()]
-    figures: list[ReportFigureEntry] = Field(default_factory=list)
-    claims: list[SectionClaimEntry] = Field(default_factory=list)
+    figures: list[ReportFigure] = Field(default_factory=list)
+    claims: list[SectionClaim] = Field(default_factory=list)
     tables: list[TableEntry] = Field(default_factory=list)
     remarks: list[Annotated[str, Text()]] = Field(default_factory=list)

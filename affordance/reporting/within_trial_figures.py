@@ -66,20 +66,17 @@ def draw_growth(growth: Mapping[str, Growth], *, density_true: float, name: str)
             found.times, found.sd_at_rest, where="pre", color=colour, linestyle="--", linewidth=1.0,
             label="the same by theory, of an arm at rest",
         )  # fmt: skip
-    left.set_ylabel("density (kg/m³)")
-    left.set_ylim(bottom=0.0)
+    left.set(ylabel="density (kg/m³)", ylim=(0.0, None))
     left.set_title(f"Density believed of {label(name)}: median and quartiles", fontsize=FONT_SIZE)
     left.legend(frameon=False, loc="lower right")
-    right.set_yscale("log")
-    right.set_ylabel("standard deviation (kg/m³)")
+    right.set(yscale="log", ylabel="standard deviation (kg/m³)")
     ticks = [tick for tick in (50, 100, 150, 200, 300, 500, 1000, 2000, 4000) if tick >= 0.7 * _find_least(growth)]
     right.set_yticks(ticks, [str(tick) for tick in ticks])
     right.minorticks_off()
     right.set_ylim(0.85 * _find_least(growth), 1.2 * max(found.sd.max() for found in growth.values()))
     right.set_title("Standard deviation of the belief", fontsize=FONT_SIZE)
     for axes in (left, right):
-        axes.set_xlabel("time (s)")
-        axes.set_xlim(0.0, max(found.times[-1] for found in growth.values()))
+        axes.set(xlabel="time (s)", xlim=(0.0, max(found.times[-1] for found in growth.values())))
     figure.legend(*right.get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
     tidy(left, right)
     return figure
@@ -105,13 +102,11 @@ def draw_sinking(lines: Mapping[str, Sinking], *, density_true: float, name: str
         right.step(found.belief_times, found.density, where="pre", color=colour, linewidth=1.6)
     left.set_ylabel("height of the object's centre (cm)")
     left.set_title(f"Holding {label(name)} for the first time", fontsize=FONT_SIZE)
-    right.set_ylabel("density (kg/m³)")
-    right.set_ylim(bottom=0.0)
+    right.set(ylabel="density (kg/m³)", ylim=(0.0, None))
     right.set_title("Most probable density, which control believes", fontsize=FONT_SIZE)
     right.legend(frameon=False, loc="center right")
     for axes in (left, right):
-        axes.set_xlabel("time (s)")
-        axes.set_xlim(0.0, max(found.times[-1] for found in lines.values()))
+        axes.set(xlabel="time (s)", xlim=(0.0, max(found.times[-1] for found in lines.values())))
     figure.legend(*left.get_legend_handles_labels(), frameon=False, loc="outside lower center", ncols=2)
     tidy(left, right)
     return figure

@@ -1,17 +1,16 @@
 """Writing an arm as an SDF, and its base pose and home posture as Drake model directives."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from xml.sax.saxutils import escape, quoteattr
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw
 
 from affordance.arrays import Array
-from affordance.robots.description import Inertial, Visual
+from affordance.robots.description import MOMENTS, SHAPES, Inertial, Visual
 from affordance.robots.reduced_arm import ReducedArm, ReducedLink, describe_pose
 
 BASE = "base"
-_MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 # The base is fixed to the world, so its inertia has no effect; Drake requires one nevertheless.
 _BASE_INERTIAL = Inertial(1.0, (0.0,) * 3, (0.0,) * 3, (0.01, 0.01, 0.01, 0.0, 0.0, 0.0))
 
@@ -86,13 +85,13 @@ def name_links(arm: ReducedArm) -> list[str]:
 
 
 def _write_link(name: str, pose: str, inertial: Inertial, visuals: Sequence[Visual]) -> list[str]:
-    place = " ".join(repr(value) for value in (*inertial.place, *inertial.rpy))
-    moments = "".join(f"<{tag}>{value!r}</{tag}>" for tag, value in zip(_MOMENTS, inertial.moments, strict=True))
+    pose_of_mass = (*inertial.place, *inertial.rpy)
+    moments = "".join(f"<{tag}>{value!r}</{tag}>" for tag, value in zip(MOMENTS, inertial.moments, strict=True))
     return [
         f"    <link name={quoteattr(name)}>",
         *([f"      {pose}"] if pose else []),
         "      <inertial>",
-        *([f"        <pose>{place}</pose>"] if any((*inertial.place, *inertial.rpy)) else []),
+        *([f"        <pose>{_join(pose_of_mass)}</pose>"] if any(pose_of_mass) else []),
         f"        <mass>{inertial.mass!r}</mass>",
         f"        <inertia>{moments}</inertia>",
         "      </inertial>",
@@ -102,7 +101,6 @@ def _write_link(name: str, pose: str, inertial: Inertial, visuals: Sequence[Visu
 
 
 def _write_joint(link: ReducedLink, parent: str, child: str) -> list[str]:
-    axis = " ".join(repr(value) for value in link.axis)
     rotor = []
     if link.rotor_inertia:
         rotor = [
@@ -114,7 +112,7 @@ def _write_joint(link: ReducedLink, parent: str, child: str) -> list[str]:
         f"      <parent>{escape(parent)}</parent>",
         f"      <child>{escape(child)}</child>",
         "      <axis>",
-        f"        <xyz>{axis}</xyz>",
+        f"        <xyz>{_join(link.axis)}</xyz>",
         *([f"        <dynamics><damping>{link.damping!r}</damping></dynamics>"] if link.damping else []),
         "        <limit>",
         f"          <lower>{link.lower!r}</lower><upper>{link.upper!r}</upper>",
@@ -127,35 +125,28 @@ def _write_joint(link: ReducedLink, parent: str, child: str) -> list[str]:
 
 
 def _write_visual(name: str, visual: Visual) -> list[str]:
-    tags = {
-        "mesh": ("uri", "scale"),
-        "box": ("size",),
-        "cylinder": ("radius", "length"),
-        "capsule": ("radius", "length"),
-        "sphere": ("radius",),
-        "ellipsoid": ("radii",),
-    }[visual.shape]
+    tags = SHAPES.get(visual.shape, ("uri", "scale"))
     if visual.shape == "mesh":
-        values = [escape(visual.mesh), " ".join(repr(value) for value in visual.sizes)]
-    elif len(tags) == 1:
-        values = [" ".join(repr(value) for value in visual.sizes)]
+        values = [escape(visual.mesh), _join(visual.sizes)]
     else:
-        values = [repr(value) for value in visual.sizes]
+        values = [_join(visual.sizes)] if len(tags) == 1 else [repr(value) for value in visual.sizes]
     geometry = "".join(f"<{tag}>{value}</{tag}>" for tag, value in zip(tags, values, strict=True))
-    place = " ".join(repr(value) for value in (*visual.place, *visual.rpy))
-    colour = " ".join(repr(value) for value in visual.colour or (0.7, 0.84, 0.93, 1.0))
     return [
         f"      <visual name={quoteattr(name)}>",
-        f"        <pose>{place}</pose>",
+        f"        <pose>{_join((*visual.place, *visual.rpy))}</pose>",
         f"        <geometry><{visual.shape}>{geometry}</{visual.shape}></geometry>",
-        f"        <material><diffuse>{colour}</diffuse></material>",
+        f"        <material><diffuse>{_join(visual.colour or (0.7, 0.84, 0.93, 1.0))}</diffuse></material>",
         "      </visual>",
     ]
 
 
 def _show_pose(X: RigidTransform) -> str:
     place, rpy = describe_pose(X)
-    return " ".join(repr(value) for value in (*place, *rpy))
+    return _join((*place, *rpy))
+
+
+def _join(values: Iterable[float]) -> str:
+    return " ".join(repr(value) for value in values)
 
 
 def _quote(name: str) -> str:

@@ -1,29 +1,40 @@
-"""Joints of the arm, from the tip up to the base."""
+"""Joints of an arm, from its tip up to its base, and ends of limbs, which can serve as tip.
 
+A limb is a series of joints up to the next branch; fingers are limbs at the end of another one.
+"""
+
+import difflib
 from typing import NamedTuple
 
-from pydrake.multibody.tree import Frame, RevoluteJoint, RigidBody
+from pydrake.multibody.tree import BodyIndex, Frame, Joint, RevoluteJoint, RigidBody
 
 from affordance.exceptions import BadValueError
-from affordance.robots.ends import describe_ends, suggest_frames
-from affordance.robots.limbs import climb_limb, find_hand
 from affordance.robots.tree import RobotTree
+
+# Fewest moving joints in series that count as another limb; a single one is a neck or a gripper's finger.
+_LIMB = 2
+# Fewest joints of an arm that may begin below an unsuitable joint; with fewer, that joint is rejected.
+FEWEST_JOINTS = 3
+# Most names listed, for one limb and in total.
+_OF_A_LIMB, _LISTED = 3, 12
 
 
 class Chain(NamedTuple):
-    """Chain of joints that forms the arm of a robot.
+    """Joints of an arm or limb.
 
     Attributes:
-        base: Body that is fixed to the world.
-        joints: Joints of the arm, from base to tip, all revolute.
-        tip: Frame at the end of the arm.
+        base: Body at the upper end of the joints, which is fixed to the world.
+        joints: Joints from base to tip, all revolute.
+        tip: Frame at the end.
         why_base: Reason for this base, in words.
+        obstacle: Unsuitable joint that ends the climb too early, and the reason; None for none.
     """
 
     base: RigidBody
     joints: tuple[RevoluteJoint, ...]
     tip: Frame
     why_base: str
+    obstacle: tuple[Joint, str] | None = None
 
 
 def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
@@ -53,31 +64,174 @@ def find_chain(tree: RobotTree, tip_name: str, base_name: str | None) -> Chain:
     if base_name is not None:
         frame = tree.find_frame(base_name, "--base")
         if frame is None:
-            near = suggest_frames(tree, base_name)
+            near = _suggest_frames(tree, base_name)
             raise BadValueError("--base", "", f"is {base_name!r}, which {path} has not; {near}")
         base = frame.body()
-        _check_is_above(tree, base, base_name, tip, tip_name)
-    elif (hand := find_hand(tree, tip.body())) is not None:
+        above = tree.list_above(tip.body())
+        if base.index() not in [tip.body().index(), *(link.index() for link in above)]:
+            names = ", ".join(link.name() for link in above)
+            raise BadValueError("--base", "", f"is {base_name!r}, which is not above {tip_name}, must be of {names}")
+    elif (hand := _find_hand(tree, tip.body())) is not None:
         problem = f"is {tip_name!r}, which is on a finger of {hand.name()}, must be a link that no finger moves"
         raise BadValueError("--tip", "", f"{problem}: {hand.name()}? A --base makes an arm of the finger")
-    limb = climb_limb(tree, tip.body(), base)
-    if limb.obstacle is not None:
-        joint, problem = limb.obstacle
+    chain = _climb_limb(tree, tip, base)
+    if chain.obstacle is not None:
+        joint, problem = chain.obstacle
         raise BadValueError(path, f"joint {joint.name()}", f"{problem}; it is on the chain")
-    if not limb.joints:
-        where = f"between it and {limb.base.name()}"
+    if not chain.joints:
+        where = f"between it and {chain.base.name()}"
         raise BadValueError("--tip", "", f"is {tip_name!r}, with no joint that turns {where}")
-    why = "it was given" if base is not None else limb.why_base
-    return Chain(limb.base, limb.joints, tip, why)
+    return chain
 
 
-def _check_is_above(tree: RobotTree, base: RigidBody, base_name: str, tip: Frame, tip_name: str) -> None:
-    """Rejects a base that is not above the tip.
+def group_bodies(tree: RobotTree, chain: Chain) -> list[list[RigidBody]]:
+    """Lists the bodies that move with each joint of a chain.
 
     Raises:
-        BadValueError: The base is neither the tip's body nor above it.
+        BadValueError: A body has an impossible inertia.
     """
-    above = [joint.parent_body() for joint in tree.climb(tip.body())]
-    if base.index() not in [tip.body().index(), *(link.index() for link in above)]:
-        names = ", ".join(link.name() for link in above)
-        raise BadValueError("--base", "", f"is {base_name!r}, which is not above {tip_name}, must be of {names}")
+    slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
+    groups: list[list[RigidBody]] = [[] for _ in chain.joints]
+    for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
+        body = tree.plant.get_body(index)
+        above = (link.index() for link in (body, *tree.list_above(body)))
+        slot = next((slots[each] for each in above if each in slots), None)
+        if slot is not None:
+            if fault := tree.description.faults.get(tree.key(body)):
+                raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
+            groups[slot].append(body)
+    return groups
+
+
+def list_ends(tree: RobotTree) -> dict[str, int]:
+    """Lists the ends of limbs, with the number of joints of the arm up to each.
+
+    Ends are links without a child link and frames that the file names; a hand is listed by its own link, not
+    by its fingers.
+    """
+    carriers = {joint.parent_body().index() for joint in tree.joints_above.values()}
+    frames = [f for f in tree.list_frames() if not f.is_body_frame() or f.body().index() not in carriers]
+    found: dict[int, list[tuple[bool, str, int]]] = {}
+    beyond: dict[int, int] = {}  # largest number of joints beyond each joint
+    for frame in frames:
+        hand = _find_hand(tree, frame.body())
+        limb = _climb_limb(tree, frame if hand is None else hand.body_frame())
+        if limb.obstacle is None and len(limb.joints) >= FEWEST_JOINTS:
+            # Hands first, then massless links and named frames, which mark places for tools.
+            rank = hand is None and frame.is_body_frame() and frame.body().default_mass() > 0.0
+            name = str(frame.name() if hand is None else hand.name())
+            found.setdefault(int(limb.joints[-1].index()), []).append((rank, name, len(limb.joints)))
+            for count, joint in enumerate(reversed(limb.joints)):
+                beyond[int(joint.index())] = max(count, beyond.get(int(joint.index()), 0))
+    ends = {
+        name: count
+        for last, of_limb in found.items()
+        if beyond[last] <= 1  # a camera on a forearm is not the end of a limb; a jaw may follow the end
+        for _, name, count in sorted(set(of_limb))[:_OF_A_LIMB]
+    }
+    return dict(sorted(ends.items(), key=lambda item: -item[1]))
+
+
+def describe_ends(tree: RobotTree, near: str = "") -> str:
+    """Describes the ends of limbs, or those with names nearest to a given one."""
+    ends = list_ends(tree)
+    close = difflib.get_close_matches(near, ends, n=3, cutoff=0.4) if near else []
+    if close:
+        return f"nearest: {', '.join(close)}"
+    if not ends:
+        return f"no limb of it has {FEWEST_JOINTS} joints that turn; {_suggest_frames(tree, near)}"
+    listed = [f"{name} ({count} joints)" for name, count in list(ends.items())[:_LISTED]]
+    return f"limbs end in {', '.join(listed)}" + (f" and {len(ends) - _LISTED} more" if len(ends) > _LISTED else "")
+
+
+def _suggest_frames(tree: RobotTree, name: str) -> str:
+    """Describes links and frames with similar names, or the first ones."""
+    names = [str(frame.name()) for frame in tree.list_frames()]
+    near = difflib.get_close_matches(name, names, n=3, cutoff=0.4)
+    return f"nearest: {', '.join(dict.fromkeys(near))}" if near else f"it has {', '.join(names[:_LISTED])}"
+
+
+def _climb_limb(tree: RobotTree, tip: Frame, base: RigidBody | None = None) -> Chain:
+    """Collects the joints from a tip up to a base above it, or to the upper end of the limb."""
+    joints: list[RevoluteJoint] = []
+    body = tip.body()
+
+    def end(why: str, obstacle: tuple[Joint, str] | None = None) -> Chain:
+        return Chain(body, tuple(joints), tip, why if base is None else "it was given", obstacle)
+
+    for joint in tree.climb(body):
+        if base is not None and body.index() == base.index():
+            break
+        if base is None and joints and (limb := _find_other_limb(tree, body, joints[0])):
+            return end(f"another limb leaves from it, by {limb}")
+        if joint.num_velocities():
+            problem = _find_obstacle(tree, joint)
+            if problem and base is None and len(joints) >= FEWEST_JOINTS:
+                return end(f"the joint above it, {joint.name()}, {problem}")
+            if problem:
+                return end("", (joint, problem))
+            assert isinstance(joint, RevoluteJoint)
+            joints.insert(0, joint)
+        body = joint.parent_body()
+    if body.name() == "world" and joints:
+        body = joints[0].parent_body()
+    root = [body, *(link for link in tree.list_above(body) if link.name() != "world")][-1]
+    if root.index() == body.index():
+        return end("it is the robot's root")
+    return end(f"no joint above it moves, up to the robot's root, {root.name()}")
+
+
+def _find_hand(tree: RobotTree, body: RigidBody) -> RigidBody | None:
+    """Finds the link that carries the finger of a body; None if the body is not on a finger.
+
+    A finger is carried by a limb with at least as many joints, and branches off with other fingers or by a joint that
+    is unsuitable for an arm.
+    """
+    finger = _climb_limb(tree, body.body_frame())
+    if finger.obstacle is not None:
+        carrier = finger.obstacle[0].parent_body()
+    elif not finger.joints:
+        return None
+    else:
+        carrier, last = finger.base, finger.joints[-1]
+        if len(finger.joints) > FEWEST_JOINTS and any(
+            _count_in_series(tree, joint) for joint in _list_others(tree, last.parent_body(), last)
+        ):
+            carrier = last.parent_body()
+    arm = _climb_limb(tree, carrier.body_frame())
+    own = 0
+    for joint in tree.climb(body):
+        own += joint.num_velocities() > 0
+        if joint.parent_body().index() == carrier.index():
+            break
+    if arm.obstacle is not None or len(arm.joints) < FEWEST_JOINTS or len(arm.joints) < own:
+        return None
+    return _find_hand(tree, carrier) or carrier
+
+
+def _find_obstacle(tree: RobotTree, joint: Joint) -> str:
+    """Describes why a joint cannot belong to the arm; empty if it can."""
+    mimic = tree.note(joint).mimic
+    if mimic is not None:
+        return f"follows {mimic.leader} (mimic), must move on its own"
+    if not isinstance(joint, RevoluteJoint):
+        return f"is of type {joint.type_name()}, must be revolute"
+    return ""
+
+
+def _find_other_limb(tree: RobotTree, body: RigidBody, down: Joint) -> str:
+    """Finds the first joint of a limb on a body other than a given joint's limb; empty if not found."""
+    limbs = (joint for joint in _list_others(tree, body, down) if _count_in_series(tree, joint) >= _LIMB)
+    return next((str(joint.name()) for joint in limbs), "")
+
+
+def _list_others(tree: RobotTree, body: RigidBody, down: Joint) -> list[Joint]:
+    """Lists the joints on a body that do not lead to a joint below it."""
+    above = {down.index(), *(joint.index() for joint in tree.climb(down.parent_body()))}
+    return [joint for joint in tree.list_children(body) if joint.index() not in above]
+
+
+def _count_in_series(tree: RobotTree, joint: Joint) -> int:
+    """Counts the moving joints on the longest path down from a joint, including it."""
+    below = [_count_in_series(tree, other) for other in tree.list_children(joint.child_body())]
+    return int(joint.num_velocities() > 0) + max(below, default=0)

@@ -1,6 +1,10 @@
-"""Changes of task values for an arm, each with its old and new value and its reason."""
+"""Outcome of adapting tasks to an arm: changes, each with its reason, and the record of infeasible tasks.
 
-from collections.abc import Callable, Sequence
+The record stays in the folder of models, so that no run plans what was found to be infeasible.
+"""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,6 +17,12 @@ from affordance.files.yaml_reader import read_yaml
 # Key that represents every length of the objects in a tools file; its values are factors.
 SIZE_OF_TOOLS = "size"
 _LENGTHS = ("tools.*.components.*.semi_axes", "tools.*.components.*.position", "tools.*.grips.*.position")
+LACKS = "cannot_do.yaml"
+# Files of a folder of models that determine which tasks are feasible.
+_DECISIVE = ("*.sdf", "*.dmd.yaml", "materials.yaml", "nail.yaml", "paths/*.yaml", "tools/*.yaml")
+_NOTE = """# Tasks that the arm of this folder cannot do, as import-arm found, with the reason of each. This holds for
+# the files of the digest: once arm, nail, paths, objects or materials are changed, affordance run tries again.
+"""
 
 
 class Change(NamedTuple):
@@ -62,7 +72,7 @@ def apply_changes(models: Path, changes: Sequence[Change]) -> None:
                 for key in _LENGTHS:
                     _edit(content, key.split("."), partial(_scale, factor))
             else:
-                _edit(content, change.key.split("."), partial(_replace, change.new))
+                _edit(content, change.key.split("."), partial(lambda new, _: new, change.new))
         notes = "".join(f"# Changed by affordance import-arm: {change}\n" for change in of_file)
         write_text(path, notes + yaml.safe_dump(content, sort_keys=False, default_flow_style=None, width=110))
 
@@ -82,11 +92,6 @@ def _edit(content: Any, keys: Sequence[str], change: Callable[[Any], Any]) -> No
                 del content[first]
 
 
-def _replace(new: Any, value: Any) -> Any:
-    """Returns the new value, ignoring the old one."""
-    return new
-
-
 def _scale(factor: float, value: Any) -> Any:
     """Multiplies a number, or every number of a list, keeping six significant digits."""
     if isinstance(value, list):
@@ -104,3 +109,32 @@ class Fitted(NamedTuple):
 
     changes: tuple[Change, ...]
     lacks: dict[str, str]
+
+
+def write_lacks(models: Path, lacks: Mapping[str, str]) -> None:
+    """Writes the reasons why tasks are infeasible, by name, into a folder of models; nothing if there are none."""
+    if lacks:
+        content = {"tasks": dict(lacks), "digest": _compute_digest(models)}
+        write_text(models / LACKS, _NOTE + yaml.safe_dump(content, sort_keys=False, width=110))
+
+
+def read_lacks(models: Path) -> dict[str, str]:
+    """Reads the reasons why tasks are infeasible, by name: ``objects``, ``path`` or ``blow``.
+
+    Returns: Reasons by name; empty if the folder has no record, or its files have changed since.
+    """
+    try:
+        content = yaml.safe_load((models / LACKS).read_text(encoding="utf-8"))
+        tasks = {str(name): str(why) for name, why in content["tasks"].items()}
+        return tasks if content["digest"] == _compute_digest(models) else {}
+    except (OSError, ValueError, TypeError, LookupError, AttributeError, yaml.YAMLError):
+        return {}  # an unreadable record is determined again
+
+
+def _compute_digest(models: Path) -> str:
+    digest = hashlib.sha256()
+    for pattern in _DECISIVE:
+        for path in sorted(models.glob(pattern)):
+            digest.update(path.relative_to(models).as_posix().encode())
+            digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]

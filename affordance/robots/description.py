@@ -1,6 +1,6 @@
 """Contents of a robot's file beyond what Drake keeps of joints and links, for all file formats."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
@@ -8,7 +8,16 @@ from typing import NamedTuple
 import numpy as np
 from pydrake.multibody.tree import RotationalInertia, SpatialInertia
 
-from affordance.arrays import Array
+# Moments and products of inertia, by their names in URDF and SDF.
+MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+# Sizes of simple shapes, by their names in SDF.
+SHAPES = {
+    "box": ("size",),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "sphere": ("radius",),
+    "ellipsoid": ("radii",),
+}
 
 
 class Mimic(NamedTuple):
@@ -23,7 +32,6 @@ class JointNotes(NamedTuple):
     """Data of a joint in addition to axis, range, velocity limit and damping, which Drake keeps.
 
     Attributes:
-        kind: Type of the joint, in the file's own word.
         effort: Torque limit, [N m]; None where the file gives none.
         friction: Coulomb friction, [N m].
         stiffness: Stiffness of a spring in the joint, [N m/rad].
@@ -32,13 +40,49 @@ class JointNotes(NamedTuple):
         fault: Invalid limits, damping or axis, removed from the text that Drake parses; empty for none.
     """
 
-    kind: str
     effort: float | None = None
     friction: float = 0.0
     stiffness: float = 0.0
     mimic: Mimic | None = None
     rotor_inertia: float = 0.0
     fault: str = ""
+
+
+def find_joint_fault(
+    *,
+    lower: float | None = None,
+    upper: float | None = None,
+    velocity: float | None = None,
+    damping: float = 0.0,
+    rotor_inertia: float = 0.0,
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    unit: str = "rad",
+) -> str:
+    """Describes data that no joint can have; empty for a valid joint.
+
+    Some of it aborts Drake, wherever in the robot it is. Readers therefore remove it from the text that Drake parses,
+    and it is reported only if it belongs to the arm.
+
+    Args:
+        lower: Least angle; None for no limit.
+        upper: Largest angle; None for no limit.
+        velocity: Largest rate, [rad/s]; None for no limit.
+        damping: Damping, [N m s/rad].
+        rotor_inertia: Reflected inertia of rotor and gears at the joint, [kg m^2].
+        axis: Direction of the axis, (3,).
+        unit: Unit of the angles, in words.
+    """
+    if lower is not None and upper is not None and lower > upper:
+        return f"has position limits from {lower:g} to {upper:g} {unit}, must be a range"
+    if velocity is not None and velocity < 0.0:
+        return f"has a velocity limit of {velocity:g} rad/s, must be more than 0"
+    if damping < 0.0:
+        return f"has a damping of {damping:g} N m s/rad, must be at least 0"
+    if rotor_inertia < 0.0:
+        return f"has a rotor inertia of {rotor_inertia:g} kg m^2, must be at least 0"
+    if not any(axis):
+        return "has an axis of zero length, must have a direction"
+    return ""
 
 
 class Inertial(NamedTuple):
@@ -53,9 +97,9 @@ class Inertial(NamedTuple):
     """
 
     mass: float
-    place: tuple[float, float, float]
-    rpy: tuple[float, float, float]
-    moments: tuple[float, float, float, float, float, float]
+    place: tuple[float, ...]
+    rpy: tuple[float, ...]
+    moments: tuple[float, ...]
     in_link: bool = True
 
     def find_fault(self) -> str:
@@ -99,19 +143,19 @@ class Visual(NamedTuple):
 
     shape: str
     sizes: tuple[float, ...]
-    place: tuple[float, float, float]
-    rpy: tuple[float, float, float]
+    place: tuple[float, ...]
+    rpy: tuple[float, ...]
     mesh: str = ""
     colour: tuple[float, ...] | None = None
 
 
-@dataclass(frozen=True)
+@dataclass
 class Description:
-    """Contents of a robot's file.
+    """Contents of a robot's file, which its reader fills in.
 
     Attributes:
         path: Path of the file.
-        kind: ``urdf``, ``sdf`` or ``mjcf``.
+        kind: ``urdf``, ``sdf``, ``mjcf`` or ``directives``.
         text: Text that Drake parses, without elements that do not concern motion.
         joints: Data of joints, by name.
         inertials: Inertias of links, by name, where they are written out.
@@ -125,18 +169,25 @@ class Description:
 
     path: Path
     kind: str
-    text: str
-    joints: Mapping[str, JointNotes]
-    inertials: Mapping[str, Inertial]
-    faults: Mapping[str, str]
-    visuals: Mapping[str, tuple[Visual, ...]] = field(default_factory=dict)
-    dropped: tuple[str, ...] = ()
-    undrawn: frozenset[str] = frozenset()
-    frames: frozenset[str] = frozenset()
+    text: str = ""
+    joints: dict[str, JointNotes] = field(default_factory=dict)
+    inertials: dict[str, Inertial] = field(default_factory=dict)
+    faults: dict[str, str] = field(default_factory=dict)
+    visuals: dict[str, tuple[Visual, ...]] = field(default_factory=dict)
+    dropped: list[str] = field(default_factory=list)
+    undrawn: set[str] = field(default_factory=set)
+    frames: set[str] = field(default_factory=set)
     sources: tuple[Path, ...] = ()
 
+    def add_visuals(self, link: str, shapes: Sequence[Visual | None]) -> None:
+        """Adds the shapes of a link; None stands for one that is not imported."""
+        self.visuals[link] = tuple(shape for shape in shapes if shape is not None)
+        if None in shapes:
+            self.undrawn.add(link)
 
-def as_triple(values: Array | list[float]) -> tuple[float, float, float]:
-    """Converts three numbers to a tuple."""
-    x, y, z = (float(value) for value in values)
-    return x, y, z
+    def add_inertial(self, link: str, inertial: Inertial) -> bool:
+        """Adds the inertia of a link; returns True if no solid can have it."""
+        self.inertials[link] = inertial
+        if fault := inertial.find_fault():
+            self.faults[link] = fault
+        return bool(fault)

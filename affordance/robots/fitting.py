@@ -63,14 +63,12 @@ class Holding(NamedTuple):
         joint: Joint with that load.
         object_name: Object that causes it; empty for the empty hand.
         mass: Mass of that object, [kg].
-        empty: Largest fraction of a torque limit with an empty hand.
     """
 
     load: float
     joint: str
     object_name: str
     mass: float
-    empty: float
 
 
 def fit_tasks(models: Path) -> Fitted:
@@ -102,12 +100,12 @@ def measure_holding(models: Path, factor: float = 1.0) -> Holding:
     empty = np.abs(static.tau_arm) / arm.limits.tau_max
     # Mass scales with the third power of size, its first moments with the fourth, its inertia with the fifth.
     growth = factor ** np.array([3.0, *[4.0] * 3, *[5.0] * 6])
-    found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0, float(empty.max()))
+    found = Holding(float(empty.max()), arm.joint_names[int(np.argmax(empty))], "", 0.0)
     for tool in list_held(models):
         load = np.abs(static.tau_arm + static.Y @ (growth * tool.parameters)) / arm.limits.tau_max
         if load.max() > found.load:
             joint = arm.joint_names[int(np.argmax(load))]
-            found = Holding(float(load.max()), joint, tool.name, factor**3 * tool.mass, found.empty)
+            found = Holding(float(load.max()), joint, tool.name, factor**3 * tool.mass)
     return found
 
 

@@ -13,23 +13,30 @@ from affordance.robots.chain import Chain
 from affordance.robots.tree import RobotTree
 
 
-def parse_values(option: str, words: Sequence[str]) -> dict[str, float]:
+def parse_values(option: str, words: Sequence[str], *, may_be_all: bool = False) -> dict[str, float]:
     """Parses words such as ``elbow=0.3``.
+
+    Args:
+        option: Command-line option, for errors.
+        words: Words to parse.
+        may_be_all: True if a word may be a number alone, which applies to every joint (the empty name).
 
     Raises:
         BadValueError: A word is not of that form, or a joint is named twice.
     """
     values: dict[str, float] = {}
     for word in words:
-        name, _, text = word.rpartition("=")
+        name, equals, text = word.rpartition("=")
         try:
             value = float(text)
         except ValueError:
             value = math.nan
-        if not name or not math.isfinite(value):
-            raise BadValueError(option, "", f"is {word!r}, must be JOINT=VALUE")
+        is_named = bool(equals) or not may_be_all
+        if not math.isfinite(value) or (is_named and not name):
+            form = "JOINT=VALUE" if is_named else "a number or JOINT=VALUE"
+            raise BadValueError(option, "", f"is {word!r}, must be {form}")
         if name in values:
-            raise BadValueError(option, "", f"gives {name} twice")
+            raise BadValueError(option, "", f"gives {name or '*'} twice")
         values[name] = value
     return values
 

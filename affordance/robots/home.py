@@ -9,17 +9,15 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
-from pydrake.multibody.inverse_kinematics import (
-    AngleBetweenVectorsConstraint,
-    GazeTargetConstraint,
-    PointToPointDistanceConstraint,
-)
+from pydrake.multibody.inverse_kinematics import InverseKinematics
+from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import Frame, JacobianWrtVariable, Joint, MultibodyForces
-from pydrake.solvers import MathematicalProgram, SnoptSolver
+from pydrake.multibody.tree import JacobianWrtVariable
+from pydrake.solvers import SnoptSolver
 
 from affordance.arrays import Array
 from affordance.exceptions import ModelFileError
+from affordance.robots.arm_file import BASE, write_arm
 from affordance.robots.reduced_arm import ReducedArm
 
 # Distances of the hand as fractions of the arm's length, tried from far to near.
@@ -48,6 +46,9 @@ class HomePosture(NamedTuple):
     Attributes:
         q: Joint angles, (num_joints,), [rad].
         load: Largest fraction of a torque limit, with TEST_MASS in the hand.
+        empty_load: Largest fraction of a torque limit with an empty hand.
+        payload: Largest mass supported at rest, centred at TEST_DISTANCE, [kg].
+        weakest: Joint that limits the payload.
         reach: Distance from shoulder to hand, as a fraction of the arm's length.
         length: Length of the arm from the shoulder, [m].
         smallest_singular_value: Least singular value of the Jacobian of the hand's position, [m/rad].
@@ -55,19 +56,30 @@ class HomePosture(NamedTuple):
 
     q: Array
     load: float
+    empty_load: float
+    payload: float
+    weakest: str
     reach: float
     length: float
     smallest_singular_value: float
 
 
 class ArmStatics:
-    """Kinematics and static torques of an arm whose base is welded to the world."""
+    """Kinematics and static torques of an arm as it will be written, its base placed as in the robot's file."""
 
-    def __init__(self, plant: MultibodyPlant, hand: Frame, joints: list[Joint], efforts: Array) -> None:
-        """Stores a finalized plant of the arm alone, with joints and torque limits in order."""
-        self.plant, self.hand, self.joints, self.efforts = plant, hand, joints, efforts
-        self.context = plant.CreateDefaultContext()
-        self._forces = MultibodyForces(plant)
+    def __init__(self, arm: ReducedArm) -> None:
+        """Builds the plant of the arm alone."""
+        self.arm, self.plant = arm, MultibodyPlant(0.0)
+        parser = Parser(self.plant)
+        parser.SetStrictParsing()
+        parser.AddModelsFromString(write_arm(arm, {}, "itself"), "sdf")
+        self.plant.WeldFrames(self.plant.world_frame(), self.plant.GetFrameByName(BASE), arm.X_WB)
+        self.plant.Finalize()
+        self.hand = self.plant.GetFrameByName("hand_grip")
+        # The second joint, or the only one.
+        self.shoulder = self.plant.GetJointByName(arm.joint_names[:2][-1]).frame_on_parent()
+        self.efforts = np.array([link.effort for link in arm.links])
+        self.context = self.plant.CreateDefaultContext()
 
     def compute_hand(self, q: Array) -> Array:
         """Computes the pose of the hand, X_WH, (4, 4)."""
@@ -77,8 +89,7 @@ class ArmStatics:
 
     def compute_shoulder(self) -> Array:
         """Computes the position of the shoulder in the posture last set, (3,), [m]."""
-        joint = self.joints[min(1, len(self.joints) - 1)]
-        place: Array = joint.frame_on_parent().CalcPoseInWorld(self.context).translation()
+        place: Array = self.shoulder.CalcPoseInWorld(self.context).translation()
         return place
 
     def compute_jacobian(self, q: Array, p_HQ: Array) -> Array:
@@ -98,23 +109,23 @@ class ArmStatics:
         torques: Array = own - J.T @ (mass * gravity)
         return torques
 
-    def compute_payload(self, q: Array) -> tuple[float, int]:
-        """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint's index."""
+    def compute_payload(self, q: Array) -> tuple[float, str]:
+        """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint."""
         own = self.compute_torques(q, 0.0)
         each = self.compute_torques(q, 1.0) - own
         with np.errstate(divide="ignore", invalid="ignore"):
             room = np.where(each == 0.0, np.inf, (np.sign(each) * -own + self.efforts) / np.abs(each))
         worst = int(np.argmin(room))
-        return max(0.0, float(room[worst])), worst
+        return max(0.0, float(room[worst])), self.arm.joint_names[worst]
 
 
-def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) -> HomePosture:
+def find_home(statics: ArmStatics, given: Mapping[str, float]) -> HomePosture:
     """Finds the home posture; given joints stay fixed, and no search is needed if all are given.
 
     Raises:
         ModelFileError: The arm has no length, or no posture with the hand level and pointing outwards was found.
     """
-    rng = np.random.default_rng(_SEED)
+    arm, rng = statics.arm, np.random.default_rng(_SEED)
     lower, upper = (np.array([getattr(link, name) for link in arm.links]) for name in ("lower", "upper"))
     fixed = np.array([given.get(name, np.nan) for name in arm.joint_names])
     low = np.where(np.isfinite(lower), lower, -_ENDLESS)
@@ -129,9 +140,11 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
     def measure(q: Array) -> HomePosture:
         X_WH = statics.compute_hand(q)
         reach = float(np.linalg.norm(X_WH[:3, 3] - statics.compute_shoulder())) / length
-        load = float(np.max(np.abs(statics.compute_torques(q, TEST_MASS)) / statics.efforts))
+        load, empty = (
+            float(np.max(np.abs(statics.compute_torques(q, mass)) / statics.efforts)) for mass in (TEST_MASS, 0.0)
+        )
         least = float(np.linalg.svd(statics.compute_jacobian(q, np.zeros(3)), compute_uv=False)[-1])
-        return HomePosture(q, load, reach, length, least)
+        return HomePosture(q, load, empty, *statics.compute_payload(q), reach, length, least)
 
     if not np.isnan(fixed).any():
         return measure(fixed)
@@ -140,9 +153,9 @@ def find_home(statics: ArmStatics, arm: ReducedArm, given: Mapping[str, float]) 
     for cone, reach in itertools.product(_CONES, _REACHES):
         if cone > _CONES[0] and (best or singular) is not None:
             break
-        goal = _Goal(bounds, middle, half, reach * length, float(cone))
         for start in range(_STARTS):
-            q = _solve(statics, goal, middle if start == 0 else rng.uniform(*bounds))
+            guess = middle if start == 0 else rng.uniform(*bounds)
+            q = _solve(statics, guess, bounds=bounds, middle=middle, half=half, distance=reach * length, cone=cone)
             if q is None:
                 continue
             posture = measure(q)
@@ -172,36 +185,27 @@ def _measure_length(statics: ArmStatics, low: Array, high: Array, rng: np.random
     return float(np.quantile(distances, 0.999))
 
 
-class _Goal(NamedTuple):
-    """Bounds, middles and half ranges of joints, [rad], the hand's distance, [m], and its cone, [rad]."""
-
-    bounds: tuple[Array, Array]
-    middle: Array
-    half: Array
-    distance: float
-    cone: float
-
-
-def _solve(statics: ArmStatics, goal: _Goal, guess: Array) -> Array | None:
+def _solve(
+    statics: ArmStatics,
+    guess: Array,
+    *,
+    bounds: tuple[Array, Array],
+    middle: Array,
+    half: Array,
+    distance: float,
+    cone: float,
+) -> Array | None:
     """Solves for the posture nearest to mid-range with the hand at a distance, level and pointing outwards."""
-    bounds, middle, half, distance, cone = goal
-    plant, hand, context = statics.plant, statics.hand, statics.context
-    joint = statics.joints[min(1, len(statics.joints) - 1)]
-    shoulder = joint.frame_on_parent()
-    program = MathematicalProgram()
-    q = program.NewContinuousVariables(len(middle), "q")
+    world, hand, shoulder = statics.plant.world_frame(), statics.hand, statics.shoulder
+    solver = InverseKinematics(statics.plant, statics.context, with_joint_limits=False)
+    program, q = solver.get_mutable_prog(), solver.q()
     program.AddBoundingBoxConstraint(*bounds, q)
-    weights = np.diag(1.0 / half**2)
-    program.AddQuadraticErrorCost(weights, middle, q)
+    program.AddQuadraticErrorCost(np.diag(1.0 / half**2), middle, q)
     origin, ahead = np.zeros(3), np.array([1.0, 0.0, 0.0])
     up, level = np.array([0.0, 0.0, 1.0]), 0.5 * np.pi
-    program.AddConstraint(
-        AngleBetweenVectorsConstraint(plant, plant.world_frame(), up, hand, ahead, level, level, context), q
-    )
-    program.AddConstraint(
-        PointToPointDistanceConstraint(plant, shoulder, origin, hand, origin, distance, distance, context), q
-    )
+    solver.AddAngleBetweenVectorsConstraint(world, up, hand, ahead, level, level)
+    solver.AddPointToPointDistanceConstraint(shoulder, origin, hand, origin, distance, distance)
     # Looking back along the hand, the shoulder must be within the cone.
-    program.AddConstraint(GazeTargetConstraint(plant, hand, origin, -ahead, shoulder, origin, cone, context), q)
+    solver.AddGazeTargetConstraint(hand, origin, -ahead, shoulder, origin, cone)
     result = SnoptSolver().Solve(program, guess)
     return result.GetSolution(q) if result.is_success() else None

@@ -1,24 +1,20 @@
 """Extraction of an arm from a robot's file, with a home posture; nothing is written here."""
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from pydrake.math import RigidTransform
-from pydrake.multibody.parsing import Parser
-from pydrake.multibody.plant import MultibodyPlant
 
 from affordance.exceptions import BadValueError, ModelFileError
-from affordance.robots.arm_file import BASE, turn_base, write_arm
-from affordance.robots.chain import Chain, find_chain
+from affordance.robots.arm_file import turn_base
+from affordance.robots.chain import find_chain
 from affordance.robots.frozen import check_posture, freeze, parse_values
 from affordance.robots.home import ArmStatics, HomePosture, find_home
 from affordance.robots.reader import read_robot
-from affordance.robots.reduced_arm import ReducedArm, reduce_arm, turn_up
-from affordance.robots.tree import RobotTree, build_tree
+from affordance.robots.reduced_arm import ReducedArm, reduce_arm
+from affordance.robots.tree import build_tree
 
 AXES = ("x", "y", "z", "-x", "-y", "-z")
 # A mass matrix is singular if its least eigenvalue is less than this fraction of the largest, as where a massless
@@ -54,43 +50,21 @@ class ImportOptions:
     up: str = "z"
 
 
-class ReadArm(NamedTuple):
-    """Arm as read from a robot's file.
-
-    Attributes:
-        tree: Robot.
-        chain: Joints of the arm in the robot.
-        arm: Arm alone.
-    """
-
-    tree: RobotTree
-    chain: Chain
-    arm: ReducedArm
-
-
 @dataclass(frozen=True)
 class ImportedArm:
-    """Imported arm with its robot and home posture.
+    """Imported arm with its home posture.
 
     Attributes:
-        tree: Robot.
-        chain: Joints of the arm in the robot.
-        arm: Arm alone.
+        arm: Arm alone, with the robot that it was taken from.
         home: Home posture for holding objects.
-        payload: Largest mass supported at rest in the home posture, centred at TEST_DISTANCE, [kg].
-        weakest: Joint that limits the payload.
-        empty_load: Largest fraction of a torque limit at home with an empty hand.
         X_WB: Pose of the base, turned so that the hand points along Wx.
+        options: Options of the import.
     """
 
-    tree: RobotTree
-    chain: Chain
     arm: ReducedArm
     home: HomePosture
-    payload: float
-    weakest: str
-    empty_load: float
     X_WB: RigidTransform
+    options: ImportOptions
 
     @property
     def home_angles(self) -> dict[str, float]:
@@ -98,7 +72,7 @@ class ImportedArm:
         return dict(zip(self.arm.joint_names, self.home.q.tolist(), strict=True))
 
 
-def read_arm(path: Path, options: ImportOptions) -> ReadArm:
+def read_arm(path: Path, options: ImportOptions) -> ReducedArm:
     """Reads a robot's file and extracts the arm.
 
     Raises:
@@ -113,12 +87,17 @@ def read_arm(path: Path, options: ImportOptions) -> ReadArm:
     check_posture(tree, options.posture)
     context, frozen = freeze(tree, chain, options.posture)
     names = [joint.name() for joint in chain.joints]
-    effort = _spread("--effort", options.effort, names)
-    arm = reduce_arm(tree, chain, context, frozen, out_axis=options.out_axis, effort=effort)
-    if options.up != "z":
-        arm = replace(arm, X_WB=turn_up(options.up) @ arm.X_WB)
-    rotors = _spread("--rotor-inertia", options.rotor_inertia, names)
-    return ReadArm(tree, chain, arm.changed(damping=options.damping, rotor_inertia=rotors))
+    return reduce_arm(
+        tree,
+        chain,
+        context,
+        frozen,
+        out_axis=options.out_axis,
+        up=options.up,
+        effort=_spread("--effort", options.effort, names),
+        rotor_inertia=_spread("--rotor-inertia", options.rotor_inertia, names),
+        damping=options.damping,
+    )
 
 
 def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
@@ -128,20 +107,18 @@ def extract_arm(path: Path, options: ImportOptions) -> ImportedArm:
         BadValueError: The file or an option is invalid or incomplete; the message says what and where.
         ModelFileError: Drake cannot parse the file, or no home posture was found.
     """
-    tree, chain, arm = read_arm(path, options)
+    arm = read_arm(path, options)
     try:
-        statics = build_statics(arm)
+        statics = ArmStatics(arm)
     except RuntimeError as error:  # values too large or small for a valid arm
         raise ModelFileError(path, f"makes no arm that Drake takes: {error}") from error
     _check_mass_matrix(path, arm, statics)
     try:
-        home = find_home(statics, arm, options.posture)
+        home = find_home(statics, options.posture)
     except ModelFileError as error:
         raise ModelFileError(path, error.problem) from error
-    payload, worst = statics.compute_payload(home.q)
-    empty = float(np.max(np.abs(statics.compute_torques(home.q, 0.0)) / statics.efforts))
     X_WB = turn_base(arm.X_WB, statics.compute_hand(home.q)[:3, :3], options.height)
-    return ImportedArm(tree, chain, arm, home, payload, arm.links[worst].joint, empty, X_WB)
+    return ImportedArm(arm, home, X_WB, options)
 
 
 def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool) -> dict[str, float]:
@@ -156,44 +133,17 @@ def parse_spread(option: str, words: list[str], *, unit: str, may_be_zero: bool)
     Raises:
         BadValueError: A word is neither form, is negative, or is zero where that is not allowed.
     """
-    for word in words:
-        if "=" not in word and not _is_number(word):
-            raise BadValueError(option, "", f"is {word!r}, must be a number or JOINT=VALUE")
-    values = parse_values(option, [word if "=" in word else f"*={word}" for word in words])
+    values = parse_values(option, words, may_be_all=True)
     for name, value in values.items():
         if value < 0.0 or (value == 0.0 and not may_be_zero):
             bound = "at least 0" if may_be_zero else "more than 0"
-            where = "" if name == "*" else f" for {name}"
+            where = f" for {name}" if name else ""
             raise BadValueError(option, "", f"is {value:g}{where}, must be {bound} {unit}")
-    return {"" if name == "*" else name: value for name, value in values.items()}
-
-
-def _is_number(word: str) -> bool:
-    try:
-        return math.isfinite(float(word))
-    except ValueError:
-        return False
-
-
-def build_statics(arm: ReducedArm) -> ArmStatics:
-    """Builds the plant of an arm as it will be written, with its base where it is in the robot's file."""
-    plant = MultibodyPlant(0.0)
-    parser = Parser(plant)
-    parser.SetStrictParsing()
-    parser.AddModelsFromString(write_arm(arm, {}, "itself"), "sdf")
-    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(BASE), arm.X_WB)
-    plant.Finalize()
-    joints = [plant.GetJointByName(name) for name in arm.joint_names]
-    efforts = np.array([link.effort for link in arm.links])
-    return ArmStatics(plant, plant.GetFrameByName("hand_grip"), joints, efforts)
+    return values
 
 
 def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> dict[str, float]:
-    """Expands values given for joints by name, and for every joint under the empty name, to values by joint.
-
-    Raises:
-        BadValueError: A name is not a joint of the arm.
-    """
+    """Expands values given for joints by name, and for every joint under the empty name, to values by joint."""
     unknown = [name for name in given if name and name not in names]
     if unknown:
         problem = f"names {unknown[0]!r}, which is no joint of the arm, must be one of {', '.join(names)}"
@@ -203,11 +153,7 @@ def _spread(option: str, given: Mapping[str, float], names: Sequence[str]) -> di
 
 
 def _check_mass_matrix(path: Path, arm: ReducedArm, statics: ArmStatics) -> None:
-    """Rejects an arm without mass, and one with a joint that moves no inertia.
-
-    Raises:
-        BadValueError: The arm has no mass, or its mass matrix is singular.
-    """
+    """Rejects an arm without mass, and one with a joint that moves no inertia."""
     if not arm.mass > 0.0:
         raise BadValueError(path, "", "has no mass for any link of the arm, must have inertias (<inertial>)")
     q = np.linspace(0.1, 1.0, len(arm.links))

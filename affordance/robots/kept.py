@@ -3,24 +3,36 @@
 import hashlib
 import json
 import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from affordance.arguments import check_kind
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_text
 from affordance.files.bounded import MESH, read_bytes
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.model_files import list_model_files
 from affordance.files.model_folder import MODELS
+from affordance.files.yaml_reader import read_yaml
+from affordance.plant.arm import ARM
+from affordance.plant.load import load_arm
 from affordance.reporting.formatting import format_number
+from affordance.robots.arm_file import write_arm, write_directives
+from affordance.robots.changes import Change, apply_changes, write_lacks
 from affordance.robots.fitting import fit_tasks
-from affordance.robots.folder import write_folder
-from affordance.robots.importer import ImportOptions, extract_arm
-from affordance.robots.lacks import write_lacks
-from affordance.robots.notes import list_notes
+from affordance.robots.importer import ImportedArm, ImportOptions, extract_arm
+from affordance.robots.meshes import draw_arm
 from affordance.robots.reader import read_robot
-from affordance.robots.report import write_report
+from affordance.robots.report import list_warnings, write_report
 
 _PROGRAM = Path(__file__).resolve().parent
+# Files and folders copied from the models that come with the program.
+_TASK_FILES = ("package.xml", "materials.yaml", "faults.yaml", "nail.yaml", "tools", "paths")
+# Files and keys of the start postures of tasks.
+_STARTS = (("paths/reach.yaml", "start"), ("paths/mash.yaml", "start"), ("nail.yaml", "blow.start"))
+_STUCK_JOINT = "stuck_sensor.stuck_joint"
 
 
 def import_arm(
@@ -47,12 +59,12 @@ def import_arm(
     looks = write_folder(imported, folder, source=f"{path.name}, tip {options.tip}", with_meshes=with_meshes)
     fitted = fit_tasks(folder) if fits_tasks else None
     write_lacks(folder, fitted.lacks if fitted is not None else {})
-    write_report(folder, imported, options, fitted, looks)
+    write_report(folder, imported, fitted, looks)
     lines = [
         f"{len(imported.arm.links)} joints from {imported.arm.base} to {options.tip}; static payload at home "
-        f"{format_number(imported.payload)} kg, limited by {imported.weakest}"
+        f"{format_number(imported.home.payload)} kg, limited by {imported.home.weakest}"
     ]
-    lines += [f"warning: {warning}" for warning in list_notes(imported, options).warnings]
+    lines += [f"warning: {warning}" for warning in list_warnings(imported)]
     if fitted is not None:
         lines += [f"changed: {change}" for change in fitted.changes]
         lines += [f"cannot do: {name}: {why}" for name, why in fitted.lacks.items()]
@@ -86,3 +98,58 @@ def import_kept(path: Path, options: ImportOptions, root: Path) -> Path:
             shutil.rmtree(folder)
         import_arm(path, options, folder)
     return folder
+
+
+def write_folder(imported: ImportedArm, folder: Path, *, source: str, with_meshes: bool = True) -> Sequence[str]:
+    """Writes the arm, and an unchanged copy of the tasks that come with the program.
+
+    Args:
+        imported: Imported arm.
+        folder: Destination; must not exist, or be empty.
+        source: Description of the arm's source, in words.
+        with_meshes: True to draw the robot's meshes where they are available.
+
+    Returns: Remarks on shapes that could not be drawn as in the file.
+
+    Raises:
+        BadValueError: The folder is not empty, or cannot be created.
+        ModelFileError: Strict parsing rejects the arm.
+    """
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise BadValueError("--out", "", f"is {str(folder)!r}, which is not an empty folder")
+    appearance = draw_arm(imported.arm, with_meshes=with_meshes)
+    # Atomic: made in a temporary folder next to the destination, then moved there.
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        making = Path(tempfile.mkdtemp(prefix=".importing.", dir=folder.parent))
+    except OSError as error:
+        raise BadValueError("--out", "", f"is {str(folder)!r}, which cannot be made: {error.strerror}") from error
+    try:
+        for name in _TASK_FILES:
+            copy = shutil.copytree if (MODELS / name).is_dir() else shutil.copyfile
+            copy(MODELS / name, making / name)
+        write_text(making / "arm.sdf", write_arm(imported.arm, appearance.visuals, source))
+        write_text(making / ARM.name, write_directives(imported.home_angles, imported.X_WB))
+        for name, text in appearance.meshes.items():
+            write_text(making / "meshes" / name, text)
+        stuck = imported.home.weakest if imported.home.load else imported.arm.joint_names[0]
+        fault = Change("faults.yaml", _STUCK_JOINT, "shoulder_elevation", stuck, "a joint of this arm")
+        apply_changes(making, [fault, *_list_strange_starts(making, imported)])
+        load_arm(making / ARM.name)
+        making.chmod(0o755)
+        if folder.exists():
+            folder.rmdir()
+        making.replace(folder)
+    finally:
+        shutil.rmtree(making, ignore_errors=True)
+    return appearance.remarks
+
+
+def _list_strange_starts(models: Path, imported: ImportedArm) -> Iterator[Change]:
+    """Lists removals of start postures with joints that this arm lacks; such tasks start in its home posture."""
+    for file, key in _STARTS:
+        value = read_yaml(models / file)
+        for part in key.split("."):
+            value = value.get(part, {})
+        if not set(value) <= set(imported.arm.joint_names):
+            yield Change(file, key, value, None, "this arm's tasks start in its home posture")

@@ -4,6 +4,7 @@ Meshcat draws OBJ and DAE, Drake's renderer OBJ and glTF. Meshes are therefore c
 a limited number of triangles to keep a page with the arm small.
 """
 
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import COLLADA, FORMATS, load_scene
 from affordance.objects.drake_geometry import write_obj
 from affordance.robots.arm_file import BASE, name_links
-from affordance.robots.description import Description, Visual, as_triple
+from affordance.robots.description import Visual
 from affordance.robots.reduced_arm import ReducedArm, describe_pose
 from affordance.robots.simplify import simplify
 
@@ -34,6 +35,7 @@ _FOLDER = "meshes"
 _PACKAGE = "package://"
 
 
+@dataclass
 class Appearance:
     """Shapes that an arm is drawn with, and their mesh files.
 
@@ -43,21 +45,19 @@ class Appearance:
         remarks: Remarks on shapes that could not be drawn as in the file.
     """
 
-    def __init__(self) -> None:
-        """Starts empty."""
-        self.visuals: dict[str, list[Visual]] = {}
-        self.meshes: dict[str, str] = {}
-        self.remarks: list[str] = []
+    visuals: dict[str, list[Visual]] = field(default_factory=dict)
+    meshes: dict[str, str] = field(default_factory=dict)
+    remarks: list[str] = field(default_factory=list)
 
 
-def draw_arm(arm: ReducedArm, description: Description, *, with_meshes: bool) -> Appearance:
+def draw_arm(arm: ReducedArm, *, with_meshes: bool) -> Appearance:
     """Chooses the shapes of each link: the file's where they are available, otherwise capsules.
 
     Args:
-        arm: Arm to draw.
-        description: Contents of the robot's file; meshes are searched for relative to its folder and those above.
+        arm: Arm to draw; meshes are searched for relative to the folder of the robot's file and those above.
         with_meshes: True to convert meshes.
     """
+    description = arm.tree.description
     appearance, path, shapes = Appearance(), description.path, description.visuals
     replaced: list[str] = []
     ends = [*(link.X_PL for link in arm.links), arm.X_LH]
@@ -184,4 +184,4 @@ def _draw_capsule(end: Array) -> list[Visual]:
         return [Visual("sphere", (radius,), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))]
     R = RotationMatrix.MakeFromOneVector(end / length, 2)
     _, rpy = describe_pose(RigidTransform(R))
-    return [Visual("capsule", (radius, length), as_triple(0.5 * end), rpy)]
+    return [Visual("capsule", (radius, length), tuple((0.5 * end).tolist()), rpy)]

@@ -8,16 +8,13 @@ import itertools
 import math
 from collections.abc import Container
 from pathlib import Path
-from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
-from affordance.robots.joint_faults import find_joint_fault
+from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
 from affordance.robots.mjcf_actuators import check_drives, read_efforts, read_limit
-from affordance.robots.mjcf_defaults import write_out_defaults
-from affordance.robots.mjcf_include import expand_includes
+from affordance.robots.mjcf_expansion import expand_includes, write_out_defaults
 from affordance.robots.xml_reader import Numbers, remove_children
 
 _OF_SITES = ("name", "pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")
@@ -26,8 +23,6 @@ _KEPT_SECTIONS = ("compiler", "worldbody", "option")
 _OF_MASSES = ("boundmass", "boundinertia", "balanceinertia", "settotalmass")
 # First of the groups of geoms that are drawn only on demand: they are collision shapes.
 _FIRST_HIDDEN_GROUP = 3
-
-
 # Units of angles by their names in the file, in words.
 _UNITS = {"radian": "rad", "degree": "degrees"}
 
@@ -38,79 +33,56 @@ def read_mjcf(path: Path, root: Element) -> Description:
     Raises:
         BadValueError: A value is invalid, a name is used twice, or an included file cannot be used.
     """
-    sources = expand_includes(path, root)
+    numbers, robot = Numbers(path), Description(path, "mjcf", sources=expand_includes(path, root))
     for tag in ("replicate", "attach", "frame"):
         if root.find(f".//{tag}") is not None:
             raise BadValueError(path, tag, "is not read here, must be written out (MuJoCo saves a model so)")
     write_out_defaults(path, root)
-    numbers = Numbers(path)
     efforts, follows = read_efforts(root, numbers), _read_mimics(root, numbers)
     unit = _read_unit(path, root)
     from_geometry = root.find("compiler[@inertiafromgeom='true']") is not None
     bodies = list(root.iterfind("worldbody//body"))
     names = _name_bodies(path, bodies)
-    joints: dict[str, JointNotes] = {}
-    inertials: dict[str, Inertial] = {}
-    faults: dict[str, str] = {}
-    visuals: dict[str, tuple[Visual, ...]] = {}
-    undrawn, shifted, free_joints = set[str](), list[str](), list[str]()
+    shifted, free_joints = list[str](), list[str]()
     for body in bodies:
         name = body.get("name", "")
         for free in [joint for joint in body if joint.tag == "freejoint" or joint.get("type") == "free"]:
             free_joints.append(free.get("name", ""))
             body.remove(free)
         for joint in body.findall("joint"):
-            joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", joints))
-            if joint_name in joints:
+            joint_name = joint.attrib.setdefault("name", _find_unused(f"{name}_joint", robot.joints))
+            if joint_name in robot.joints:
                 raise BadValueError(path, f"joint {joint_name}", "is there twice")
             shifted += [joint_name] if joint.get("ref") else []
             notes = _read_joint(joint, unit, numbers, f"joint {joint_name}")
             whole = read_limit(joint.attrib, "actuatorfrc", numbers, f"joint {joint_name}")  # for all actuators
             effort = min(efforts.get(joint_name, math.inf), whole)
-            joints[joint_name] = notes._replace(
+            robot.joints[joint_name] = notes._replace(
                 effort=effort if math.isfinite(effort) else None, mimic=follows.get(joint_name)
             )
-        visuals[name], is_drawn = _read_visuals(body, numbers)
-        undrawn |= set() if is_drawn else {name}
+        robot.add_visuals(name, _read_visuals(body, numbers))
         inertial = body.find("inertial")
         if inertial is not None and not from_geometry:
-            read = inertials[name] = _read_inertial(inertial, numbers, f"body {name}.inertial")
-            if fault := read.find_fault():
-                faults[name] = fault
+            if robot.add_inertial(name, _read_inertial(inertial, numbers, f"body {name}.inertial")):
                 body.remove(inertial)
             remove_children(body, ("geom",))
         elif mesh := _find_mesh(body):
-            faults[name] = f"takes its inertia from the mesh {mesh}, must have an <inertial>"
+            robot.faults[name] = f"takes its inertia from the mesh {mesh}, must have an <inertial>"
             remove_children(body, ("geom",))
         _make_sites_bodies(body, names)
         remove_children(body, ("camera", "light", "composite", "flexcomp", "plugin"))
-    check_drives(root, [*joints, *free_joints], numbers)
-    dropped = _list_dropped(root, shifted)
+    check_drives(root, [*robot.joints, *free_joints], numbers)
+    robot.dropped = _list_dropped(root, shifted)
     for section in {child.tag for child in root} - {*_KEPT_SECTIONS}:
         remove_children(root, (section,))
     for world in root.findall("worldbody"):
         remove_children(world, ("geom", "light", "camera", "site"))
-    text = ElementTree.tostring(root, encoding="unicode")
-    return Description(
-        path,
-        "mjcf",
-        text,
-        joints,
-        inertials,
-        faults,
-        visuals,
-        dropped,
-        undrawn=frozenset(undrawn),
-        sources=sources,
-    )
+    robot.text = ElementTree.tostring(root, encoding="unicode")
+    return robot
 
 
 def _read_unit(path: Path, root: Element) -> str:
-    """Reads the unit of angles, in words.
-
-    Raises:
-        BadValueError: It is none there is.
-    """
+    """Reads the unit of angles, in words."""
     unit = "degree"
     for compiler in root.findall("compiler"):
         unit = compiler.get("angle", unit)
@@ -120,11 +92,7 @@ def _read_unit(path: Path, root: Element) -> str:
 
 
 def _name_bodies(path: Path, bodies: list[Element]) -> set[str]:
-    """Names the bodies that have no name; returns all names.
-
-    Raises:
-        BadValueError: Two bodies have the same name.
-    """
+    """Names the bodies that have no name; returns all names."""
     names: set[str] = set()
     for body in bodies:
         name = body.get("name")
@@ -160,7 +128,6 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     if limited:  # angles are relative to the drawn pose of the model
         joint.attrib.update(range=f"{low - ref!r} {high - ref!r}", limited="true")
     return JointNotes(
-        kind=joint.get("type", "hinge"),
         friction=take("frictionloss"),
         stiffness=take("stiffness"),
         rotor_inertia=armature,
@@ -168,7 +135,7 @@ def _read_joint(joint: Element, unit: str, numbers: Numbers, key: str) -> JointN
     )
 
 
-def _list_dropped(root: Element, shifted: list[str]) -> tuple[str, ...]:
+def _list_dropped(root: Element, shifted: list[str]) -> list[str]:
     """Lists the parts of the model that are not imported."""
     sections = sorted({child.tag for child in root} - {*_KEPT_SECTIONS})
     said = (
@@ -179,7 +146,7 @@ def _list_dropped(root: Element, shifted: list[str]) -> tuple[str, ...]:
     changed = [name for name in _OF_MASSES if root.find(f"compiler[@{name}]") is not None]
     if changed:
         said.append(f"what MuJoCo's compiler makes of masses by {', '.join(changed)}")
-    return tuple(said)
+    return said
 
 
 def _read_mimics(root: Element, numbers: Numbers) -> dict[str, Mimic]:
@@ -201,8 +168,7 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     else:
         moments = (*numbers.parse(inertial.get("diaginertia"), f"{key}.diaginertia", 3, (0.0,) * 3), 0.0, 0.0, 0.0)
     mass = numbers.parse_one(inertial.get("mass"), f"{key}.mass", 0.0)
-    values = cast(tuple[float, float, float, float, float, float], moments)
-    return Inertial(mass, as_triple(list(place)), (0.0, 0.0, 0.0), values, in_link=not turned)
+    return Inertial(mass, place, (0.0, 0.0, 0.0), moments, in_link=not turned)
 
 
 def _find_mesh(body: Element) -> str:
@@ -225,23 +191,20 @@ def _make_sites_bodies(body: Element, names: set[str]) -> None:
         body.remove(site)
 
 
-def _read_visuals(body: Element, numbers: Numbers) -> tuple[tuple[Visual, ...], bool]:
-    """Reads the spheres, ellipsoids, boxes, capsules and cylinders that a body is drawn with, unless they are turned.
-
-    Returns: Shapes, and True if they are all that is drawn.
-    """
-    drawn, whole = list[Visual](), True
+def _read_visuals(body: Element, numbers: Numbers) -> list[Visual | None]:
+    """Reads spheres, ellipsoids, boxes, capsules and cylinders; None for a mesh or turned shape that is drawn."""
+    drawn = list[Visual | None]()
     for geom in body.findall("geom"):
         kind, words = geom.get("type", "sphere"), geom.get("size", "").split()
         turned = any(name in geom.attrib for name in ("quat", "euler", "axisangle", "xyaxes", "zaxis", "fromto"))
         counts = {"sphere": 1, "ellipsoid": 3, "box": 3, "capsule": 2, "cylinder": 2}
         if turned or kind not in counts or len(words) < counts[kind]:
             group = numbers.parse_one(geom.get("group"), "geom.group", 0.0)
-            whole = whole and group >= _FIRST_HIDDEN_GROUP
+            drawn += [None] if group < _FIRST_HIDDEN_GROUP else []
             continue
         count = counts[kind]
         half = numbers.parse(" ".join(words[:count]), "geom.size", count, ())
         sizes = {"box": tuple(2.0 * value for value in half), "sphere": half, "ellipsoid": half}
-        place = as_triple(list(numbers.parse(geom.get("pos"), "geom.pos", 3, (0.0,) * 3)))
+        place = numbers.parse(geom.get("pos"), "geom.pos", 3, (0.0,) * 3)
         drawn.append(Visual(kind, sizes.get(kind, (half[0], 2.0 * half[-1])), place, (0.0, 0.0, 0.0)))
-    return tuple(drawn), whole
+    return drawn

@@ -5,7 +5,8 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from xml.etree.ElementTree import Element
 
-from affordance.robots.mjcf_defaults import ACTUATORS
+from affordance.exceptions import BadValueError
+from affordance.robots.mjcf_expansion import ACTUATORS
 from affordance.robots.xml_reader import Numbers
 
 # Attributes that make an actuator's force depend on more than its control, so that the control range is no bound.
@@ -45,7 +46,7 @@ def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> No
             near = difflib.get_close_matches(joint, joints, n=1)
             hint = f"; did you mean {near[0]!r}?" if near else ""
             key = f"actuator {actuator.get('name', joint)}.joint"
-            numbers.refuse(key, f"is {joint!r}, which is no joint of the file{hint}")
+            raise BadValueError(numbers.path, key, f"is {joint!r}, which is no joint of the file{hint}")
 
 
 def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
@@ -73,7 +74,7 @@ def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: 
     text = attributes.get(f"{name}range")
     low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))
     if low > high:
-        numbers.refuse(f"{key}.{name}range", f"is from {low:g} to {high:g}, must rise")
+        raise BadValueError(numbers.path, f"{key}.{name}range", f"is from {low:g} to {high:g}, must rise")
     if low == high or attributes.get(f"{name}limited") == "false":
         return math.inf
     return min(abs(low), abs(high))

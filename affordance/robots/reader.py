@@ -34,10 +34,6 @@ def read_robot(path: Path) -> Description:
 
 
 def _check_number(path: Path, root: Element) -> None:
-    """Rejects more links and joints than Drake can process quickly.
-
-    Raises:
-        BadValueError: There are more than 1000.
-    """
+    """Rejects more links and joints than Drake can process quickly."""
     if (num_bodies := sum(1 for element in root.iter() if element.tag in _BODIES)) > _MOST_BODIES:
         raise BadValueError(path, "", f"has {num_bodies} links and joints, must have at most {_MOST_BODIES}")

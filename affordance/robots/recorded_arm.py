@@ -7,19 +7,18 @@ default; what they carry is added to the link of the chain that carries them.
 from pathlib import Path
 
 import numpy as np
-from pydrake.math import RigidTransform
 from pydrake.multibody.plant import MultibodyPlant
-from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
+from pydrake.multibody.tree import RigidBody
 from pydrake.systems.framework import Context
 
 from affordance.arrays import Array
-from affordance.exceptions import BadValueError, ModelFileError
+from affordance.exceptions import ModelFileError
 from affordance.files.constraints import StrPath, check_path
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.objects.inertia import NUM_PARAMETERS, parameters_from_spatial_inertia
-from affordance.plant.chain_kinematics import SerialChain
 from affordance.plant.load import HAND_FRAME, parse_arm
-from affordance.robots.chain import Chain, find_chain
+from affordance.plant.serial_chain import read_chain
+from affordance.robots.chain import Chain, find_chain, group_bodies
 from affordance.robots.description import Description
 from affordance.robots.frozen import freeze
 from affordance.robots.reader import read_robot
@@ -50,7 +49,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
         str(path),
         tuple(joint.name() for joint in chain.joints),
         tip,
-        _read_chain(tree, context, root.body_frame(), chain),
+        read_chain(tree.plant, context, root.body_frame(), chain.joints, chain.tip),
         _read_links(tree, context, chain),
     )
 
@@ -62,7 +61,7 @@ def _build_directives(path: Path) -> RobotTree:
     plant = MultibodyPlant(0.0)
     parse_arm(plant, path)
     plant.Finalize()
-    return RobotTree(Description(path, "directives", "", {}, {}, {}), plant, list_joints_above(plant), ())
+    return RobotTree(Description(path, "directives"), plant, list_joints_above(plant), ())
 
 
 def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
@@ -74,41 +73,11 @@ def _find_root(tree: RobotTree, base: RigidBody) -> RigidBody:
     return base
 
 
-def _read_chain(tree: RobotTree, context: Context, root: Frame, chain: Chain) -> SerialChain:
-    poses: list[RigidTransform] = []
-    previous = root
-    for joint in chain.joints:
-        poses.append(joint.frame_on_parent().CalcPose(context, previous))
-        previous = joint.frame_on_child()
-    X_MT = chain.tip.CalcPose(context, previous)
-    return SerialChain(
-        np.array([X_PF.rotation().matrix() for X_PF in poses]),
-        np.array([X_PF.translation() for X_PF in poses]),
-        np.array([joint.revolute_axis() for joint in chain.joints]),
-        X_MT.rotation().matrix(),
-        X_MT.translation(),
-        tree.plant.gravity_field().gravity_vector(),
-    )
-
-
 def _read_links(tree: RobotTree, context: Context, chain: Chain) -> Array:
     """Computes the inertial parameters of each link of the chain with all that it carries, shape (num_joints, 10)."""
-    slots = {joint.child_body().index(): slot for slot, joint in enumerate(chain.joints)}
-    groups: list[list[BodyIndex]] = [[] for _ in chain.joints]
-    for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
-        body = tree.plant.get_body(index)
-        above = [index, *(joint.parent_body().index() for joint in tree.climb(body))]
-        slot = next((slots[each] for each in above if each in slots), None)
-        if slot is None:
-            continue
-        fault = tree.description.faults.get(tree.key(body))
-        if fault:
-            raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
-        if body.default_mass() > 0.0:
-            groups[slot].append(index)
-    parameters = np.zeros((len(groups), NUM_PARAMETERS))
-    for joint, group, row in zip(chain.joints, groups, parameters, strict=True):
-        if group:
+    parameters = np.zeros((len(chain.joints), NUM_PARAMETERS))
+    for joint, bodies, row in zip(chain.joints, group_bodies(tree, chain), parameters, strict=True):
+        if group := [body.index() for body in bodies if body.default_mass() > 0.0]:
             row[:] = parameters_from_spatial_inertia(
                 tree.plant.CalcSpatialInertia(context, joint.frame_on_child(), group)
             )

@@ -4,8 +4,8 @@ Frames: L the frame of a link, which is the frame of the joint that carries it, 
 hand, at the tip, Hx pointing out of it.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from pydrake.math import RigidTransform, RollPitchYaw, RotationMatrix
@@ -13,9 +13,8 @@ from pydrake.multibody.tree import BodyIndex, Frame, RigidBody
 from pydrake.systems.framework import Context
 
 from affordance.exceptions import BadValueError
-from affordance.robots.chain import Chain
-from affordance.robots.description import Inertial, as_triple
-from affordance.robots.limbs import FEWEST_JOINTS
+from affordance.robots.chain import FEWEST_JOINTS, Chain, group_bodies
+from affordance.robots.description import Inertial
 from affordance.robots.tree import RobotTree
 
 
@@ -41,7 +40,7 @@ class ReducedLink:
     name: str
     joint: str
     X_PL: RigidTransform
-    axis: tuple[float, float, float]
+    axis: tuple[float, ...]
     lower: float
     upper: float
     velocity: float
@@ -57,7 +56,8 @@ class ReducedArm:
     """Arm fixed to the world.
 
     Attributes:
-        base: Name of the link that is fixed to the world.
+        tree: Robot.
+        chain: Joints of the arm in the robot.
         X_WB: Pose of the base with the robot's root upright at the world's origin.
         links: Links from base to tip.
         X_LH: Pose of the hand in the last link.
@@ -66,13 +66,19 @@ class ReducedArm:
         frozen: Values of the frozen joints, [rad] or [m].
     """
 
-    base: str
+    tree: RobotTree
+    chain: Chain
     X_WB: RigidTransform
     links: tuple[ReducedLink, ...]
     X_LH: RigidTransform
     out_axis: str
     base_bodies: tuple[tuple[str, RigidTransform], ...]
     frozen: Mapping[str, float]
+
+    @property
+    def base(self) -> str:
+        """Name of the link that is fixed to the world."""
+        return str(self.chain.base.name())
 
     @property
     def joint_names(self) -> list[str]:
@@ -84,18 +90,6 @@ class ReducedArm:
         """Mass of all that moves, [kg]."""
         return sum(link.inertial.mass for link in self.links)
 
-    def changed(self, *, damping: bool, rotor_inertia: Mapping[str, float]) -> "ReducedArm":
-        """Returns a copy with or without the file's damping, and with the given rotor inertias by joint, [kg m^2]."""
-        links = tuple(
-            replace(
-                link,
-                damping=link.damping if damping else 0.0,
-                rotor_inertia=rotor_inertia.get(link.joint, link.rotor_inertia),
-            )
-            for link in self.links
-        )
-        return replace(self, links=links)
-
 
 def reduce_arm(
     tree: RobotTree,
@@ -103,8 +97,11 @@ def reduce_arm(
     context: Context,
     frozen: Mapping[str, float],
     *,
-    out_axis: str | None = None,
-    effort: Mapping[str, float] | None = None,
+    out_axis: str | None,
+    up: str,
+    effort: Mapping[str, float],
+    rotor_inertia: Mapping[str, float],
+    damping: bool,
 ) -> ReducedArm:
     """Reduces a chain of a robot to an arm.
 
@@ -114,68 +111,63 @@ def reduce_arm(
         context: Context of the plant, with the chain at zero and all other joints where they are frozen.
         frozen: Values of the frozen joints, [rad] or [m].
         out_axis: Axis of the tip that points out of the hand; None to find one.
-        effort: Torque limits by joint that replace the file's, [N m]; None for none.
+        up: Axis of the robot's root that points up.
+        effort: Torque limits by joint that replace the file's, [N m].
+        rotor_inertia: Rotor inertias by joint that replace the file's, [kg m^2].
+        damping: True to keep the file's damping.
 
     Raises:
         BadValueError: A link of the arm has an impossible inertia, or a joint has impossible limits, no torque limit,
             or a velocity limit of zero.
     """
-    names = [joint.name() for joint in chain.joints]
-    efforts = {joint.name(): (effort or {}).get(joint.name(), tree.note(joint).effort) for joint in chain.joints}
+    efforts = {joint.name(): effort.get(joint.name(), tree.note(joint).effort) for joint in chain.joints}
     _check_joints(tree, chain, efforts)
-    slots = {joint.child_body().index(): k for k, joint in enumerate(chain.joints)}
-
-    def find_slot(body: RigidBody) -> int:
-        """Finds the slot of the link that a body belongs to; -1 for bodies that carry the arm."""
-        if body.index() in slots:
-            return slots[body.index()]
-        joint = tree.joints_above.get(body.index())
-        return -1 if joint is None else find_slot(joint.parent_body())
-
-    groups: dict[int, list[RigidBody]] = {}
-    for index in map(BodyIndex, range(1, tree.plant.num_bodies())):
-        body = tree.plant.get_body(index)
-        groups.setdefault(find_slot(body), []).append(body)
-    _check_inertias(tree, [body for slot, bodies in groups.items() if slot >= 0 for body in bodies])
-
     links: list[ReducedLink] = []
     before: Frame = chain.base.body_frame()
-    for slot, joint in enumerate(chain.joints):
-        frame = joint.frame_on_child()
-        group = sorted(groups[slot], key=lambda body: body.index() != joint.child_body().index())
-        limit = efforts[names[slot]]
+    for joint, bodies in zip(chain.joints, group_bodies(tree, chain), strict=True):
+        name, child, frame = joint.name(), joint.child_body(), joint.frame_on_child()
+        limit = efforts[name]
         assert limit is not None  # checked above
+        group = [child, *(body for body in bodies if body.index() != child.index())]
         links.append(
             ReducedLink(
-                name=joint.child_body().name(),
-                joint=names[slot],
+                name=child.name(),
+                joint=name,
                 X_PL=_compose(tree, context, before, frame),
-                axis=as_triple(joint.revolute_axis()),
+                axis=tuple(joint.revolute_axis().tolist()),
                 lower=float(joint.position_lower_limits()[0]),
                 upper=float(joint.position_upper_limits()[0]),
                 velocity=float(joint.velocity_upper_limits()[0]),
                 effort=limit,
-                damping=float(joint.default_damping()),
-                rotor_inertia=tree.note(joint).rotor_inertia,
+                damping=float(joint.default_damping()) if damping else 0.0,
+                rotor_inertia=rotor_inertia.get(name, tree.note(joint).rotor_inertia),
                 inertial=_sum_inertia(tree, context, frame, group),
-                bodies=tuple((tree.key(body), body.body_frame().CalcPose(context, frame)) for body in group),
+                bodies=_place(tree, context, frame, group),
             )
         )
         before = frame
     X_LT = _compose(tree, context, before, chain.tip)
     axis = out_axis or find_out_axis(X_LT, [link.X_PL for link in links])
-    carried = [body for body in groups.get(-1, []) if _carries(tree, body, chain.base)]
+    base_frame = chain.base.body_frame()
+    support = sorted({int(body.index()) for body in (chain.base, *tree.list_above(chain.base))} - {0})
+    X_WB = base_frame.CalcPoseInWorld(context)
     return ReducedArm(
-        base=chain.base.name(),
-        X_WB=chain.base.body_frame().CalcPoseInWorld(context),
+        tree=tree,
+        chain=chain,
+        X_WB=X_WB if up == "z" else turn_up(up) @ X_WB,
         links=tuple(links),
         X_LH=_simplify(X_LT @ RigidTransform(_turn_to(axis))),
         out_axis=axis,
-        base_bodies=tuple(
-            (tree.key(body), body.body_frame().CalcPose(context, chain.base.body_frame())) for body in carried
-        ),
-        frozen=dict(frozen),
+        base_bodies=_place(tree, context, base_frame, [tree.plant.get_body(BodyIndex(index)) for index in support]),
+        frozen=frozen,
     )
+
+
+def _place(
+    tree: RobotTree, context: Context, frame: Frame, bodies: Sequence[RigidBody]
+) -> tuple[tuple[str, RigidTransform], ...]:
+    """Lists the names of bodies with their poses in a frame."""
+    return tuple((tree.key(body), body.body_frame().CalcPose(context, frame)) for body in bodies)
 
 
 def find_out_axis(X_LT: RigidTransform, X_PLs: list[RigidTransform]) -> str:
@@ -210,19 +202,8 @@ def turn_up(axis: str) -> RigidTransform:
     return RigidTransform(RotationMatrix.MakeYRotation(-0.5 * np.pi) @ _turn_to(axis).inverse())
 
 
-def _check_inertias(tree: RobotTree, bodies: list[RigidBody]) -> None:
-    for body in bodies:
-        fault = tree.description.faults.get(tree.key(body))
-        if fault:
-            raise BadValueError(tree.description.path, f"link {body.name()}", f"{fault}; it is part of the arm")
-
-
 def _check_joints(tree: RobotTree, chain: Chain, efforts: Mapping[str, float | None]) -> None:
-    """Rejects joints that cannot move an arm, with a suggestion where one may help.
-
-    Raises:
-        BadValueError: A joint has impossible limits, no torque limit, or a velocity limit of zero.
-    """
+    """Rejects joints that cannot move an arm, with a suggestion where one may help."""
     path = tree.description.path
     for joint in chain.joints:
         key, notes = f"joint {joint.name()}", tree.note(joint)
@@ -253,12 +234,6 @@ def _suggest_efforts(chain: Chain, efforts: Mapping[str, float | None]) -> str:
     return ways
 
 
-def _carries(tree: RobotTree, body: RigidBody, base: RigidBody) -> bool:
-    """Returns True if a body is the base or above it, and so is drawn as the arm's support."""
-    above = {joint.parent_body().index() for joint in tree.climb(base)}
-    return body.index() == base.index() or body.index() in above
-
-
 def _compose(tree: RobotTree, context: Context, first: Frame, last: Frame) -> RigidTransform:
     """Computes the pose of a frame in another one above it; passing through the world would cost the last digits."""
     X = last.GetFixedPoseInBodyFrame()
@@ -286,11 +261,10 @@ def _sum_inertia(tree: RobotTree, context: Context, frame: Frame, bodies: list[R
     if not with_mass:
         return Inertial(0.0, (0.0,) * 3, (0.0,) * 3, (0.0,) * 6)
     total = tree.plant.CalcSpatialInertia(context, frame, with_mass)
-    mass, p_com = total.get_mass(), total.get_com()
+    p_com = total.get_com()
     moments = total.Shift(p_com).CalcRotationalInertia()
-    Ixx, Iyy, Izz = (float(value) for value in moments.get_moments())
-    Ixy, Ixz, Iyz = (float(value) for value in moments.get_products())
-    return Inertial(float(mass), as_triple(p_com), (0.0,) * 3, (Ixx, Iyy, Izz, Ixy, Ixz, Iyz))
+    values = (*moments.get_moments().tolist(), *moments.get_products().tolist())
+    return Inertial(float(total.get_mass()), tuple(p_com.tolist()), (0.0,) * 3, values)
 
 
 def _simplify(X: RigidTransform) -> RigidTransform:
@@ -298,7 +272,6 @@ def _simplify(X: RigidTransform) -> RigidTransform:
     return RigidTransform(X.translation()) if X.rotation().IsNearlyIdentity(1e-15) else X
 
 
-def describe_pose(X: RigidTransform) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
+def describe_pose(X: RigidTransform) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Converts a pose to position, [m], and roll, pitch and yaw, [rad]."""
-    rpy = RollPitchYaw(X.rotation()).vector()
-    return as_triple(X.translation()), as_triple(rpy)
+    return tuple(X.translation().tolist()), tuple(RollPitchYaw(X.rotation()).vector().tolist())

@@ -1,7 +1,7 @@
-"""Report of an import, as text and as a page with pictures of the posture."""
+"""Report of an import, as text and as a page with pictures of the posture: what was taken, assumed and left out."""
 
 import html
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -19,11 +19,17 @@ from affordance.reporting.formatting import format_number
 from affordance.reporting.renderings import Pose, render_poses
 from affordance.robots.changes import Fitted, show
 from affordance.robots.home import TEST_DISTANCE, TEST_MASS
-from affordance.robots.importer import ImportedArm, ImportOptions
-from affordance.robots.notes import list_notes
+from affordance.robots.importer import ImportedArm
 
 TEXT, PAGE, PICTURE = "report.txt", "report.html", "posture.png"
 _WIDTH, _HEIGHT = 720, 540
+# Fraction of a joint's torque limit that damping takes at full velocity, above which it was hardly measured.
+_MUCH_DAMPING = 0.5
+# Reflected inertia below that of any geared motor: the file contains none, [kg m^2].
+_NO_ROTOR = 1e-3
+# Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
+_MANY_WEIGHTS = 5.0
+_MANY = 12
 _STYLE = (
     "body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem } "
     "img { max-width: 100% } table { border-collapse: collapse } td, th { text-align: left; padding: 0.3rem 0.8rem; "
@@ -39,31 +45,26 @@ class Part(NamedTuple):
     table: Sequence[Sequence[str]] = ()
 
 
-def write_report(
-    models: Path, imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
-) -> None:
+def write_report(models: Path, imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> None:
     """Writes ``report.txt``, ``report.html`` and a picture into a folder of models.
 
     Args:
         models: Folder of models, with the arm in it.
         imported: Imported arm.
-        options: Options of the import.
         fitted: Outcome of adapting the tasks; None if they were left unchanged.
         looks: Remarks on shapes that could not be drawn as in the file.
     """
-    parts = list_parts(imported, options, fitted, looks)
-    title = f"The arm of {imported.tree.description.path.name}, to {options.tip}"
+    parts = _list_parts(imported, fitted, looks)
+    title = f"The arm of {imported.arm.tree.description.path.name}, to {imported.options.tip}"
     figure = draw_posture(models)
     write_atomic(models / PICTURE, lambda path: figure.savefig(path, dpi=130))
     write_text(models / TEXT, _write_text(title, parts))
     write_text(models / PAGE, _write_page(title, parts))
 
 
-def list_parts(
-    imported: ImportedArm, options: ImportOptions, fitted: Fitted | None, looks: Sequence[str]
-) -> list[Part]:
+def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> list[Part]:
     """Lists the parts of the report that have content."""
-    notes, arm, home = list_notes(imported, options), imported.arm, imported.home
+    arm, home = imported.arm, imported.home
     head = ("joint", "from", "to (rad)", "rate (rad/s)", "torque (N m)", "damping", "rotor", "home (rad)")
     rows = [
         (
@@ -80,9 +81,9 @@ def list_parts(
     ]
     holding = [
         f"distance from shoulder to hand: {100.0 * home.reach:.0f} % of the arm's length of {home.length:.3g} m",
-        f"the arm's weight takes {100.0 * imported.empty_load:.0f} % of the torque limit of the most loaded joint; "
+        f"the arm's weight takes {100.0 * home.empty_load:.0f} % of the torque limit of the most loaded joint; "
         f"with {TEST_MASS:g} kg in the hand, {100.0 * TEST_DISTANCE:g} cm out, {100.0 * home.load:.0f} %",
-        f"largest static payload there: {format_number(imported.payload)} kg, limited by {imported.weakest}",
+        f"largest static payload there: {format_number(home.payload)} kg, limited by {home.weakest}",
         f"least singular value of the hand's Jacobian: {home.smallest_singular_value / home.length:.3f} lengths",
     ]
     if fitted is None:
@@ -96,16 +97,111 @@ def list_parts(
         tasks = Part("Tasks", ["changed to what is feasible:"], [("file", "value", "old", "new", "why"), *table])
     lacks = [] if fitted is None else [f"{name}: {why}" for name, why in fitted.lacks.items()]
     parts = [
-        Part("Imported", notes.taken, [head, *rows]),
+        Part("Imported", [*_list_taken(imported)], [head, *rows]),
         Part("Home posture", holding),
-        Part("Assumed", notes.assumed),
-        Part("Left out", notes.dropped),
-        Part("Warnings", notes.warnings),
+        Part("Assumed", [*_list_assumed(imported)]),
+        Part("Left out", [*list_dropped(imported)]),
+        Part("Warnings", [*list_warnings(imported)]),
         tasks,
         Part("Infeasible", lacks),
         Part("Shapes", looks),
     ]
     return [part for part in parts if part.sentences]
+
+
+def _list_taken(imported: ImportedArm) -> Iterator[str]:
+    arm, options = imported.arm, imported.options
+    yield f"{len(arm.links)} joints from {arm.base} to {options.tip}: {', '.join(arm.joint_names)}"
+    yield f"base: {arm.base}, as {arm.chain.why_base}"
+    how = (
+        "as given" if options.out_axis else "the axis nearest to the line from the last joints; --out-axis overrides"
+    )
+    yield f"axis out of the hand: {arm.out_axis} of {options.tip} ({how})"
+    merged = [f"{len(link.bodies) - 1} to {link.name}" for link in arm.links if len(link.bodies) > 1]
+    if merged:
+        yield f"links that move with another were added to it: {', '.join(merged)}"
+    yield f"mass of the arm: {arm.mass:.3g} kg"
+
+
+def _list_assumed(imported: ImportedArm) -> Iterator[str]:
+    arm, options = imported.arm, imported.options
+    yield (
+        f"the base is fixed to the world, {options.up} of the robot's root pointing up, and turned so that the hand "
+        "points forward"
+    )
+    frozen = arm.frozen
+    if frozen:
+        listed = [f"{name} at {value:.4g}" for name, value in frozen.items() if value or name in options.posture]
+        rest = len(frozen) - len(listed)
+        shown = ", ".join([*listed[:_MANY], *([f"{len(listed) - _MANY} more"] if len(listed) > _MANY else [])])
+        zero = f"{rest} at 0" if rest else ""
+        yield f"{len(frozen)} other joints are frozen: {'; '.join(part for part in (shown, zero) if part)}"
+    free = [link.joint for link in arm.links if not (np.isfinite(link.lower) and np.isfinite(link.upper))]
+    if free:
+        yield f"no position limit: {', '.join(free)}"
+    fast = [link.joint for link in arm.links if not np.isfinite(link.velocity)]
+    if fast:
+        yield f"no velocity limit: {', '.join(fast)}"
+    bare = [link.joint for link in arm.links if link.rotor_inertia < _NO_ROTOR]
+    if bare:
+        some = "every joint" if len(bare) == len(arm.links) else ", ".join(bare)
+        gives = "--rotor-inertia gives it, as in --rotor-inertia 0.1 (kg m^2)"
+        yield f"no inertia of rotors and gears, for {some}; {gives}"
+    if options.effort:
+        yield "limits of torque are those that were given, not the file's" + (
+            "" if "" in options.effort else f", for {', '.join(options.effort)}"
+        )
+    light = [link.name for link in arm.links if link.inertial.mass == 0.0]
+    if light:
+        yield f"no mass: {', '.join(light)}, as the file has it"
+
+
+def list_dropped(imported: ImportedArm) -> Iterator[str]:
+    """Lists contents of the file that the arm lacks."""
+    tree, description = imported.arm.tree, imported.arm.tree.description
+    of_arm = {joint.name(): tree.note(joint) for joint in imported.arm.chain.joints}
+    friction = [f"{name} {notes.friction:g}" for name, notes in of_arm.items() if notes.friction]
+    if friction:
+        yield f"Coulomb friction (N m), which Drake's joints do not know: {', '.join(friction)}"
+    springs = [f"{name} {notes.stiffness:g}" for name, notes in of_arm.items() if notes.stiffness]
+    if springs:
+        yield f"springs (N m/rad): {', '.join(springs)}"
+    if not imported.options.damping:
+        yield "damping of all joints, as requested"
+    couplers = [name for name, notes in description.joints.items() if notes.mimic is not None]
+    if couplers:
+        yield f"couplings of joints, which are frozen where they follow to: {', '.join(couplers[:_MANY])}"
+    yield "collision shapes: only the object that is held touches anything, the nail"
+    yield from description.dropped
+    for link, fault in description.faults.items():
+        yield f"inertia of the link {link}, which is not part of the arm: it {fault}"
+    for name, notes in description.joints.items():
+        if notes.fault:
+            yield f"limits of the joint {name}, which is not part of the arm: it {notes.fault}"
+
+
+def list_warnings(imported: ImportedArm) -> Iterator[str]:
+    """Lists warnings about surprising values of an imported arm."""
+    home = imported.home
+    for link in imported.arm.links:
+        part = link.damping * link.velocity / link.effort
+        if np.isfinite(part) and part > _MUCH_DAMPING:
+            yield (
+                f"{link.joint} is damped by {link.damping:g} N m s/rad, which takes {100.0 * part:.0f} % of its "
+                "torque limit at its rate limit; --damping none omits damping"
+            )
+    if home.payload > _MANY_WEIGHTS * imported.arm.mass:
+        yield (
+            f"static payload {format_number(home.payload)} kg, mass of the arm {imported.arm.mass:.3g} kg: the "
+            "torque limits may be placeholders; --effort gives others"
+        )
+    if home.load > 1.0:
+        yield (
+            f"no level posture holds {TEST_MASS:g} kg {100.0 * TEST_DISTANCE:g} cm out of the hand within the torque "
+            f"limits: {100.0 * home.load:.0f} % in the best one"
+        )
+    for remark in imported.arm.tree.remarks:
+        yield f"Drake says: {remark}"
 
 
 def draw_posture(models: Path) -> Figure:
@@ -136,9 +232,7 @@ def draw_posture(models: Path) -> Figure:
         ends = np.array([hand.translation(), free])
         axes.plot(ends[:, 0], ends[:, row], "-", color=OBJECT_COLOURS[4], linewidth=3.0, label="object")
         axes.set_aspect("equal", adjustable="datalim")
-        axes.set_xlabel("forward (m)")
-        axes.set_ylabel(label)
-        axes.set_title(name)
+        axes.set(xlabel="forward (m)", ylabel=label, title=name)
     side.legend(frameon=False, fontsize=8)
     tidy(side, above)
     return figure

@@ -3,26 +3,26 @@
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError
-from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
-from affordance.robots.joint_faults import find_joint_fault
+from affordance.robots.description import (
+    MOMENTS,
+    SHAPES,
+    Description,
+    Inertial,
+    JointNotes,
+    Mimic,
+    Visual,
+    find_joint_fault,
+)
 from affordance.robots.xml_reader import Numbers, find_text, name_of, remove_children
 
 _DRAKE = "{http://drake.mit.edu}"
 _NOT_OF_LINKS = ("visual", "collision", "sensor", "light", "audio_sink", "audio_source", "projector", "battery")
 _NOT_OF_MODELS = ("plugin", "gripper", f"{_DRAKE}collision_filter_group")
-_SIZES = {
-    "box": ("size",),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-    "ellipsoid": ("radii",),
-}
-_NO_POSE = (0.0,) * 6
+_NO_PLACE = (0.0, 0.0, 0.0)
 
 
 def read_sdf(path: Path, root: Element) -> Description:
@@ -34,61 +34,41 @@ def read_sdf(path: Path, root: Element) -> Description:
     if root.find(".//include") is not None:  # Drake would search everywhere, and the network
         raise BadValueError(path, "include", "is not read here, must be written out")
     ElementTree.register_namespace("drake", _DRAKE.strip("{}"))
-    numbers = Numbers(path)
-    joints: dict[str, JointNotes] = {}
-    inertials: dict[str, Inertial] = {}
-    visuals: dict[str, tuple[Visual, ...]] = {}
-    faults: dict[str, str] = {}
-    undrawn, frames = set[str](), set[str]()
+    numbers, robot = Numbers(path), Description(path, "sdf")
     for scope, model in _list_models(root, path):
         for link in model.findall("link"):
             short = name_of(link, path)
             name, key = f"{scope}{short}", f"link {short}"
-            if name in visuals:
+            if name in robot.visuals:
                 raise BadValueError(path, key, "is there twice")
-            shapes = [_read_visual(element, numbers, short) for element in link.findall("visual")]
-            visuals[name] = tuple(visual for visual in shapes if visual is not None)
-            undrawn |= {name} if None in shapes else set()
+            robot.add_visuals(name, [_read_visual(each, numbers, short) for each in link.findall("visual")])
             inertial = link.find("inertial")
             if inertial is None:
-                faults[name] = "has no <inertial>, for which SDF puts 1 kg"
+                robot.faults[name] = "has no <inertial>, for which SDF puts 1 kg"
                 _put_nothing(ElementTree.SubElement(link, "inertial"))
             elif inertial.get("auto") is not None:
-                faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
+                robot.faults[name] = 'has an <inertial auto="true">, must have its inertia written out'
                 inertial.attrib.clear()
                 _put_nothing(inertial)
-            else:
-                inertials[name] = _read_inertial(inertial, numbers, f"{key}.inertial")
-                if fault := inertials[name].find_fault():
-                    faults[name] = fault
-                    _put_nothing(inertial)
+            elif robot.add_inertial(name, _read_inertial(inertial, numbers, f"{key}.inertial")):
+                _put_nothing(inertial)
             remove_children(link, _NOT_OF_LINKS)
         for joint in model.findall("joint"):
             short = name_of(joint, path)
             name, key = f"{scope}{short}", f"joint {short}"
-            if name in joints:
+            if name in robot.joints:
                 raise BadValueError(path, key, "is there twice")
-            joints[name] = _read_joint(joint, numbers, key)
+            robot.joints[name] = _read_joint(joint, numbers, key)
             remove_children(joint, ("sensor", f"{_DRAKE}rotor_inertia", f"{_DRAKE}gear_ratio", f"{_DRAKE}mimic"))
             for axis in joint.findall("axis"):
                 remove_children(axis, ("mimic",))
                 dynamics = axis.find("dynamics")
                 if dynamics is not None:
                     remove_children(dynamics, ("friction", "spring_reference", "spring_stiffness"))
-        frames |= {f"{scope}{frame.get('name', '')}" for frame in model.findall("frame")}
+        robot.frames |= {f"{scope}{frame.get('name', '')}" for frame in model.findall("frame")}
         remove_children(model, _NOT_OF_MODELS)
-    text = ElementTree.tostring(root, encoding="unicode")
-    return Description(
-        path,
-        "sdf",
-        text,
-        joints,
-        inertials,
-        faults,
-        visuals,
-        undrawn=frozenset(undrawn),
-        frames=frozenset(frames),
-    )
+    robot.text = ElementTree.tostring(root, encoding="unicode")
+    return robot
 
 
 def _list_models(element: Element, path: Path, scope: str = "") -> Iterator[tuple[str, Element]]:
@@ -111,7 +91,10 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     def take_bound(name: str) -> float | None:
         return numbers.parse_bound(find_text(joint, f"axis/limit/{name}"), f"{key}.axis.limit.{name}")
 
-    effort, velocity = (_bound_or_none(take_bound(name)) for name in ("effort", "velocity"))
+    effort, velocity = (
+        None if bound is None or bound < 0.0 or math.isinf(bound) else bound  # negative ones mean unlimited in SDF
+        for bound in (take_bound("effort"), take_bound("velocity"))
+    )
     mimic = joint.find("axis/mimic")
     if mimic is None:
         mimic = joint.find(f"{_DRAKE}mimic")
@@ -130,7 +113,6 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         lower=lower, upper=upper, velocity=velocity, damping=damping, rotor_inertia=rotor, axis=axis
     )
     notes = JointNotes(
-        kind=joint.get("type", ""),
         effort=effort,
         friction=take("axis/dynamics/friction", 0.0),
         stiffness=take("axis/dynamics/spring_stiffness", 0.0),
@@ -144,28 +126,27 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     return notes
 
 
-def _bound_or_none(bound: float | None) -> float | None:
-    """Returns a bound, or None for a negative or infinite one, which means unlimited in SDF."""
-    return None if bound is None or bound < 0.0 or math.isinf(bound) else bound
-
-
 def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
-    pose = inertial.find("pose")
-    elsewhere = pose is not None and (pose.get("relative_to") or pose.get("rotation_format") or pose.get("degrees"))
-    values = numbers.parse(None if elsewhere or pose is None else pose.text, f"{key}.pose", 6, _NO_POSE)
-    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    pose = _read_pose(inertial, numbers, key)
+    place, rpy = pose or (_NO_PLACE, _NO_PLACE)
     unit = (1.0, 1.0, 1.0, 0.0, 0.0, 0.0)  # SDF's defaults for missing moments
     moments = tuple(
         numbers.parse_one(find_text(inertial, f"inertia/{name}"), f"{key}.inertia.{name}", default)
-        for name, default in zip(names, unit, strict=True)
+        for name, default in zip(MOMENTS, unit, strict=True)
     )
-    return Inertial(
-        numbers.parse_one(find_text(inertial, "mass"), f"{key}.mass", 1.0),
-        as_triple(list(values[:3])),
-        as_triple(list(values[3:])),
-        cast(tuple[float, float, float, float, float, float], moments),
-        in_link=not elsewhere,
-    )
+    mass = numbers.parse_one(find_text(inertial, "mass"), f"{key}.mass", 1.0)
+    return Inertial(mass, place, rpy, moments, in_link=pose is not None)
+
+
+def _read_pose(element: Element, numbers: Numbers, key: str) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Reads position and roll, pitch and yaw in the link's frame; None where another frame or form is named."""
+    pose = element.find("pose")
+    if pose is None:
+        return _NO_PLACE, _NO_PLACE
+    if pose.get("relative_to") or pose.get("rotation_format") or pose.get("degrees"):
+        return None
+    values = numbers.parse(pose.text, f"{key}.pose", 6, (*_NO_PLACE, *_NO_PLACE))
+    return values[:3], values[3:]
 
 
 def _put_nothing(inertial: Element) -> None:
@@ -174,33 +155,25 @@ def _put_nothing(inertial: Element) -> None:
         inertial.remove(child)
     ElementTree.SubElement(inertial, "mass").text = "0"
     inertia = ElementTree.SubElement(inertial, "inertia")
-    for name in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"):
+    for name in MOMENTS:
         ElementTree.SubElement(inertia, name).text = "0"
 
 
 def _read_visual(element: Element, numbers: Numbers, link: str) -> Visual | None:
     """Reads a shape; None for one that is not imported."""
     geometry, key = element.find("geometry"), f"link {link}.visual"
-    pose = element.find("pose")
-    if geometry is None or not len(geometry):
+    if geometry is None or not len(geometry) or (pose := _read_pose(element, numbers, key)) is None:
         return None
-    if pose is not None and (pose.get("relative_to") or pose.get("rotation_format") or pose.get("degrees")):
-        return None
-    values = numbers.parse(None if pose is None else pose.text, f"{key}.pose", 6, _NO_POSE)
-    place, rpy = as_triple(list(values[:3])), as_triple(list(values[3:]))
     diffuse = find_text(element, "material/diffuse")
     words = len((diffuse or "").split())
     colour = numbers.parse(diffuse, f"{key}.material.diffuse", words, ()) if words in (3, 4) else None
     if colour is not None and len(colour) == 3:
         colour = (*colour, 1.0)
-    shape = geometry[0]
+    shape, (place, rpy) = geometry[0], pose
     if shape.tag == "mesh":
         scale = numbers.parse(find_text(shape, "scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
         return Visual("mesh", scale, place, rpy, (find_text(shape, "uri") or "").strip(), colour)
-    if shape.tag not in _SIZES:
+    if shape.tag not in SHAPES:
         return None
-    sizes: tuple[float, ...] = ()
-    for tag in _SIZES[shape.tag]:
-        count = 3 if tag in ("size", "radii") else 1
-        sizes += numbers.parse(find_text(shape, tag), f"{key}.{shape.tag}.{tag}", count, (0.01,) * count)
+    sizes = numbers.parse_sizes(shape.tag, lambda name: find_text(shape, name), key)
     return Visual(shape.tag, sizes, place, rpy, "", colour)

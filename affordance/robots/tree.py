@@ -2,9 +2,11 @@
 
 import logging
 import re
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from logging.handlers import BufferingHandler
 from pathlib import Path
 
 from pydrake.multibody.parsing import Parser
@@ -40,6 +42,14 @@ class RobotTree:
             yield joint
             body = joint.parent_body()
 
+    def list_above(self, body: RigidBody) -> list[RigidBody]:
+        """Lists the bodies above a body, up to the world."""
+        return [joint.parent_body() for joint in self.climb(body)]
+
+    def list_children(self, body: RigidBody) -> list[Joint]:
+        """Lists the joints that a body carries."""
+        return [joint for joint in self.joints_above.values() if joint.parent_body().index() == body.index()]
+
     def key(self, element: Joint | RigidBody) -> str:
         """Returns the name of a joint or link in the description; in an SDF it includes the name of the model."""
         model = f"{self.plant.GetModelInstanceName(element.model_instance())}::"
@@ -47,7 +57,7 @@ class RobotTree:
 
     def note(self, joint: Joint) -> JointNotes:
         """Returns the data of a joint that are in the file but not in Drake."""
-        return self.description.joints.get(self.key(joint)) or JointNotes(joint.type_name())
+        return self.description.joints.get(self.key(joint)) or JointNotes()
 
     def list_frames(self) -> list[Frame]:
         """Lists the links and the frames that the file names, without Drake's auxiliary frames."""
@@ -95,7 +105,7 @@ def build_tree(description: Description) -> RobotTree:
         ModelFileError: Drake cannot parse the text, or no joint moves.
     """
     plant = MultibodyPlant(0.0)
-    with _collect_remarks() as remarks:
+    with _collect_remarks() as collector:
         try:
             Parser(plant).AddModelsFromString(description.text, _DRAKE_NAMES[description.kind])
             _check_is_tree(description.path, plant)
@@ -110,15 +120,12 @@ def build_tree(description: Description) -> RobotTree:
     joints_above = list_joints_above(plant)
     if not any(joint.num_velocities() for joint in joints_above.values()):
         raise ModelFileError(description.path, "has no joint that moves")
-    return RobotTree(description, plant, joints_above, tuple(dict.fromkeys(remarks)))
+    remarks = dict.fromkeys(_clean(record.getMessage()) for record in collector.buffer)
+    return RobotTree(description, plant, joints_above, tuple(remarks))
 
 
 def _check_is_tree(path: Path, plant: MultibodyPlant) -> None:
-    """Rejects a link with two parent joints, and loops of joints.
-
-    Raises:
-        BadValueError: There is such a link or loop.
-    """
+    """Rejects a link with two parent joints, and loops of joints."""
     above: dict[BodyIndex, Joint] = {}
     for joint in map(plant.get_joint, plant.GetJointIndices()):
         child = joint.child_body()
@@ -152,27 +159,13 @@ def list_joints_above(plant: MultibodyPlant) -> dict[BodyIndex, Joint]:
     return {joint.child_body().index(): joint for joint in joints}
 
 
-class _Collector(logging.Handler):
-    """Handler that stores log messages."""
-
-    def __init__(self, remarks: list[str]) -> None:
-        super().__init__()
-        self._remarks = remarks
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Stores a message."""
-        self._remarks.append(_clean(record.getMessage()))
-
-
 @contextmanager
-def _collect_remarks() -> Iterator[list[str]]:
+def _collect_remarks() -> Iterator[BufferingHandler]:
     """Collects Drake's warnings instead of printing them."""
-    log = logging.getLogger("drake")
-    remarks: list[str] = []
-    handler, propagate = _Collector(remarks), log.propagate
-    handlers = log.handlers[:]
-    log.handlers, log.propagate = [handler], False
+    log, collector = logging.getLogger("drake"), BufferingHandler(sys.maxsize)
+    handlers, propagate = log.handlers, log.propagate
+    log.handlers, log.propagate = [collector], False
     try:
-        yield remarks
+        yield collector
     finally:
         log.handlers, log.propagate = handlers, propagate

@@ -4,16 +4,22 @@ import difflib
 import math
 from collections.abc import Collection
 from pathlib import Path
-from typing import cast
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, as_triple
-from affordance.robots.joint_faults import find_joint_fault
+from affordance.robots.description import (
+    MOMENTS,
+    SHAPES,
+    Description,
+    Inertial,
+    JointNotes,
+    Mimic,
+    Visual,
+    find_joint_fault,
+)
 from affordance.robots.xml_reader import Numbers, get_attribute, name_of, remove_children
 
-_SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 # Xacro has been declared by several addresses, or by its prefix alone.
 _XACRO = "xacro}"
 _KINDS = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
@@ -30,38 +36,30 @@ def read_urdf(path: Path, root: Element) -> Description:
     """
     if any(_XACRO in element.tag for element in root.iter()):
         raise BadValueError(path, "", "is a xacro template, must be expanded to a URDF first")
-    numbers = Numbers(path)
-    joints: dict[str, JointNotes] = {}
-    inertials: dict[str, Inertial] = {}
-    visuals: dict[str, tuple[Visual, ...]] = {}
-    faults: dict[str, str] = {}
-    undrawn = set[str]()
+    numbers, robot = Numbers(path), Description(path, "urdf")
     connected: dict[frozenset[str], str] = {}
     colours = _read_colours(root, numbers)
     others = {child.tag for child in root if child.tag not in ("link", "joint", "material")}
     for link in root.findall("link"):
         name = name_of(link, path)
-        if name in visuals:
+        if name in robot.visuals:
             raise BadValueError(path, f"link {name}", "is there twice")
-        shapes = [_read_visual(element, numbers, name, colours) for element in link.findall("visual")]
-        visuals[name] = tuple(visual for visual in shapes if visual is not None)
-        undrawn |= {name} if None in shapes else set()
+        robot.add_visuals(name, [_read_visual(each, numbers, name, colours) for each in link.findall("visual")])
         inertial = link.find("inertial")
-        if inertial is not None:
-            inertials[name] = _read_inertial(inertial, numbers, f"link {name}.inertial")
-            if fault := inertials[name].find_fault():
-                faults[name] = fault
-                link.remove(inertial)  # Drake would substitute a sphere of water
+        if inertial is not None and robot.add_inertial(
+            name, _read_inertial(inertial, numbers, f"link {name}.inertial")
+        ):
+            link.remove(inertial)  # Drake would substitute a sphere of water
         remove_children(link, ("visual", "collision"))
     for joint in root.findall("joint"):
         name = name_of(joint, path)
-        if name in joints:
+        if name in robot.joints:
             raise BadValueError(path, f"joint {name}", "is there twice")
-        pair = _read_connection(joint, path, f"joint {name}", visuals)
+        pair = _read_connection(joint, path, f"joint {name}", robot.visuals)
         if (other := connected.setdefault(pair, name)) != name:
             problem = f"connects {' and '.join(sorted(pair))}, as joint {other} does, must be the only one"
             raise BadValueError(path, f"joint {name}", problem)
-        joints[name] = _read_joint(joint, numbers, f"joint {name}")
+        robot.joints[name] = _read_joint(joint, numbers, f"joint {name}")
         remove_children(joint, ("mimic", "safety_controller", "calibration"))
         dynamics = joint.find("dynamics")
         if dynamics is not None:
@@ -70,18 +68,15 @@ def read_urdf(path: Path, root: Element) -> Description:
     for child in list(root):
         if child.tag not in ("link", "joint"):
             root.remove(child)
-    dropped = (f"elements {', '.join(sorted(others))} of the file, which do not concern motion",) if others else ()
+    if others:
+        robot.dropped.append(f"elements {', '.join(sorted(others))} of the file, which do not concern motion")
     root.attrib.setdefault("name", path.stem)  # which Drake insists on
-    text = ElementTree.tostring(root, encoding="unicode")
-    return Description(path, "urdf", text, joints, inertials, faults, visuals, dropped, undrawn=frozenset(undrawn))
+    robot.text = ElementTree.tostring(root, encoding="unicode")
+    return robot
 
 
 def _read_connection(joint: Element, path: Path, key: str, links: Collection[str]) -> frozenset[str]:
-    """Reads which two links a joint connects.
-
-    Raises:
-        BadValueError: They are not two links of the file, or the joint is of no type there is.
-    """
+    """Reads which two links a joint connects."""
     kind = joint.get("type", "")
     if kind not in _KINDS:
         raise BadValueError(path, f"{key}.type", describe_choice(kind, _KINDS))
@@ -118,13 +113,8 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
         bounds.update(lower=bounds["lower"] or 0.0, upper=bounds["upper"] or 0.0)  # URDF's default for a missing one
     damping = numbers.parse_one(get_attribute(dynamics, "damping"), f"{key}.dynamics.damping", 0.0)
     direction = numbers.parse(get_attribute(axis, "xyz"), f"{key}.axis.xyz", 3, (1.0, 0.0, 0.0))
-    fault = find_joint_fault(
-        lower=bounds["lower"],
-        upper=bounds["upper"],
-        velocity=bounds["velocity"],
-        damping=damping,
-        axis=direction,
-    )
+    lower, upper, velocity = (bounds[name] for name in _BOUNDS)
+    fault = find_joint_fault(lower=lower, upper=upper, velocity=velocity, damping=damping, axis=direction)
     effort = numbers.parse_bound(get_attribute(limit, "effort"), f"{key}.limit.effort")
     if limit is not None:
         limit.attrib.pop("effort", None)  # kept in the notes
@@ -135,7 +125,6 @@ def _read_joint(joint: Element, numbers: Numbers, key: str) -> JointNotes:
     if fault:
         remove_children(joint, ("axis", "dynamics"))
     return JointNotes(
-        kind=kind,
         effort=None if effort is None or math.isinf(effort) else effort,
         friction=numbers.parse_one(get_attribute(dynamics, "friction"), f"{key}.dynamics.friction", 0.0),
         mimic=follows,
@@ -147,15 +136,9 @@ def _read_inertial(inertial: Element, numbers: Numbers, key: str) -> Inertial:
     origin, moments = inertial.find("origin"), inertial.find("inertia")
     place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
     rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
-    names = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
-    values = tuple(numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in names)
+    values = tuple(numbers.parse_one(get_attribute(moments, name), f"{key}.inertia.{name}", 0.0) for name in MOMENTS)
     mass = numbers.parse_one(get_attribute(inertial.find("mass"), "value"), f"{key}.mass", 0.0)
-    return Inertial(
-        mass,
-        as_triple(list(place)),
-        as_triple(list(rpy)),
-        cast(tuple[float, float, float, float, float, float], values),
-    )
+    return Inertial(mass, place, rpy, values)
 
 
 def _read_colours(root: Element, numbers: Numbers) -> dict[str, tuple[float, ...]]:
@@ -176,8 +159,8 @@ def _read_visual(
     if geometry is None or not len(geometry):
         return None
     shape = geometry[0]
-    place = as_triple(list(numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)))
-    rpy = as_triple(list(numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)))
+    place = numbers.parse(get_attribute(origin, "xyz"), f"{key}.origin.xyz", 3, _NO_PLACE)
+    rpy = numbers.parse(get_attribute(origin, "rpy"), f"{key}.origin.rpy", 3, _NO_PLACE)
     material = element.find("material")
     colour = colours.get(get_attribute(material, "name") or "")
     if material is not None and material.find("color") is not None:
@@ -185,10 +168,6 @@ def _read_visual(
     if shape.tag == "mesh":
         scale = numbers.parse(shape.get("scale"), f"{key}.mesh.scale", 3, (1.0, 1.0, 1.0))
         return Visual("mesh", scale, place, rpy, shape.get("filename", ""), colour)
-    if shape.tag not in _SIZES:
+    if shape.tag not in SHAPES or shape.tag == "ellipsoid":  # which URDF has not
         return None
-    sizes: tuple[float, ...] = ()
-    for attribute in _SIZES[shape.tag]:
-        count = 3 if attribute == "size" else 1
-        sizes += numbers.parse(shape.get(attribute), f"{key}.{shape.tag}.{attribute}", count, (0.01,) * count)
-    return Visual(shape.tag, sizes, place, rpy, "", colour)
+    return Visual(shape.tag, numbers.parse_sizes(shape.tag, shape.get, key), place, rpy, "", colour)

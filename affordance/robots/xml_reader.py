@@ -1,9 +1,9 @@
 """Reader of XML whose errors name file, element and value."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import NoReturn
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 from xml.parsers import expat
@@ -11,7 +11,10 @@ from xml.parsers import expat
 from affordance.exceptions import BadValueError
 from affordance.files import xml_file as files
 from affordance.files.bounded import ROBOT
-from affordance.robots.undeclared import parse_undeclared
+from affordance.robots.description import SHAPES
+
+# Prefixes that are part of XML itself, and the namespace of those that a file does not declare.
+_DECLARED, _NAMESPACE = ("xml", "xmlns"), "undeclared:"
 
 
 def read_xml(path: Path) -> Element:
@@ -29,15 +32,41 @@ def _parse(content: bytes) -> Element:
     except ElementTree.ParseError as error:
         if error.code != expat.errors.codes[expat.errors.XML_ERROR_UNBOUND_PREFIX]:
             raise
-        return parse_undeclared(content)
+        return _parse_undeclared(content)
 
 
+def _parse_undeclared(content: bytes) -> Element:
+    """Parses XML after declaring every undeclared prefix in its root, as simulators' own elements often have them."""
+    used, declared, place = list[str](), set[str](), list[int]()
+    parser = expat.ParserCreate()  # not namespace-aware
+
+    def note(name: str, attributes: dict[str, str]) -> None:
+        if not place:
+            place.append(parser.CurrentByteIndex + len(f"<{name}".encode()))
+        for each in (name, *attributes):
+            prefix, colon, rest = each.partition(":")
+            if prefix == "xmlns" and colon:
+                declared.add(rest)
+            elif colon and prefix not in used:
+                used.append(prefix)
+
+    parser.StartElementHandler = note
+    try:
+        parser.Parse(content, True)
+    except expat.ExpatError as error:
+        wrong = ElementTree.ParseError(str(error))
+        wrong.code, wrong.position = error.code, (error.lineno, error.offset)
+        raise wrong from error
+    missing = [prefix for prefix in used if prefix not in declared and prefix not in _DECLARED]
+    declarations = "".join(f' xmlns:{prefix}="{_NAMESPACE}{prefix}"' for prefix in missing).encode()
+    return ElementTree.fromstring(content[: place[0]] + declarations + content[place[0] :])
+
+
+@dataclass(frozen=True)
 class Numbers:
-    """Parser of numbers in a file's text, whose errors name their place."""
+    """Parser of numbers in the text of a file, which its errors name."""
 
-    def __init__(self, path: Path) -> None:
-        """Stores the path of the file that errors name."""
-        self._path = path
+    path: Path
 
     def parse(self, text: str | None, key: str, count: int, default: Iterable[float]) -> tuple[float, ...]:
         """Parses a text of finite numbers.
@@ -59,20 +88,20 @@ class Numbers:
             values = ()
         if len(values) != count or not all(math.isfinite(value) for value in values):
             wanted = "a finite number" if count == 1 else f"{count} finite numbers"
-            raise BadValueError(self._path, key, f"is {' '.join(text.split())[:60]!r}, must be {wanted}")
+            raise BadValueError(self.path, key, f"is {' '.join(text.split())[:60]!r}, must be {wanted}")
         return values
 
     def parse_one(self, text: str | None, key: str, default: float) -> float:
         """Parses one finite number; arguments and errors as in ``parse``."""
         return self.parse(text, key, 1, (default,))[0]
 
-    def refuse(self, key: str, problem: str) -> NoReturn:
-        """Rejects the value at a place of the file.
-
-        Raises:
-            BadValueError: Always.
-        """
-        raise BadValueError(self._path, key, problem)
+    def parse_sizes(self, shape: str, find: Callable[[str], str | None], key: str) -> tuple[float, ...]:
+        """Parses the sizes of a simple shape, whose texts are found by name; 1 cm where there are none."""
+        sizes: tuple[float, ...] = ()
+        for name in SHAPES[shape]:
+            count = 3 if name in ("size", "radii") else 1
+            sizes += self.parse(find(name), f"{key}.{shape}.{name}", count, (0.01,) * count)
+        return sizes
 
     def parse_bound(self, text: str | None, key: str) -> float | None:
         """Parses a number that may be infinite; None if it is absent.
@@ -87,7 +116,7 @@ class Numbers:
         except ValueError:
             value = math.nan
         if math.isnan(value):
-            raise BadValueError(self._path, key, f"is {text.strip()[:60]!r}, must be a number")
+            raise BadValueError(self.path, key, f"is {text.strip()[:60]!r}, must be a number")
         return value
 
 

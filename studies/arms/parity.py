@@ -7,7 +7,9 @@ import numpy as np
 from pydrake.multibody.tree import MultibodyForces
 
 from affordance.arrays import Array
-from affordance.robots.importer import ImportOptions, ReadArm, build_statics, read_arm
+from affordance.robots.home import ArmStatics
+from affordance.robots.importer import ImportOptions, read_arm
+from affordance.robots.reduced_arm import ReducedArm
 
 # Number of states, and largest joint velocities and accelerations in them, [rad/s, rad/s^2].
 _STATES, _RATE, _ACCELERATION = 20, 2.0, 5.0
@@ -42,9 +44,9 @@ def compute_parity(path: Path, options: ImportOptions, seed: int = 0) -> ParityE
     return _compare(imported, *reduced, rng)
 
 
-def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
+def draw_posture(read: ReducedArm, rng: np.random.Generator) -> dict[str, float]:
     """Draws values for all joints but the arm's own, within their limits, or half a turn if they have none."""
-    tree, chain = read.tree, set(read.arm.joint_names)
+    tree, chain = read.tree, set(read.joint_names)
     values = {}
     for joint in tree.joints_above.values():
         if joint.num_velocities() != 1 or joint.name() in chain or tree.note(joint).mimic is not None:
@@ -55,7 +57,7 @@ def draw_posture(read: ReadArm, rng: np.random.Generator) -> dict[str, float]:
     return values
 
 
-def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
+def _build_reduced(path: Path, imported: ReducedArm) -> tuple[Any, int]:
     """Builds Pinocchio's model with the same joints frozen; returns it and the index of the tip's frame."""
     import pinocchio
 
@@ -64,14 +66,14 @@ def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
     else:
         model = pinocchio.buildModelFromUrdf(str(path))
     q = pinocchio.neutral(model)
-    kept = set(imported.arm.joint_names)
+    kept = set(imported.joint_names)
     locked = []
     for number in range(1, model.njoints):
         name, joint = model.names[number], model.joints[number]
         if name in kept:
             continue
         locked.append(number)
-        value = imported.arm.frozen.get(name)
+        value = imported.frozen.get(name)
         if value is not None and joint.nq == 1:
             q[joint.idx_q] = value
         elif value is not None and joint.nq == 2:  # a continuous joint, as a point of the unit circle
@@ -80,10 +82,10 @@ def _build_reduced(path: Path, imported: ReadArm) -> tuple[Any, int]:
     return reduced, reduced.getFrameId(imported.chain.tip.name(), pinocchio.FrameType.BODY)
 
 
-def _compare(imported: ReadArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
+def _compare(imported: ReducedArm, reduced: Any, tip: int, rng: np.random.Generator) -> ParityError:
     import pinocchio
 
-    statics, n = build_statics(imported.arm), len(imported.arm.links)
+    statics, n = ArmStatics(imported), len(imported.links)
     plant, context, forces = statics.plant, statics.context, MultibodyForces(statics.plant)
     data = reduced.createData()
     R_TH = (
@@ -93,7 +95,7 @@ def _compare(imported: ReadArm, reduced: Any, tip: int, rng: np.random.Generator
         .rotation()
         .matrix()
         .T
-        @ imported.arm.X_LH.rotation().matrix()
+        @ imported.X_LH.rotation().matrix()
     )
     found = []
     for _ in range(_STATES):

@@ -124,7 +124,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
             "joints": len(imported.arm.links),
             "frozen_joints": len(imported.arm.frozen),
             "parity_error": parity,
-            "payload_kg": imported.payload,
+            "payload_kg": imported.home.payload,
             "home_torque_ratio": imported.home.load,
             "experiments": {name: OK if isinstance(found, dict) else found for name, found in ran.items()},
             "real_time_factor": sag.real_time_factor,
@@ -136,7 +136,7 @@ def study_robot(robot: Robot, config: StudyConfig, out: Path) -> dict[str, Any]:
         },
         "heavy": asdict_of(_measure_heavy(models, config)),
         "arm_mass_kg": imported.arm.mass,
-        "empty_load": imported.empty_load,
+        "empty_load": imported.home.empty_load,
         **_pick_outcomes(ran),
     }
     write_json(kept, summary)

@@ -9,9 +9,9 @@ from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
-from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.claims import judge_claims
 from affordance.reporting.expressions import find_names
-from affordance.reporting.section_entries import ClaimEntry
+from affordance.reporting.section_entries import Claim
 
 _HEADLINES = Path(__file__).parent / "headlines.yaml"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")
@@ -24,10 +24,10 @@ def list_claims() -> Mapping[str, Claim]:
     claims = {
         f"{name}.{claim.key}": claim
         for name in EXPERIMENTS
-        for claim in load_protocol(find_protocol(name, MODELS)).report.list_claims()
+        for claim in load_protocol(find_protocol(name, MODELS)).report.claims
     }
     for name, entries in read_yaml(_HEADLINES).items():
-        headlines = [check_content(_HEADLINES, name, entry, ClaimEntry).build() for entry in entries]
+        headlines = [check_content(_HEADLINES, name, entry, Claim) for entry in entries]
         claims |= {f"{name}.{claim.key}": claim for claim in headlines}
     return claims
 

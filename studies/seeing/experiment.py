@@ -36,7 +36,7 @@ from affordance.objects.tool import Grip, Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.plant.serial_chain import build_chain
-from affordance.reporting.camera_figures import CameraView, draw_calibration, draw_camera_views
+from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
@@ -44,6 +44,7 @@ from affordance.vision.pixels.failed_frames import save_frame
 from affordance.vision.pixels.rgbd import Picture
 from affordance.vision.pixels.rig import build_rig_diagram, render
 from studies.seeing.comparison import NOTHING, compare
+from studies.seeing.figure import draw_calibration
 from studies.seeing.random_objects import MAX_PARTS, draw_object
 
 # Number of objects for the coverage of intervals, per object of the study of accuracy: 500 to 200.

@@ -18,8 +18,9 @@ from helpers.section_files import find_sections
 
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
-from affordance.reporting.claims import Claim, judge_claims
+from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
+from affordance.reporting.section_entries import Claim
 from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
 
 SECTIONS = find_sections()
@@ -273,7 +274,7 @@ def list_claims_of(name: str) -> dict[str, Claim]:
     path = MODELS / "protocols" / f"{name}.yaml"
     claims = {claim.key: claim for claim in load_claims(SECTIONS[name])} if name in SECTIONS else {}
     if path.exists():
-        claims |= {claim.key: claim for claim in load_protocol(path).report.list_claims()}
+        claims |= {claim.key: claim for claim in load_protocol(path).report.claims}
     if name in (*EXPERIMENTS, TASKS):
         claims |= {key.split(".")[1]: claim for key, claim in list_claims().items() if key.startswith(f"{name}.")}
     return claims

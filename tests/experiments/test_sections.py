@@ -31,7 +31,7 @@ CLAIMS = {
 } | {
     (name, claim.key): claim
     for name in PROTOCOLS
-    for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.list_claims()
+    for claim in load_protocol(MODELS / "protocols" / f"{name}.yaml").report.claims
 }
 # Every bound of every criterion, by section, key of the claim, place of the criterion, and comparison.
 BOUNDS = [
@@ -50,9 +50,9 @@ def is_met(claim, numbers):
 def remove_bound(claim, place, how):
     """The claim without one bound; without the criterion if that was its only one."""
     criterion = claim.criteria[place]
-    bounds = {other: bound for other, bound in criterion.bounds.items() if other != how}
-    kept = [criterion._replace(bounds=bounds)] if bounds else []
-    return claim._replace(criteria=(*claim.criteria[:place], *kept, *claim.criteria[place + 1 :]))
+    less = criterion.model_copy(update={"is_" if how == "is" else how: None})
+    kept = [less] if less.bounds else []
+    return claim.model_copy(update={"criteria": [*claim.criteria[:place], *kept, *claim.criteria[place + 1 :]]})
 
 
 def list_counterexamples(name, key):

@@ -12,7 +12,7 @@ from affordance.experiments import suite
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import change_settings
 from affordance.proprioception.faults import Faults
-from affordance.robots.lacks import write_lacks
+from affordance.robots.changes import write_lacks
 from affordance.runs.repeats import compute_key
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import FeatureSource

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.expressions import FUNCTIONS, check_expression, evaluate, find_names
+from affordance.reporting.expressions import FUNCTIONS, evaluate, find_names, parse_expression
 
 NUMBERS = {
     "x": [1.0, 2.0],
@@ -17,51 +17,34 @@ NUMBERS = {
 }
 
 
-@pytest.mark.parametrize(
-    ("expression", "expected"),
-    [
-        ("x[-1] / x[0]", 4.0),
-        ("x[1:] / x[:-1]", [2.0, 2.0]),
-        ("abs(-x)", [1.0, 2.0, 4.0]),
-        ("diff(x)", [1.0, 2.0]),
-        ("max(x) - min(x) - ptp(x)", 0.0),
-        ("mean(x) * len(x) - sum(x)", 0.0),
-        ("maximum(x, 2)", [2.0, 2.0, 4.0]),
-        ("minimum(x, 2)", [1.0, 2.0, 2.0]),
-        ("sqrt(x[2]) + log(x[0])", 2.0),
-        ("values(named)", [3.0, 5.0]),
-        ("named['a']", 3.0),
-        ("all(x > 0) and not any(x > 4)", True),
-        ("x[0] if x[0] > 2 else x[1]", 2.0),
-        (0.25, 0.25),
-        (True, True),
-    ],
-)
+VALID = [
+    ("x[-1] / x[0]", 4.0),
+    ("x[1:] / x[:-1]", [2.0, 2.0]),
+    ("abs(-x)", [1.0, 2.0, 4.0]),
+    ("diff(x)", [1.0, 2.0]),
+    ("max(x) - min(x) - ptp(x)", 0.0),
+    ("mean(x) * len(x) - sum(x)", 0.0),
+    ("maximum(x, 2)", [2.0, 2.0, 4.0]),
+    ("minimum(x, 2)", [1.0, 2.0, 2.0]),
+    ("sqrt(x[2]) + log(x[0])", 2.0),
+    ("values(named)", [3.0, 5.0]),
+    ("named['a']", 3.0),
+    ("all(x > 0) and not any(x > 4)", True),
+    ("x[0] if x[0] > 2 else x[1]", 2.0),
+    (0.25, 0.25),
+    (True, True),
+]
+
+
+@pytest.mark.parametrize(("expression", "expected"), VALID)
 def test_expression_over_numbers(expression, expected):
     found = evaluate(expression, {"x": [1.0, 2.0, 4.0], "named": {"a": 3.0, "b": 5.0}})
     np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
 def test_every_function_is_tested():
-    assert set(FUNCTIONS) == {
-        *(
-            "abs",
-            "all",
-            "any",
-            "diff",
-            "len",
-            "log",
-            "max",
-            "maximum",
-            "mean",
-            "min",
-            "minimum",
-            "ptp",
-            "sqrt",
-            "sum",
-        ),
-        "values",
-    }
+    called = {name for name in FUNCTIONS if any(f"{name}(" in str(expression) for expression, _ in VALID)}
+    assert called == set(FUNCTIONS)
 
 
 @pytest.mark.parametrize(
@@ -156,7 +139,7 @@ def test_names_are_those_of_numbers():
 @pytest.mark.parametrize("expression", ["x.a", "open(x)", "diff(x, 2)", "x +", "[x]", "x" * 2000])
 def test_what_an_expression_is_made_of_is_found_without_numbers(expression):
     with pytest.raises(AffordanceError, match=r"^the expression .* cannot be evaluated: "):
-        check_expression(expression)
+        parse_expression(expression)
 
 
 def test_misspelt_functions_and_keys_are_answered_with_the_nearest():

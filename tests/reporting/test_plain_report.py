@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError, BadValueError
-from affordance.reporting.claims import Claim, Criterion
-from affordance.reporting.plain_report import PlainReport, check_names, render_report
-from affordance.reporting.section_entries import ReportFigure
+from affordance.reporting.section import PlainReport, check_names, render_report
+from affordance.reporting.section_entries import Claim, Criterion, ReportFigure
 
 FACTS = {"repeats": 2, "camera_caption": "", "faults": "", "few_observers": "They are few."}
 NUMBERS = {
@@ -40,7 +39,7 @@ def make(tmp_path, *, prose=None, given=None, claims=(), names=("mass", "share",
         prose=section,
         title="mine",
         question="What is it?",
-        figures=(ReportFigure("drawn.png", "Drawn"),),
+        figures=(ReportFigure(file="drawn.png", caption="Drawn"),),
         meanings={name: "in kg" if name == "mass" else "" for name in names},
         given=given or {},
         claims=claims,
@@ -48,13 +47,13 @@ def make(tmp_path, *, prose=None, given=None, claims=(), names=("mass", "share",
 
 
 def claim(value, **bounds):
-    return Claim("key", "ours", "It is so.", (Criterion("size", value, bounds),))
+    return Claim(key="key", source="ours", text="It is so.", criteria=[Criterion(name="size", value=value, **bounds)])
 
 
 def test_report_is_made_of_question_figures_and_every_number(tmp_path):
     section = render_report(make(tmp_path, claims=(claim("share", at_most=0.5),)), NUMBERS, FACTS)
     assert (section.title, section.summary, section.remarks) == ("mine", "What is it?", ["They are few."])
-    assert section.figures == [ReportFigure("drawn.png", "Drawn")]
+    assert section.figures == [ReportFigure(file="drawn.png", caption="Drawn")]
     assert section.claims[0].met
     (table,) = section.tables
     assert table.header == ["number", "meaning", "value", "95 % interval"]
@@ -85,7 +84,7 @@ def test_texts_are_taken_as_they_stand(tmp_path):
         "summary": attack,
         "remarks": [attack],
         "order": 7,
-        "figures": [ReportFigure("a", attack)],
+        "figures": [ReportFigure(file="a", caption=attack)],
     }
     section = render_report(make(tmp_path, given=given), NUMBERS, {**FACTS, "faults": "Faulty."})
     assert (section.order, section.title, section.summary) == (7, attack, attack)

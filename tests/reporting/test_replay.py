@@ -1,9 +1,9 @@
 import base64
 import gc
 import re
-import struct
 import threading
 
+import msgpack
 import numpy as np
 import pytest
 
@@ -48,50 +48,6 @@ def test_no_page_without_a_port(tmp_path, weight, scenes, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-# What follows a code of MessagePack that has a fixed size, and which codes say how long a text, list or mapping is.
-NUMBERS = {0xCA: ">f", 0xCB: ">d", 0xCC: ">B", 0xCD: ">H", 0xCE: ">I", 0xD0: ">b", 0xD1: ">h", 0xD2: ">i"}
-LENGTHS = {
-    0xD9: ("text", ">B"),
-    0xDA: ("text", ">H"),
-    0xDC: ("list", ">H"),
-    0xDD: ("list", ">I"),
-    0xDE: ("map", ">H"),
-}
-PLAIN = {0xC0: None, 0xC2: False, 0xC3: True}
-
-
-def unpack(data, at=0):
-    """Reads what Meshcat's animations have of MessagePack; returns it, and where it ends."""
-
-    def take(form):
-        nonlocal at
-        (value,) = struct.unpack_from(form, data, at)
-        at += struct.calcsize(form)
-        return value
-
-    code = take(">B")
-    if code in PLAIN:
-        return PLAIN[code], at
-    if code in NUMBERS:
-        return take(NUMBERS[code]), at
-    if code < 0x80 or code >= 0xE0:
-        return code if code < 0x80 else code - 256, at
-    if code in LENGTHS:
-        kind, form = LENGTHS[code]
-        length = take(form)
-    elif code >= 0xA0:
-        kind, length = "text", code & 0x1F
-    else:
-        kind, length = ("map" if code < 0x90 else "list"), code & 0x0F
-    if kind == "text":
-        return data[at : at + length].decode(), at + length
-    items = []
-    for _ in range(length * (1 + (kind == "map"))):
-        item, at = unpack(data, at)
-        items.append(item)
-    return (dict(zip(items[::2], items[1::2], strict=True)) if kind == "map" else items), at
-
-
 def read_recording(path):
     """The recording of a page: times and values of every property of every object, by path and property."""
     for chunk in re.findall("base64,([A-Za-z0-9+/=]+)", path.read_text(encoding="utf-8")):
@@ -102,7 +58,7 @@ def read_recording(path):
                     np.array([key["time"] for key in track["keys"]]) / animation["clip"]["fps"],
                     [key["value"] for key in track["keys"]],
                 )
-                for animation in unpack(data)[0]["animations"]
+                for animation in msgpack.unpackb(data)["animations"]
                 for track in animation["clip"]["tracks"]
             }
     raise AssertionError(f"{path} has no recording")

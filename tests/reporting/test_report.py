@@ -1,7 +1,9 @@
 """The page that is made of the sections of a folder."""
 
+import functools
 import html.parser
 import json
+import operator
 import re
 
 import pytest
@@ -21,7 +23,7 @@ def make_section(order, title, met=True):
         order=order,
         title=title,
         summary="Objects <held> & felt.",
-        figures=[ReportFigure("figure.png", "Figure 3 & more")],
+        figures=[ReportFigure(file="figure.png", caption="Figure 3 & more")],
         claims=[ClaimResult("drop", "IV-A", "The drop is reduced.", met, criteria)],
         tables=[Table("Trial by trial.", ["object", "drop (cm)"], [["rod <1>", "18"], ["rod 2", "0.2"]])],
         remarks=["No constants are given."],
@@ -63,6 +65,18 @@ def write_both(folder):
     write_section(folder / "weight", make_section(1, "Simulation I"))
     write_section(folder / "com", make_section(2, "Simulation II", met=False))
     return write_report(folder).read_text(encoding="utf-8")
+
+
+def write_metrics(folder, name, **changes):
+    setup = {"arm": "arm.dmd.yaml", "models": "my_models", "learners": ["density"], "settings": {}, **changes}
+    numbers = {
+        "repeats": 20,
+        "seed": 3,
+        "finished": "2026-11-22",
+        "versions": {"affordance": "0.2.0", "drake": "1.58.0"},
+        **({} if changes == {"setup": None} else {"setup": setup}),
+    }
+    (folder / name / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
 
 
 def test_report_holds_all_sections_in_the_papers_order(folder):
@@ -109,13 +123,10 @@ def test_anchor_is_of_the_folders_name(tmp_path):
 
 
 def test_run_is_named_with_observers_seed_versions_and_time(folder):
-    metrics = {"repeats": 20, "seed": 3, "finished": "2026-11-22 00:25"}
-    for name, version in (("weight", "1.58.0"), ("com", "1.58.0")):
-        versions = {"affordance": "0.2.0", "drake": version}
-        (folder / name / "metrics.json").write_text(json.dumps({**metrics, "versions": versions}), encoding="utf-8")
-    page = write_both(folder)
-    line = "20 observers or objects, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22 00:25"
-    assert f"com, weight: {line}<" in page
+    for name in ("weight", "com"):
+        write_metrics(folder, name, setup=None)
+    line = "20 observers or objects, seed 3, by version 0.2.0 with Drake 1.58.0, 2026-11-22"
+    assert f"com, weight: {line}<" in write_both(folder)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null", '{"repeats": 3}', '{"versions": []}'])
@@ -135,52 +146,51 @@ def test_section_that_is_none_is_named_and_quarantined(folder, caplog, text):
     assert not (folder / "com" / "section.json").exists()
 
 
-WRONG = [None, 3, "x", [], [None], {"a": 1}]
-
-
-def list_places(value, path=()):
-    """Every place in a section at which something else could stand."""
-    yield path
-    entries = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    for key, entry in entries:
-        yield from list_places(entry, (*path, key))
-
-
-def put(value, path, other):
-    """A copy of a section with something else at a place; without what is there if the other is ``put``."""
-    if not path:
-        return other
-    copy = dict(value) if isinstance(value, dict) else list(value)
-    if other is put and len(path) == 1:
-        del copy[path[0]]
-    else:
-        copy[path[0]] = put(copy[path[0]], path[1:], other)
-    return copy
-
-
-def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog):
-    """Every value of every kind at every place of a section, and every key left out."""
+@pytest.mark.parametrize(
+    "place",
+    [
+        ("order",),
+        ("title",),
+        ("summary",),
+        ("figures",),
+        ("figures", 0, "caption"),
+        ("claims", 0),
+        ("claims", 0, "met"),
+        ("claims", 0, "text"),
+        ("claims", 0, "criteria"),
+        ("claims", 0, "criteria", 0, "bound"),
+        ("tables", 0, "header"),
+        ("tables", 0, "rows", 1, 0),
+        ("remarks", 0),
+    ],
+)
+def test_whatever_stands_in_a_section_the_others_are_reported(folder, caplog, place):
+    """Values of other kinds at every level of a section, and keys left out or unknown."""
     caplog.set_level("ERROR")
-    write_section(folder / "weight", make_section(1, "Simulation I"))
+    write_both(folder)
     path = folder / "com" / "section.json"
-    write_section(path.parent, make_section(2, "Simulation II"))
-    (folder / "com" / "x").write_bytes(b"a figure of this name")
-    good = json.loads(path.read_text(encoding="utf-8"))
-    places = list(list_places(good))
-    assert len(places) > 30
-    for place in places:
-        for other in (*WRONG, put) if place else WRONG:
-            path.write_text(json.dumps(put(good, place, other)), encoding="utf-8")
-            page = write_report(folder).read_text(encoding="utf-8")
-            assert "<h2>Simulation I<" in page, (place, other)
-            assert path.exists() == ('<section id="com">' in page), (place, other)
+    good = path.read_text(encoding="utf-8")
+    *outer, last = place
+    for other in (None, 3.5, [None], {"a": 1}, "left out"):
+        content = json.loads(good)
+        entry = functools.reduce(operator.getitem, outer, content)
+        entry[last] = other
+        if other == "left out":
+            del entry[last]
+        path.write_text(json.dumps(content), encoding="utf-8")
+        page = write_report(folder).read_text(encoding="utf-8")
+        assert "<h2>Simulation I<" in page
+        assert path.exists() == ('<section id="com">' in page)
+        assert path.exists() == (other == "left out" and isinstance(last, int))
 
 
 @pytest.mark.parametrize("file", ["../secret.png", "/etc/passwd", "deep/figure.png"])
 def test_figure_that_lies_elsewhere_is_not_carried_into_the_page(folder, caplog, file):
-    write_section(folder / "com", make_section(2, "Simulation II")._replace(figures=[ReportFigure(file, "Mine")]))
+    write_section(folder / "com", make_section(2, "Simulation II"))
+    path = folder / "com" / "section.json"
+    path.write_text(path.read_text(encoding="utf-8").replace("figure.png", file), encoding="utf-8")
     assert "Simulation II" not in write_report(folder).read_text(encoding="utf-8")
-    assert "lies elsewhere" in caplog.text
+    assert "figures.0.file: is " in caplog.text
 
 
 def test_section_whose_figure_is_missing_is_named_left_out_and_kept(folder, caplog):
@@ -204,21 +214,6 @@ def test_report_of_nothing_is_still_a_page(tmp_path):
     page = write_report(tmp_path).read_text(encoding="utf-8")
     assert Page(page).open == []
     assert "0 of 0 claims" in page
-
-
-SETUP = {"arm": "arm.dmd.yaml", "models": "my_models", "learners": ["density"], "settings": {}}
-
-
-def write_metrics(folder, name, **changes):
-    versions = {"affordance": "0.2.0", "drake": "1.58.0"}
-    numbers = {
-        "repeats": 20,
-        "seed": 3,
-        "finished": "2026-11-22",
-        "versions": versions,
-        "setup": {**SETUP, **changes},
-    }
-    (folder / name / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
 
 
 def test_head_names_arm_models_learner_and_changed_settings(folder):

@@ -58,7 +58,10 @@ def test_every_text_is_filled_in(file):
     section = render_section(file(), NUMBERS, FACTS)
     assert (section.order, section.title) == (4, "About the stick")
     assert section.summary == "2 observers were simulated, in folded lines."
-    assert section.figures == [ReportFigure("figure.png", "The stick."), ReportFigure("seen.png", "What was seen.")]
+    assert section.figures == [
+        ReportFigure(file="figure.png", caption="The stick."),
+        ReportFigure(file="seen.png", caption="What was seen."),
+    ]
     (claim,) = section.claims
     assert (claim.key, claim.source, claim.text, claim.met) == ("small", "paper", "The stick is small.", True)
     assert tuple(claim.criteria[0]) == ("size of the stick", "6.2 cm", "at most 10 cm", True)

@@ -9,7 +9,7 @@ from helpers.robot_files import MJCF, SDF, write_urdf
 
 from affordance.exceptions import AffordanceError
 from affordance.robots.importer import ImportOptions, extract_arm, parse_spread
-from affordance.robots.notes import list_notes
+from affordance.robots.report import list_dropped
 
 TIP = ImportOptions("right_tool")
 GOOD_LIMIT = 'lower="-2.5" upper="2.4" velocity="3" effort="40"'
@@ -140,7 +140,7 @@ def test_what_is_wrong_with_a_joint_of_another_limb_is_left_out_and_named(tmp_pa
     path.write_text(text[:start] + wrong + text[start + len(GOOD_LIMIT) :])
     imported = extract_arm(path, TIP)
     said = "limits of the joint neck, which is not part of the arm: it has position limits from 3 to -3 rad"
-    assert any(note.startswith(said) for note in list_notes(imported, TIP).dropped)
+    assert any(note.startswith(said) for note in list_dropped(imported))
 
 
 def test_a_joint_without_end_has_no_limits_whatever_its_file_says(tmp_path: Path) -> None:
@@ -171,7 +171,7 @@ def test_what_a_fixed_joint_says_of_its_axis_does_not_matter(tmp_path: Path) -> 
     fixed = '<parent link="right_4"/><child link="right_tool"/><origin xyz="0.1 0 0" rpy="0.1 -0.2 0.05"/><axis xyz="'
     changes = {f"{fixed}0 1 0": f"{fixed}0 0 0", '<robot name="two_arms">': "<robot>"}
     imported = extract_arm(write_urdf(tmp_path, changes=changes), TIP)
-    assert not any("limits of the joint" in note for note in list_notes(imported, TIP).dropped)
+    assert not any("limits of the joint" in note for note in list_dropped(imported))
 
 
 def test_a_robot_without_masses_is_refused(tmp_path: Path) -> None:

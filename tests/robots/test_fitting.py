@@ -4,7 +4,6 @@ import re
 from pathlib import Path
 
 import pytest
-import yaml
 
 from affordance.choice.hammer import load_hammer
 from affordance.control.timed_path import TimedPath, load_path
@@ -14,7 +13,7 @@ from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.objects.tool import Tool
 from affordance.robots import fitting
-from affordance.robots.changes import SIZE_OF_TOOLS, Change, apply_changes
+from affordance.robots.changes import SIZE_OF_TOOLS, apply_changes
 from affordance.robots.fitting import NAIL, PATH, fit_blow, fit_objects, fit_path, measure_holding
 
 ARM_FILES = ("arm.sdf", "arm.dmd.yaml", "package.xml", "materials.yaml", "nail.yaml")
@@ -161,13 +160,3 @@ def hold_one_object(monkeypatch: pytest.MonkeyPatch, *, name: str = "stick", gri
         return [tool for tool in every(models, *files) if (tool.name, tool.grip) == (name, grip)]
 
     monkeypatch.setattr(fitting, "list_held", pick)
-
-
-def test_a_change_is_said_at_the_top_of_its_file_and_leaves_the_rest(tmp_path: Path) -> None:
-    (tmp_path / "nail.yaml").write_text((MODELS / "nail.yaml").read_text())
-    apply_changes(tmp_path, [Change("nail.yaml", "blow.duration", 0.8, 1.6, "slow joints")])
-    text = (tmp_path / "nail.yaml").read_text()
-    assert text.startswith("# Changed by affordance import-arm: nail.yaml: blow.duration: 0.8 -> 1.6 (slow joints)\n")
-    before = yaml.safe_load((MODELS / "nail.yaml").read_text())
-    before["blow"]["duration"] = 1.6
-    assert yaml.safe_load(text) == before

@@ -9,8 +9,8 @@ from helpers.robot_files import write_urdf
 from affordance.files.model_folder import MODELS
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
-from affordance.robots.home import TEST_DISTANCE
-from affordance.robots.importer import ImportOptions, build_statics, extract_arm
+from affordance.robots.home import TEST_DISTANCE, ArmStatics
+from affordance.robots.importer import ImportOptions, extract_arm
 from affordance.robots.reduced_arm import turn_up
 
 OURS = ImportOptions("hand_grip")
@@ -18,7 +18,7 @@ OURS = ImportOptions("hand_grip")
 
 def test_the_hand_is_level_points_outwards_and_joints_keep_clear_of_their_limits() -> None:
     imported = extract_arm(MODELS / "arm.sdf", OURS)
-    statics = build_statics(imported.arm)
+    statics = ArmStatics(imported.arm)
     q = imported.home.q
     X_WH = statics.compute_hand(q)
     away = X_WH[:3, 3] - statics.compute_shoulder()
@@ -41,10 +41,10 @@ def test_given_angles_are_kept_and_with_all_given_nothing_is_searched() -> None:
 
 def test_the_payload_loads_the_weakest_joint_to_its_limit_and_no_other_beyond(tmp_path: Path) -> None:
     imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
-    statics = build_statics(imported.arm)
-    load = np.abs(statics.compute_torques(imported.home.q, imported.payload)) / statics.efforts
+    statics = ArmStatics(imported.arm)
+    load = np.abs(statics.compute_torques(imported.home.q, imported.home.payload)) / statics.efforts
     assert load.max() == pytest.approx(1.0)
-    assert imported.arm.joint_names[int(load.argmax())] == imported.weakest
+    assert imported.arm.joint_names[int(load.argmax())] == imported.home.weakest
 
 
 def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
@@ -55,7 +55,7 @@ def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
     )
     q = np.linspace(0.1, 0.6, arm.num_joints)
     model.set_state(np.concatenate([q, np.zeros(arm.num_joints)]))
-    statics = build_statics(extract_arm(MODELS / "arm.sdf", OURS).arm)
+    statics = ArmStatics(extract_arm(MODELS / "arm.sdf", OURS).arm)
     np.testing.assert_allclose(
         statics.compute_torques(q, 0.7),
         model.compute_inverse_dynamics(np.zeros(arm.num_joints)),
@@ -66,7 +66,7 @@ def test_static_torques_are_those_of_the_strict_programs_arm() -> None:
 
 def test_the_base_is_turned_so_that_the_hand_points_forward(tmp_path: Path) -> None:
     imported = extract_arm(write_urdf(tmp_path), ImportOptions("right_tool", height=0.9))
-    statics = build_statics(imported.arm)
+    statics = ArmStatics(imported.arm)
     R_WH = statics.compute_hand(imported.home.q)[:3, :3]
     turned = imported.X_WB.rotation().matrix() @ imported.arm.X_WB.rotation().matrix().T @ R_WH
     np.testing.assert_allclose(turned[:, 0], [1.0, 0.0, 0.0], atol=1e-5)

@@ -13,8 +13,8 @@ from pydrake.systems.framework import DiagramBuilder
 from affordance.objects.drake_geometry import write_obj
 from affordance.plant.arm import ARM
 from affordance.plant.load import parse_arm
-from affordance.robots.folder import write_folder
 from affordance.robots.importer import ImportOptions, extract_arm
+from affordance.robots.kept import write_folder
 from affordance.robots.meshes import find_mesh_file
 
 TIP = ImportOptions("right_tool")

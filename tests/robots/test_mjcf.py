@@ -20,7 +20,7 @@ def read(folder: Path, *changes: tuple[str, str], options: ImportOptions = TIP) 
         text = text.replace(old, new)
     path = folder / "reacher.xml"
     path.write_text(text)
-    return read_arm(path, options).arm
+    return read_arm(path, options)
 
 
 def list_efforts(arm: ReducedArm) -> list[float]:
@@ -155,7 +155,7 @@ def write_parts(folder: Path, **files: str) -> Path:
 
 def test_included_files_are_part_of_the_model(tmp_path: Path) -> None:
     found = read_arm(write_parts(tmp_path / "split"), TIP)
-    assert list_efforts(found.arm) == list_efforts(read(tmp_path))
+    assert list_efforts(found) == list_efforts(read(tmp_path))
     assert [path.name for path in found.tree.description.sources] == ["defaults.xml", "motors.xml"]
 
 

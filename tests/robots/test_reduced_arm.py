@@ -10,7 +10,8 @@ from helpers.robot_files import MJCF, SDF, write_urdf
 from pydrake.multibody.parsing import Parser
 from pydrake.multibody.plant import MultibodyPlant
 
-from affordance.robots.importer import ImportOptions, build_statics, read_arm
+from affordance.robots.home import ArmStatics
+from affordance.robots.importer import ImportOptions, read_arm
 from studies.arms.parity import compute_parity
 from studies.arms.robots import ROBOTS, Robot, find_folder
 
@@ -63,7 +64,7 @@ def test_an_sdf_arm_agrees_with_the_block_of_the_whole_robots_mass_matrix(tmp_pa
     whole.WeldFrames(whole.world_frame(), whole.GetFrameByName("foot"))
     whole.Finalize()
     context, rng = whole.CreateDefaultContext(), np.random.default_rng(4)
-    statics = build_statics(imported.arm)
+    statics = ArmStatics(imported)
     for _ in range(10):
         q = rng.uniform(-1.5, 1.5, 2)
         whole.SetPositions(context, np.array([0.7, *q]))
@@ -82,16 +83,16 @@ def test_an_sdf_arm_agrees_with_the_block_of_the_whole_robots_mass_matrix(tmp_pa
 
 
 def test_a_gripper_weighs_what_its_parts_weigh(tmp_path: Path) -> None:
-    arm = read_arm(write_urdf(tmp_path), ImportOptions("right_tool")).arm
+    arm = read_arm(write_urdf(tmp_path), ImportOptions("right_tool"))
     assert arm.mass == pytest.approx(2.0 / 2 + 2.0 / 3 + 2.0 / 4 + 2.0 / 5 + 0.05 + 0.04, rel=1e-14)
     assert [name for name, _ in arm.links[-1].bodies] == ["right_4", "right_tool", "right_finger", "right_thumb"]
 
 
 def test_joints_that_follow_are_frozen_where_they_follow_to(tmp_path: Path) -> None:
     imported = read_arm(write_urdf(tmp_path), ImportOptions("right_tool", posture={"right_grip": 0.03, "neck": 0.5}))
-    assert imported.arm.frozen["right_follow"] == pytest.approx(5 * 0.03 + 0.1)
-    assert imported.arm.frozen["left_follow"] == pytest.approx(0.1)
-    assert imported.arm.frozen["neck"] == 0.5
+    assert imported.frozen["right_follow"] == pytest.approx(5 * 0.03 + 0.1)
+    assert imported.frozen["left_follow"] == pytest.approx(0.1)
+    assert imported.frozen["neck"] == 0.5
 
 
 def test_an_mjcf_joint_has_the_torque_of_the_weaker_direction_and_the_armature_of_its_class(tmp_path: Path) -> None:
@@ -99,24 +100,24 @@ def test_an_mjcf_joint_has_the_torque_of_the_weaker_direction_and_the_armature_o
     path.write_text(MJCF)
     imported = read_arm(path, ImportOptions("grip_site"))
     # All actuators share the gear of 2 that the main class gives to motors.
-    assert [link.effort for link in imported.arm.links] == [30.0, 18.0, 14.0, 30.0]
-    assert [link.rotor_inertia for link in imported.arm.links] == [0.05, 0.05, 0.05, 0.01]
-    assert [link.damping for link in imported.arm.links] == [0.1] * 4
-    assert imported.arm.X_LH.translation()[0] == pytest.approx(0.1)
-    assert np.isinf([link.velocity for link in imported.arm.links]).all()
+    assert [link.effort for link in imported.links] == [30.0, 18.0, 14.0, 30.0]
+    assert [link.rotor_inertia for link in imported.links] == [0.05, 0.05, 0.05, 0.01]
+    assert [link.damping for link in imported.links] == [0.1] * 4
+    assert imported.X_LH.translation()[0] == pytest.approx(0.1)
+    assert np.isinf([link.velocity for link in imported.links]).all()
 
 
 def test_rotors_and_damping_are_what_is_asked_for(tmp_path: Path) -> None:
     path = write_urdf(tmp_path)
-    kept = read_arm(path, ImportOptions("right_tool")).arm
+    kept = read_arm(path, ImportOptions("right_tool"))
     assert [link.damping for link in kept.links] == [0.0, 0.2, 0.0, 0.0]
     options = ImportOptions("right_tool", rotor_inertia={"": 0.1, "right_j2": 0.3}, damping=False)
-    changed = read_arm(path, options).arm
+    changed = read_arm(path, options)
     assert [link.damping for link in changed.links] == [0.0] * 4
     q = np.array([0.1, 0.2, 0.3, 0.4])
     matrices = []
     for arm in (kept, changed):
-        statics = build_statics(arm)
+        statics = ArmStatics(arm)
         statics.plant.SetPositions(statics.context, q)
         matrices.append(statics.plant.CalcMassMatrix(statics.context))
     np.testing.assert_allclose(matrices[1] - matrices[0], np.diag([0.1, 0.3, 0.1, 0.1]), rtol=0.0, atol=1e-14)
@@ -129,7 +130,7 @@ def test_models_that_share_names_keep_what_is_theirs(tmp_path: Path) -> None:
     twin = twin.replace("<effort>30</effort>", "<effort>35</effort>")
     path = tmp_path / "twins.sdf"
     path.write_text(f'<sdf version="1.9"><world name="w">{model}{twin}</world></sdf>')
-    first, second = (read_arm(path, ImportOptions(f"{name}::grip")).arm for name in ("swinger", "other"))
+    first, second = (read_arm(path, ImportOptions(f"{name}::grip")) for name in ("swinger", "other"))
     assert [link.effort for link in first.links] == [30.0, 30.0, 20.0]
     assert [link.effort for link in second.links] == [35.0, 35.0, 20.0]
     assert (first.links[-1].inertial.mass, second.links[-1].inertial.mass) == (0.5, 0.7)

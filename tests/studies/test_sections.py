@@ -6,7 +6,7 @@ import pytest
 
 import affordance
 import studies
-from affordance.reporting.section import find_names, load_claims
+from affordance.reporting.section import find_template_names, load_claims
 
 SECTIONS = sorted(
     path
@@ -18,7 +18,7 @@ SECTIONS = sorted(
 
 @pytest.mark.parametrize("path", SECTIONS, ids=lambda path: f"{path.parent.name}-{path.stem}")
 def test_every_template_is_one_and_every_claim_has_criteria(path):
-    find_names(path)  # parses every text
+    find_template_names(path)  # parses every text
     assert all(claim.criteria for claim in load_claims(path))
 
 

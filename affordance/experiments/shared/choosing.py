@@ -33,7 +33,7 @@ from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import NO_FAULTS
-from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import PlainReport
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 

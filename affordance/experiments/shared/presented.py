@@ -38,7 +38,7 @@ from affordance.protocols.number_entries import FigureEntry, NumberEntry
 from affordance.protocols.object_entries import ProtocolObjects
 from affordance.protocols.people import People, describe_people, list_people
 from affordance.protocols.presentations import Presentation, draw_presentations, weigh
-from affordance.reporting.plain_report import PlainReport
+from affordance.reporting.section import PlainReport
 from affordance.runs.random_streams import Stream
 from affordance.settings import Settings
 from affordance.simulation.trial_record import TrialRecord

@@ -160,9 +160,12 @@ def _mark(experiment: PresentationExperiment, entry: FigureEntry, count: int) ->
             continue
         if number.of == entry.of:
             first, last = (1, number.first or count) if number.last is None else (count - number.last + 1, count)
-            marks.append(PeopleMark(number.meaning or name, found[name], first, last))
         elif number.predicted_for == entry.of:
-            marks.append(PeopleMark(number.meaning or name, found[name], count + 1, count + 1))
+            first = last = count + 1
+        else:
+            continue
+        people = found[name]
+        marks.append(PeopleMark(number.meaning or name, people.value, people.low, people.high, first, last))
     return marks
 
 

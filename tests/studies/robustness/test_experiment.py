@@ -31,7 +31,7 @@ LOADED = study.load()
 JUDGED = [
     f"{name}.{claim.key}"
     for name in EXPERIMENTS
-    for claim in load_protocol(find_protocol(name, MODELS)).report.list_claims()
+    for claim in load_protocol(find_protocol(name, MODELS)).report.claims
 ]
 
 

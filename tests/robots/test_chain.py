@@ -7,8 +7,7 @@ from helpers.robot_files import MJCF, SDF, joint, link, write_urdf
 from pydrake.multibody.tree import FrameIndex
 
 from affordance.exceptions import BadValueError
-from affordance.robots.chain import find_chain
-from affordance.robots.ends import list_ends
+from affordance.robots.chain import find_chain, list_ends
 from affordance.robots.importer import ImportOptions, extract_arm, read_arm
 from affordance.robots.reader import read_robot
 from affordance.robots.tree import RobotTree, build_tree
@@ -117,11 +116,11 @@ def test_limits_of_torque_that_a_file_lacks_are_given_or_left_below_the_base(tmp
     assert "--effort right_j1=VALUE gives limits (N m), --base right_1 leaves out what lies below" in str(
         caught.value
     )
-    assert len(read_arm(path, ImportOptions("right_tool", base="right_1")).arm.links) == 3
-    given = read_arm(path, ImportOptions("right_tool", effort={"right_j1": 55.0})).arm
+    assert len(read_arm(path, ImportOptions("right_tool", base="right_1")).links) == 3
+    given = read_arm(path, ImportOptions("right_tool", effort={"right_j1": 55.0}))
     assert [link.effort for link in given.links] == [55.0, 40.0, 40.0, 40.0]
     path = write_urdf(tmp_path, changes={'effort="40"': 'effort="0"'})
     with pytest.raises(BadValueError, match=r"must be more than 0; --effort VALUE gives limits"):
         read_arm(path, ImportOptions("right_tool"))
     options = ImportOptions("right_tool", effort={"": 20.0, "right_j4": 5.0})
-    assert [link.effort for link in read_arm(path, options).arm.links] == [20.0, 20.0, 20.0, 5.0]
+    assert [link.effort for link in read_arm(path, options).links] == [20.0, 20.0, 20.0, 5.0]
