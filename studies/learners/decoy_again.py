@@ -6,7 +6,6 @@ learner with one density for each colour does exactly what Simulation I does.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -22,16 +21,18 @@ from affordance.belief.object_belief import Memory
 from affordance.files.model_files import list_arm_files
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import Settings
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
-from studies.people.figures import draw_decoy_again
+from studies.study import run_kept
 
 NUM_DECOYS = 6
+# Distance of learners in the figure, of that of holds.
+_OFFSET = 0.14
 
 
 class HeldObjects(Protocol):
@@ -115,10 +116,9 @@ def run(
     """
     arrays = {}
     for learner in Learner:
-        config = DecoyConfig(weight, learner)
-        kept = folder / "repeats" / compute_key(config, list_arm_files(weight.settings.arm))
-        arrays[learner] = run_repeats(
-            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
+        config, files, name = DecoyConfig(weight, learner), list_arm_files(weight.settings.arm), learner.value
+        arrays[learner] = run_kept(
+            config, run_repeat, folder, files, repeats=repeats, jobs=jobs, description=f"decoy, {name}"
         )
     return arrays, compute_metrics(weight, arrays)
 
@@ -164,12 +164,30 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
 
 
 def draw(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
-    """Draws excursions and beliefs hold by hold; labels name the learners."""
-    names = dict(zip(arrays, labels, strict=True))
-    held = [tool.name for tool in DecoyConfig(weight, Learner.DENSITY).tools]
-    return draw_decoy_again(
-        {names[learner]: estimate_mean(found["excursion"]) for learner, found in arrays.items()},
-        {names[learner]: np.median(found["density_median"], axis=0) for learner, found in arrays.items()},
-        density_true=weight.tools[0].components[0].material.density,
-        labels=[f"{trial}. {name}" for trial, name in enumerate(held, start=1)],
-    )
+    """Draws the excursion of objects and the believed density of their material, hold by hold; labels of learners."""
+    figure = Figure(figsize=(11.0, 4.2))
+    left, right = figure.subplots(1, 2)
+    held = DecoyConfig(weight, Learner.DENSITY).tools
+    positions = np.arange(1, len(held) + 1)
+    for k, (found, label, colour) in enumerate(zip(arrays.values(), labels, OBJECT_COLOURS, strict=False)):
+        height = estimate_mean(found["excursion"])
+        error = 100.0 * np.array([height.mean - height.low, height.high - height.mean])
+        shifted = positions + _OFFSET * (k - 0.5 * (len(arrays) - 1))
+        left.errorbar(shifted, 100.0 * height.mean, error, fmt="o", color=colour, capsize=2.5, label=label)
+        style = f"o{LINE_STYLES[k % len(LINE_STYLES)]}"
+        medians = np.median(found["density_median"], axis=0)
+        right.plot([0, *positions], medians, style, color=colour, markersize=4.0, label=label)
+    left.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+    true = weight.tools[0].components[0].material.density
+    right.axhline(true, color="#000000", linewidth=1.0, linestyle=":", label="true")
+    names = [f"{trial}. {tool.name}" for trial, tool in enumerate(held, start=1)]
+    for axes in (left, right):
+        axes.set_xticks(positions, names, rotation=40, ha="right")
+    left.set_ylabel("farthest height of the object (cm)")
+    left.set_title("Mean over observers, 95 % interval", fontsize=FONT_SIZE)
+    right.set_ylabel("density believed of the material (kg/m³)")
+    right.set_title("After each hold, median over observers", fontsize=FONT_SIZE)
+    right.set_ylim(bottom=0.0)
+    right.legend(frameon=False)
+    tidy(left, right)
+    return figure

@@ -6,7 +6,7 @@ learner. Without odd objects a learner with kinds should do what one with a sing
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -27,11 +27,11 @@ from affordance.experiments.shared.experience import ExperienceConfig, draw_orde
 from affordance.objects.tool import list_densities
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
+from studies.study import run_kept
 
 TASKS = ("reach", "hammer")
 # Number of densities drawn to compute the probability of a choice.
@@ -111,11 +111,8 @@ def run(com: TestedObjects, models: Path, folder: Path, *, repeats: int, jobs: i
     """
     numbers = {}
     for learner in Learner:
-        config = HonestConfig(com, models, learner)
-        kept = folder / "repeats" / compute_key(config, models)
-        arrays = run_repeats(
-            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"honest, {learner.value}"
-        )
+        config, name = HonestConfig(com, models, learner), f"honest, {learner.value}"
+        arrays = run_kept(config, run_repeat, folder, models, repeats=repeats, jobs=jobs, description=name)
         numbers[learner.value] = compute_metrics(arrays)
     return numbers
 

@@ -39,7 +39,7 @@ from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 BOUND, LEAST_SAME = 0.02, 0.98
 HEADER = [

@@ -26,7 +26,7 @@ from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 HEADER = [

@@ -41,7 +41,7 @@ from affordance.simulation.blow import read_nail_record
 from affordance.simulation.diagram import TrialDiagram
 from affordance.simulation.trial import TrialRunner
 from studies.speed.plain_blow import Blow, PlainBlow, Strip, advance, free_joints, measure_blow
-from studies.speed.tables import format_row, format_table
+from studies.study import format_row, format_table
 
 _MEASURES = [
     "grip",
