@@ -11,10 +11,9 @@ from affordance.belief.learner import Learner
 from affordance.belief.learners import KAPPA
 from affordance.commands.options import add_run_options
 from affordance.experiments.protocol_runs import load_hold_experiment
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.runs.repeats import list_versions
 from studies.learners import decoy_again, honest_objects
-from studies.learners.decoy_again import HeldObjects
-from studies.learners.honest_objects import TestedObjects
 from studies.study import Findings, Study, Work, read_settings
 
 # Index of the observer whose memory is drawn.
@@ -40,7 +39,9 @@ def plan(arguments: argparse.Namespace) -> Work:
     return partial(_work, weight, com, arguments)
 
 
-def _work(weight: HeldObjects, com: TestedObjects, arguments: argparse.Namespace, folder: Path) -> Iterator[Findings]:
+def _work(
+    weight: PresentationExperiment, com: PresentationExperiment, arguments: argparse.Namespace, folder: Path
+) -> Iterator[Findings]:
     """Runs all observers of all learners; those that the folder holds are not run again."""
     start, repeats, jobs = time.perf_counter(), arguments.repeats, arguments.jobs
     arrays, numbers = decoy_again.run(weight, folder, repeats=repeats, jobs=jobs)

@@ -7,7 +7,7 @@ learner with one density for each colour does exactly what Simulation I does.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -18,14 +18,13 @@ from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_files import list_arm_files
-from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
-from affordance.settings import Settings
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
 from studies.study import run_kept
@@ -33,30 +32,6 @@ from studies.study import run_kept
 NUM_DECOYS = 6
 # Distance of learners in the figure, of that of holds.
 _OFFSET = 0.14
-
-
-class HeldObjects(Protocol):
-    """Simulation I, as far as it is needed here; a frozen dataclass."""
-
-    @property
-    def tools(self) -> tuple[Tool, ...]:
-        """Objects in order of presentation, the decoy last."""
-
-    @property
-    def seed(self) -> int:
-        """Root of every random draw."""
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of all simulations."""
-
-    @property
-    def duration(self) -> float:
-        """Duration of each hold, [s]."""
-
-    @property
-    def colours(self) -> tuple[Colour, ...]:
-        """Colours of the objects, of which there is one."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +43,7 @@ class DecoyConfig:
         learner: Learner of the observers.
     """
 
-    weight: HeldObjects
+    weight: PresentationExperiment
     learner: Learner
 
     @property
@@ -108,7 +83,7 @@ def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def run(
-    weight: HeldObjects, folder: Path, *, repeats: int, jobs: int
+    weight: PresentationExperiment, folder: Path, *, repeats: int, jobs: int
 ) -> tuple[dict[Learner, dict[str, NDArray[Any]]], dict[str, Any]]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
@@ -123,7 +98,7 @@ def run(
     return arrays, compute_metrics(weight, arrays)
 
 
-def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
+def draw_memory(weight: PresentationExperiment, repeat: int) -> Figure:
     """Draws the final memory of an observer who takes the most probable hypothesis."""
     memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
     memory = memories[-1]
@@ -132,7 +107,9 @@ def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
     return draw_kinds(summarise_kinds(memory), title=title)
 
 
-def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+def compute_metrics(
+    weight: PresentationExperiment, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]
+) -> dict[str, Any]:
     """Computes the effect of the decoy on the density of brass, excursions, and the share of needless kinds.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
@@ -163,7 +140,9 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
     }
 
 
-def draw(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
+def draw(
+    weight: PresentationExperiment, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]
+) -> Figure:
     """Draws the excursion of objects and the believed density of their material, hold by hold; labels of learners."""
     figure = Figure(figsize=(11.0, 4.2))
     left, right = figure.subplots(1, 2)
