@@ -11,8 +11,9 @@ from studies.tools import study
 from studies.tools.data_set import Half
 from studies.tools.drawings import save_figures
 from studies.tools.numbers import list_details, list_facts, list_metrics
+from studies.tools.observer import ToolsConfig
 from studies.tools.pictures import save_pictures
-from studies.tools.study import ToolsConfig, ToolsResult
+from studies.tools.study import ToolsResult
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,9 +8,8 @@ import numpy as np
 
 from affordance.choice.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
 from studies.tools.data_set import LEARNING, Half
-from studies.tools.geometry import Source
-from studies.tools.made_out import Outcome
 from studies.tools.observer import HOLDS
+from studies.tools.seen import Outcome, Source
 from studies.tools.study import Choices, ToolsResult
 
 _MM = 1e3

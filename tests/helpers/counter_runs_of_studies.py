@@ -45,13 +45,11 @@ from studies.robustness import experiment as robustness
 from studies.tools import numbers as tools_numbers
 from studies.tools import observer, records, study
 from studies.tools.blows import check_blows
-from studies.tools.data_set import Half, TrueInertia
-from studies.tools.geometry import Source, measure_drawing
-from studies.tools.made_out import examine, paint
-from studies.tools.observer import ObserverConfig, run_observer
-from studies.tools.parity import compare_inertia, compute_central_inertia
+from studies.tools.data_set import Half, TrueInertia, compare_inertia, compute_central_inertia
+from studies.tools.observer import ToolsConfig, run_observer
 from studies.tools.record_methods import NOISES, PointParts
-from studies.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
+from studies.tools.seen import Source, examine, measure_drawing, paint
+from studies.tools.study import Choices, ToolsResult, Uncommon
 
 _DATA = Path(__file__).parents[1] / "data"
 _IDENTIFICATION = IdentificationSettings(num_samples=300)
@@ -295,14 +293,13 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
     settings = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0} if is_numb else {})
     config = ToolsConfig(Path(), sources=(Source.CAD, Source.TWO_VIEWS), settings=settings)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(observer, "DataSet", _Workshop)
         patch.setattr(observer, "get_turning_stand", lambda: None)
         patch.setattr(observer, "measure_all", measure_all)
         patch.setattr(tool_holds, "DURATION", 0.3)
         patch.setattr(tools_numbers, "LEARNING", workshop.list_names(Half.LEARNING))
         names = workshop.tools
         truths = {name: observer.read_truth_in_hand(workshop, name) for name in names}  # type: ignore[arg-type]
-        found = run_observer(ObserverConfig(Path(), MODELS, 0, config.halves, config.sources, settings), 0)
+        found = run_observer(config, workshop, 0)  # type: ignore[arg-type]
         scores = {key: study._score([each], truths) for key, each in found.first_touch.items()}
         result = ToolsResult(
             config,
