@@ -12,7 +12,7 @@ two cores.
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,10 +27,8 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.experiment import Hammering
 from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
 from affordance.objects.colour import Colour
@@ -183,13 +181,11 @@ def measure(
         jobs: Number of processes.
     """
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
-    assert isinstance(reaching.adapter, Reaching)
-    assert isinstance(hammering.adapter, Hammering)
     rho = draw_densities(reaching.experience, reaching.settings, count)
     rng = np.random.default_rng(0)
     parts = reaching.novel[0].components
     tools = [*reaching.novel[:2], *(draw_crooked(rng, f"crooked {number}", parts) for number in range(crooked))]
-    tasks: dict[str, Reach | Hammer] = {"reach": reaching.adapter.task, "hammer": hammering.adapter.task}
+    tasks: dict[str, Reach | Hammer] = {"reach": cast(Reach, reaching.task), "hammer": cast(Hammer, hammering.task)}
     pairs = [(name, tool) for name in tasks for tool in tools]
     jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, rho) for name, tool in pairs]
     done = run_tasks(jobs_to_do, jobs=jobs, description="inner and full simulation")
