@@ -15,13 +15,16 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 from pydrake.autodiffutils import ExtractGradient, ExtractValue, InitializeAutoDiff
 from pydrake.solvers import MathematicalProgram, SnoptSolver
 
 from affordance.arrays import Array
 from affordance.exceptions import AffordanceError
 from affordance.objects.tool import PosedShape
+from affordance.plant.arm import JointLimits
 from affordance.plant.arm_model import ArmModel
+from affordance.plant.chain_kinematics import cross
 
 # Times of a swing at which position and velocity limits are enforced, as fractions of its duration: between them a
 # joint of 50 rad/s^2 violates them by a milliradian.
@@ -29,6 +32,8 @@ _CHECKED = np.linspace(0.02, 1.0, 50)
 # Scales of the optimisation: costs count in hundreds of rad^2/s^3, misses in decimetres and m/s.
 _COST_SCALE, _PLACE_SCALE = 1e-2, 10.0
 _MAX_MISS = 1e-5
+# Distance from a limit at which a swing counts as touching it, [rad], [rad/s].
+_TOUCH = 1e-3
 # The nail is at rest within 13 ms of the first touch for effective masses of 0.15 to 2.4 kg, as on arms of twenty
 # robots; then the arm begins to return. If rotors make it 6 kg the nail takes 20 ms, and the force is reached too,
 # [s].
@@ -138,15 +143,15 @@ class StrikeCondition:
         missed = self.compute(value)  # leaves the model at these angles
         R_WT = self._model.compute_hand_pose().rotation().matrix()
         w, of_hand = np.split(self._model.compute_hand_jacobian().T, 2, axis=1)  # (n, 3) each
-        J = of_hand + np.cross(w, R_WT @ self._target.p_TS)
+        J = of_hand + cross(w, R_WT @ self._target.p_TS)
         rates = value[n:, None]
         beyond = np.cumsum((rates * J)[::-1], axis=0)[::-1]
         before = np.cumsum(rates * w, axis=0) - rates * w
-        turned = np.cross(w, R_WT @ self._target.normal_T)
+        turned = cross(w, R_WT @ self._target.normal_T)
         facing = np.vstack([self._across, self._target.direction_W])[: len(missed) - 6]
         jacobian = np.zeros((len(missed), 2 * n))
         jacobian[:3, :n] = _PLACE_SCALE * J.T
-        jacobian[3:6, :n] = (np.cross(w, beyond) + np.cross(before, J)).T
+        jacobian[3:6, :n] = (cross(w, beyond) + cross(before, J)).T
         jacobian[3:6, n:] = J.T
         jacobian[6:, :n] = facing @ turned.T
         with_gradient: Array = InitializeAutoDiff(missed, jacobian @ ExtractGradient(z)).ravel()
@@ -219,22 +224,59 @@ def plan_swing(
     from_start = np.concatenate([q_start, np.zeros(n)])
     program.AddQuadraticCost(curvature, -curvature @ from_start, z, is_convex=True)
     program.AddConstraint(condition.compute_with_gradient, condition.lower, condition.upper, z)
-    # Angles and velocities at the checked times are linear in z.
-    u, each = _CHECKED[:, None], np.eye(n)
-    for of_z, at_start, lower, upper in (
-        ([3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], 1.0 - 3.0 * u**2 + 2.0 * u**3, limits.q_lower, limits.q_upper),
-        ([6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u], 6.0 * (u**2 - u) / D, -limits.v_max, limits.v_max),
-    ):
-        fixed: Array = np.kron(at_start, each) @ q_start
-        matrix = np.asarray(np.kron(np.hstack(of_z), each), dtype=float)
-        count = len(_CHECKED)
-        program.AddLinearConstraint(matrix, np.tile(lower, count) - fixed, np.tile(upper, count) - fixed, z)
-    program.AddLinearConstraint(np.hstack([np.eye(n), COASTING_TIME * np.eye(n)]), limits.q_lower, limits.q_upper, z)
-    result = SnoptSolver().Solve(program)
-    found = result.GetSolution(z)
-    if not result.is_success() or not condition.is_met(found):
+    bounds = _bound_motion(q_start, D, limits)
+    # Most joints come near no limit. Those of a joint enter the program where the guess touches or the swing violates
+    # one, and all of them where there is no swing otherwise.
+    entered = np.zeros(n, dtype=bool)
+    entering = entered if guess is None else ~bounds.find_within(np.hstack(guess[1:3]), _TOUCH)
+    while True:
+        rows = np.tile(entering, len(bounds.lower) // n)
+        if entering.any():
+            program.AddLinearConstraint(bounds.matrix[rows], bounds.lower[rows], bounds.upper[rows], z)
+        entered = entered | entering
+        found = _solve(program, z, condition)
+        entering = ~entered if found is None else ~entered & ~bounds.find_within(found, 0.0)
+        if not entering.any():
+            break
+    if found is None:
         raise AffordanceError(f"no swing of {duration:g} s within the joints' limits strikes with {speed:.3g} m/s")
     return Swing(q_start, found[:n], found[n:], D)
+
+
+class _Bounds(NamedTuple):
+    """Bounds of angles and velocities over a swing, linear in z = (q_1, v_1): lower <= matrix z <= upper."""
+
+    matrix: Array
+    lower: Array
+    upper: Array
+
+    def find_within(self, z: Array, margin: float) -> NDArray[np.bool_]:
+        """Returns for each joint whether it is within its bounds by more than a margin, (num_joints,)."""
+        value = self.matrix @ z
+        within = (value - self.lower >= margin) & (self.upper - value >= margin)
+        return within.reshape(-1, len(z) // 2).all(axis=0)
+
+
+def _bound_motion(q_start: Array, duration: float, limits: JointLimits) -> _Bounds:
+    """Bounds angles and velocities at the checked times, and angles where the joints have coasted to rest."""
+    u, D, each = _CHECKED[:, None], duration, np.eye(len(q_start))
+    of_q, of_v = [3.0 * u**2 - 2.0 * u**3, D * (u**3 - u**2)], [6.0 * (u - u**2) / D, 3.0 * u**2 - 2.0 * u]
+    of_start = [1.0 - 3.0 * u**2 + 2.0 * u**3, 6.0 * (u**2 - u) / D, np.zeros((1, 1))]
+    fixed = np.kron(np.vstack(of_start), each) @ q_start
+    matrix = np.kron(np.vstack([np.hstack(of_q), np.hstack(of_v), [1.0, COASTING_TIME]]), each)
+    count = len(_CHECKED)
+    lower, upper = (
+        np.concatenate([np.tile(q, count), np.tile(v, count), q]) - fixed
+        for q, v in ((limits.q_lower, -limits.v_max), (limits.q_upper, limits.v_max))
+    )
+    return _Bounds(matrix, lower, upper)
+
+
+def _solve(program: MathematicalProgram, z: Array, condition: StrikeCondition) -> Array | None:
+    """Solves for (q_1, v_1); None if the search fails or what it finds does not strike."""
+    result = SnoptSolver().Solve(program)
+    found: Array = result.GetSolution(z)
+    return found if result.is_success() and condition.is_met(found) else None
 
 
 def _guess_end(model: ArmModel, target: Target, speed: float) -> Array:

@@ -37,7 +37,7 @@ class JointLimits(NamedTuple):
     tau_max: Array  # on |tau|, [N m]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Arm:
     """Finalized plant of an arm that holds a tool, with the handles needed to use it.
 

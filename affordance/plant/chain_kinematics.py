@@ -69,14 +69,14 @@ class SerialChain:
             R_WF = R @ self.R_PF[j]
             axis = R_WF @ self.axes[j]
             rate = v[:, j, None] * axis
-            alpha = alpha + vdot[:, j, None] * axis + _cross(w, rate)
+            alpha = alpha + vdot[:, j, None] * axis + cross(w, rate)
             w = w + rate
             R = R_WF @ _rotation_about(self.axes[j], q[:, j])
             axes_W[j], origins_W[j] = axis, p
         p, a = self._step_along(R, p, w, alpha, a, self.p_MT)
         J = np.empty((num_samples, 6, self.num_joints))
         J[:, :3] = axes_W.transpose(1, 2, 0)
-        J[:, 3:] = _cross(axes_W, p - origins_W).transpose(1, 2, 0)
+        J[:, 3:] = cross(axes_W, p - origins_W).transpose(1, 2, 0)
         return ChainMotion(R @ self.R_MT, p, w, alpha, a, J)
 
     def compute_positions(self, q: Array, p_TQ: Array) -> Array:
@@ -101,7 +101,7 @@ class SerialChain:
         if not offset.any():
             return p, a
         r = R @ offset
-        return p + r, a + _cross(alpha, r) + _cross(w, _cross(w, r))
+        return p + r, a + cross(alpha, r) + cross(w, cross(w, r))
 
 
 def _rotation_about(axis: Array, angles: Array) -> Array:
@@ -112,7 +112,7 @@ def _rotation_about(axis: Array, angles: Array) -> Array:
     return R
 
 
-def _cross(a: Array, b: Array) -> Array:
+def cross(a: Array, b: Array) -> Array:
     """Computes the cross product along the last axis, several times faster than numpy.cross on small arrays."""
     ax, ay, az = a[..., 0], a[..., 1], a[..., 2]
     bx, by, bz = b[..., 0], b[..., 1], b[..., 2]

@@ -1,5 +1,7 @@
 """Serial chain of a Drake plant: its constants, read once for kinematics along whole trajectories."""
 
+import functools
+
 import numpy as np
 from pydrake.multibody.tree import Frame, Joint, RevoluteJoint
 from pydrake.systems.framework import Context
@@ -11,6 +13,7 @@ from affordance.plant.chain_kinematics import ChainMotion, SerialChain
 __all__ = ["ChainMotion", "SerialChain", "build_chain"]
 
 
+@functools.lru_cache(maxsize=4)
 def build_chain(arm: Arm) -> SerialChain:
     """Reads the constants of the chain from W to the tool from a Drake plant.
 

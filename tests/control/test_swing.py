@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from pydrake.autodiffutils import ExtractGradient, InitializeAutoDiff
 
+import affordance.control.swing as swing_module
 from affordance.choice.hammer import load_hammer
 from affordance.control.mpc import MinimumAccelerationMpc
 from affordance.control.problem import MpcSettings, TerminalGoal
@@ -157,6 +158,18 @@ def test_a_search_from_a_swing_nearby_finds_the_same(model, target):
     expected = plan_swing(model, target, speed=3.0, duration=0.8)
     np.testing.assert_allclose(found.q_end, expected.q_end, atol=1e-4)
     np.testing.assert_allclose(found.v_end, expected.v_end, atol=1e-3)
+
+
+@pytest.mark.parametrize("speed", [4.0, 12.0, 17.0])
+def test_limits_that_enter_as_they_are_violated_give_the_swing_of_all_limits(model, target, monkeypatch, speed):
+    guess = None
+    for slower in np.arange(2.0, speed, 2.0):
+        guess = plan_swing(model, target, speed=slower, duration=0.8, guess=guess)
+    found = plan_swing(model, target, speed=speed, duration=0.8, guess=guess)
+    nowhere = np.zeros(7, dtype=bool)
+    monkeypatch.setattr(swing_module._Bounds, "find_within", lambda self, z, margin: nowhere)
+    with_all = plan_swing(model, target, speed=speed, duration=0.8, guess=guess)
+    np.testing.assert_allclose(np.hstack(found[1:3]), np.hstack(with_all[1:3]), atol=1e-4)
 
 
 def test_limits_that_a_swing_keeps_anyway_change_nothing(target):
