@@ -46,7 +46,8 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
     span = np.array([max(0.05, 0.5 * ends[0]), 1.2 * ends[1]])
     axes.plot(span, span, "-", color="#000000", linewidth=0.8, label="as predicted")
     axes.plot([], [], "o", color=OBJECT_COLOURS[0], label="as in the file (squares: a limit active)")
-    _finish(axes, "fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)", _FALL, "upper left")
+    _finish(axes, "fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)", _FALL)
+    axes.legend(frameon=False, fontsize=_FONT, loc="upper left")
 
 
 def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
@@ -58,7 +59,8 @@ def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappi
         x, y = [_get_mass_ratio(sag) for sag in path], [100.0 * sag["simulated"] for sag in path]
         axes.plot(x, y, "-", color=OBJECT_COLOURS[1], linewidth=0.7)
     axes.plot([], [], "-", color=OBJECT_COLOURS[1], label="the same arm with rotors up to 0.3 kg m²")
-    _finish(axes, f"{_MASS}\nover the mass of the object", _FALL, "upper right")
+    _finish(axes, f"{_MASS}\nover the mass of the object", _FALL)
+    axes.legend(frameon=False, fontsize=_FONT, loc="upper right")
 
 
 def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
@@ -71,6 +73,7 @@ def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mappin
         if able:
             axes.plot([], [], marker, color=colour, markersize=6.0, label=task)
     _finish(axes, f"{_MASS}\nover the mass of the first object of Simulation I", "the dearer grip costs more by (%)")
+    axes.legend(frameon=False, fontsize=_FONT)
 
 
 def _get_mass_ratio(sag: Mapping[str, Any]) -> float:
@@ -85,9 +88,8 @@ def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: 
         axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
 
 
-def _finish(axes: Axes, x_label: str, y_label: str, place: str = "best") -> None:
+def _finish(axes: Axes, x_label: str, y_label: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
     axes.set_xlabel(x_label)
     axes.set_ylabel(y_label)
-    axes.legend(frameon=False, fontsize=_FONT, loc=place)
