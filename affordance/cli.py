@@ -107,7 +107,7 @@ def describe_system_error(error: OSError) -> str:
 
 
 def load_study(name: str) -> Command:
-    """Imports the command of a study.
+    """Imports a study, which is a command.
 
     Raises:
         BadValueError: There is no such study.
@@ -115,7 +115,7 @@ def load_study(name: str) -> Command:
     """
     if name not in STUDIES:
         raise BadValueError("study", "", describe_choice(name, STUDIES))
-    return cast(Command, import_study(STUDIES[name]))
+    return cast(Command, import_study(STUDIES[name]).STUDY)
 
 
 def load_command(name: str) -> Command:

@@ -1,15 +1,28 @@
-"""Harness of studies: what a study found is written in one way."""
+"""Harness of studies: what their commands check, keep, write and print is done in one place.
 
-from collections.abc import Callable, Mapping
+A study is a folder with a section file and a module ``command.py`` that defines ``STUDY``.
+"""
+
+import argparse
+import inspect
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from affordance.files.atomic import write_json
+from affordance.commands.options import change_by_name, check_bounds, refuse_changes
+from affordance.files.atomic import quarantine, write_json
+from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
-from affordance.reporting.section import Section, render_section
+from affordance.reporting.section import Section, Table, render_section
+from affordance.runs.repeats import compute_key, prepare_folder, run_repeats
+from affordance.settings import Settings
 
 
 class Findings(NamedTuple):
@@ -17,10 +30,11 @@ class Findings(NamedTuple):
 
     Attributes:
         numbers: Content of metrics.json, which claims and templates of the section name.
-        facts: Further facts that the section names.
+        facts: Further values that the section names.
         figures: Functions that draw figures, by name of the file without suffix.
         details: Content of details.json, further numbers that explain; None for no file.
         writers: Functions that write further files into the study's folder.
+        tables: Tables that follow those of the section file, whose columns are known only after the run.
     """
 
     numbers: Mapping[str, Any]
@@ -28,17 +42,144 @@ class Findings(NamedTuple):
     figures: Mapping[str, Callable[[], Figure]] = {}
     details: Mapping[str, Any] | None = None
     writers: tuple[Callable[[Path], None], ...] = ()
+    tables: tuple[Table, ...] = ()
+
+    def render(self, section: Path) -> Section:
+        """Renders the section of the report from its file."""
+        rendered = render_section(section, self.numbers, self.facts)
+        return rendered._replace(tables=[*rendered.tables, *self.tables])
 
 
-def write_findings(findings: Findings, folder: Path, section: Path | Section) -> Path:
+# Function that runs a study in its folder, and yields findings, each of which replaces those before.
+type Work = Callable[[Path], Iterable[Findings]]
+
+
+@dataclass(frozen=True)
+class Study:
+    """Study, which is a command.
+
+    Attributes:
+        HELP: Line of help, as of all commands.
+        add_arguments: Function that adds the options to a parser.
+        plan: Function that checks the arguments and reads all files, and returns what is to be run; nothing is
+            written before it returns.
+        folder: Folder of the results in that of ``--out``; empty for that folder itself.
+        section: File of the section of the report; None for a study without one.
+        refused: Reasons by settings, or groups of settings, that the study does not use.
+    """
+
+    HELP: str
+    add_arguments: Callable[[argparse.ArgumentParser], None]
+    plan: Callable[[argparse.Namespace], Work]
+    folder: str
+    section: Path | None = None
+    refused: Mapping[tuple[str, ...], str] = field(default_factory=dict)
+
+    def check(self, arguments: argparse.Namespace) -> None:
+        """Checks the options that studies share.
+
+        Raises:
+            BadValueError: An option is out of bounds, or changes a setting that the study does not use.
+        """
+        check_bounds(arguments)
+        for names, why in self.refused.items():
+            refuse_changes(arguments, names, why)
+
+    def run(self, arguments: argparse.Namespace) -> int:
+        """Runs the study, writes its findings and prints where; returns the exit status.
+
+        Raises:
+            AffordanceError: An argument or a file is invalid.
+        """
+        self.check(arguments)
+        work = self.plan(arguments)
+        folder = prepare_folder(arguments.out) / self.folder
+        for findings in work(folder):
+            written = write_findings(findings, folder, self.section)
+        if self.section is None:
+            print(f"The numbers: {written}")
+            return 0
+        print_section(findings.render(self.section))
+        print(f"The report: {written}")
+        return 0
+
+
+def read_settings(arguments: argparse.Namespace) -> Settings:
+    """Returns the settings of ``--set``, with the arm of ``--models``.
+
+    Raises:
+        BadValueError: A setting is unknown, or a value is of the wrong kind or out of bounds.
+    """
+    return change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
+
+
+def run_kept[C](
+    config: C,
+    run_repeat: Callable[[C, int], Mapping[str, NDArray[Any]]],
+    folder: Path,
+    models: Path | Sequence[Path],
+    *,
+    repeats: int,
+    jobs: int,
+    description: str,
+) -> dict[str, NDArray[Any]]:
+    """Runs the repeats of a configuration that the study's folder lacks, in processes.
+
+    Args:
+        config: Configuration, a dataclass.
+        run_repeat: Picklable function of configuration and number of the repeat; its folder of sources counts.
+        folder: Folder of the study.
+        models: Files that are read, or a folder of models.
+        repeats: Number of repeats.
+        jobs: Number of processes.
+        description: Label of the progress bar.
+
+    Returns: Arrays, stacked over repeats along the first axis.
+    """
+    key = compute_key(config, models, Path(inspect.getfile(run_repeat)).parent)
+    run = partial(run_repeat, config)
+    return run_repeats(folder / "repeats" / key, run, repeats=repeats, jobs=jobs, description=description)
+
+
+def read_kept(path: Path, keys: Iterable[str]) -> dict[str, Any] | None:
+    """Reads a mapping that a study kept; None if there is none. A damaged file is quarantined.
+
+    Args:
+        path: JSON file.
+        keys: Keys that the mapping must have.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        if not isinstance(content, dict):
+            raise ValueError("it is no mapping")
+        if missing := [key for key in keys if key not in content]:
+            raise ValueError(f"it has no {missing[0]}")
+    except FileNotFoundError:
+        return None
+    except (ValueError, RecursionError) as error:
+        quarantine(path, f"is not what a study found ({error})")
+        return None
+    return content
+
+
+def keep_result(path: Path, key: str, compute: Callable[[], Mapping[str, Any]]) -> dict[str, Any]:
+    """Returns the result that a file keeps under a key; computes it, and keeps it, if there is none."""
+    kept = read_kept(path, ["key"])
+    if kept is None or kept["key"] != key:
+        kept = {"key": key, **compute()}
+        write_json(path, kept)
+    return kept
+
+
+def write_findings(findings: Findings, folder: Path, section: Path | None) -> Path:
     """Writes the findings of a study, and the report of all that lies next to its folder.
 
     Args:
         findings: Findings of the study.
         folder: Folder of the study.
-        section: File of the study's section of the report, or the section.
+        section: File of the study's section of the report; None for a study without one, which writes no report.
 
-    Returns: Path of the report.
+    Returns: Path of the report, or of metrics.json.
     """
     for name, draw in findings.figures.items():
         save_figure(draw(), folder, name)
@@ -46,8 +187,27 @@ def write_findings(findings: Findings, folder: Path, section: Path | Section) ->
         write(folder)
     if findings.details is not None:
         write_json(folder / "details.json", findings.details)
-    if isinstance(section, Path):
-        section = render_section(section, findings.numbers, findings.facts)
-    write_section(folder, section)
-    write_json(folder / "metrics.json", findings.numbers)  # last: it marks a complete run
-    return write_report(folder.parent)
+    if section is not None:
+        write_section(folder, findings.render(section))
+    metrics = folder / "metrics.json"
+    write_json(metrics, findings.numbers)  # last: it marks a complete run
+    return metrics if section is None else write_report(folder.parent)
+
+
+def print_section(section: Section) -> None:
+    """Prints the claims of a study, each with what was found, and its prose."""
+    for claim in section.claims:
+        found = "; ".join(f"{each.name} {each.value}, {each.bound}" for each in claim.criteria)
+        print(f"{'met    ' if claim.met else 'not met'} {claim.text} {found}")
+    for paragraph in (section.summary, *section.remarks):
+        print(paragraph)
+
+
+def format_row(row: Sequence[str]) -> str:
+    """Lays out one row of text in Markdown."""
+    return "| " + " | ".join(row) + " |"
+
+
+def format_table(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Lays out rows of text as a Markdown table."""
+    return "\n".join(format_row(row) for row in (header, ["---"] * len(header), *rows))

@@ -4,7 +4,7 @@ import argparse
 
 from affordance.files.clone import import_study
 
-# Modules of the studies with HELP, add_arguments and run.
+# Modules that define STUDY (studies/study.py).
 STUDIES = {
     "robustness": "studies.robustness.command",
     "people": "studies.people.command",
@@ -26,5 +26,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prints the studies, one line each."""
     for name, module in STUDIES.items():
-        print(f"  affordance study {name:<10} {import_study(module).HELP}")
+        print(f"  affordance study {name:<10} {import_study(module).STUDY.HELP}")
     return 0

@@ -1,21 +1,23 @@
 """``affordance study arms``: tests the paper's claims on the arms of many robots."""
 
 import argparse
+import logging
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from affordance.commands.options import (
-    add_jobs,
-    add_out,
-    add_repeats,
-    add_seed,
-    add_set,
-    change_by_name,
-    check_bounds,
-)
+from affordance.commands.options import add_jobs, add_out, add_repeats, add_seed, add_set, change_by_name
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import write_json
 from affordance.named_settings import parse_changes
-from studies.arms.study import StudyConfig, check_config, run_study
+from studies.arms.facts import Found, list_facts, list_verdicts, select_loaded
+from studies.arms.figure import draw_study
+from studies.arms.robot_study import EXPERIMENTS, OK, RunConfig, study_ours, study_robot
+from studies.arms.robots import ROBOTS, Robot, find_folder
+from studies.study import Findings, Study, Work
 
-HELP = "the paper's claims on the arms of the wheel example-robot-data"
+_LOG = logging.getLogger(__name__)
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -31,22 +33,75 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_set(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Runs the study; returns the exit status.
+def plan(arguments: argparse.Namespace) -> Work:
+    """Checks settings and robots.
 
     Raises:
-        AffordanceError: An argument is invalid; nothing was written.
+        BadValueError: A setting or the name of a robot is unknown, or the folder has no robot's file.
     """
-    check_bounds(arguments)
     change_by_name(arguments)
-    config = StudyConfig(
-        arguments.robots,
-        arguments.seed,
-        arguments.repeats,
-        arguments.jobs,
-        tuple(arguments.only),
-        tuple(parse_changes(arguments.changes).items()),
+    chosen = choose_robots(arguments.robots, arguments.only)
+    changes = tuple(parse_changes(arguments.changes).items())
+    config = RunConfig(arguments.seed, arguments.repeats, changes)
+    return partial(_work, chosen, find_folder(arguments.robots), config, arguments.jobs)
+
+
+def choose_robots(folder: Path, only: Sequence[str] = ()) -> list[Robot]:
+    """Lists the robots to study; all if none is named.
+
+    Raises:
+        BadValueError: The folder has no robot's file, or a name is unknown.
+    """
+    names = [robot.name for robot in ROBOTS]
+    unknown = [name for name in only if name not in names]
+    if unknown:
+        raise BadValueError("--only", "", f"is {unknown[0]!r}, must be of {', '.join(names)}")
+    chosen = [robot for robot in ROBOTS if not only or robot.name in only]
+    if not any((find_folder(folder) / robot.file).is_file() for robot in chosen):
+        problem = f"is {str(folder)!r}, which has none of the robots' files, such as {chosen[0].file}"
+        wheel = "pip install --target FOLDER --no-deps example-robot-data==6.0.0 puts them into FOLDER"
+        raise BadValueError("--robots", "", f"{problem}; {wheel}")
+    return chosen
+
+
+def _work(chosen: Sequence[Robot], robots: Path, config: RunConfig, jobs: int, out: Path) -> Iterator[Findings]:
+    """Studies robot by robot; results of a robot are kept, and those of all so far written after each."""
+    found: dict[str, Any] = {}
+    for robot in chosen:
+        _LOG.info("%s", robot.name)
+        found[robot.name] = study_robot(robot, robots, config, out, jobs)
+        yield describe(found, study_ours(config, out, jobs))
+
+
+def describe(found: Found, ours: dict[str, Any]) -> Findings:
+    """Lists what was found of all robots, and of the arm that comes with the program."""
+    details = {name: {key: value for key, value in one.items() if key != "metrics"} for name, one in found.items()}
+    return Findings(
+        {"robots": {name: one["metrics"] for name, one in found.items()}},
+        {**count(found), **list_facts(found, ours)},
+        figures={"arms": partial(draw_study, found, ours)},
+        writers=(lambda folder: write_json(folder / "study.json", {"robots": details, "ours": ours}),),
+        tables=list_verdicts(found),
     )
-    check_config(config)
-    print(f"The numbers: {run_study(config, arguments.out)}")
-    return 0
+
+
+def count(found: Found) -> dict[str, Any]:
+    """Counts what claims are about, over all robots; None where nothing could be measured."""
+    metrics = [one["metrics"] for one in select_loaded(found).values()]
+    required = [one["metrics"]["experiments"] for one in found.values() if one["required"]]
+    parities = [each["parity_error"] for each in metrics if each["parity_error"] is not None]
+    return {
+        "num_required": len(required),
+        "num_complete": sum(all(each[name] == OK for name in EXPERIMENTS) for each in required),
+        "parity_error": max(parities, default=None),
+        "real_time_factor": min((each["real_time_factor"] for each in metrics), default=None),
+    }
+
+
+STUDY = Study(
+    HELP="the paper's claims on the arms of the wheel example-robot-data",
+    add_arguments=add_arguments,
+    plan=plan,
+    folder="",
+    section=Path(__file__).with_name("section.yaml"),
+)

@@ -8,8 +8,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from affordance.reporting.figures import OBJECT_COLOURS, tidy
+from studies.arms.facts import FREE
 
 _FONT = 7.5
+_FALL = "fall of the first object, simulated (cm)"
+_MASS = "effective mass of the arm, up and down at the hand,"
 
 
 def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> Figure:
@@ -31,12 +34,10 @@ def draw_study(found: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) 
 
 def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
     """Draws the simulated fall of the first object over that predicted by the formula, with and without rotors."""
-    points = {**{name: one["sag"] for name, one in known.items()}, "ours": ours["sag"]}
-    for name, sag in points.items():
-        x, y = 100.0 * sag["predicted"], 100.0 * sag["simulated"]
-        limited = sag["limited"] > 0.05
-        axes.plot(x, y, "s" if limited else "o", color=OBJECT_COLOURS[2 if name == "ours" else 0], markersize=6.0)
-        axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
+    for name, one in {**known, "ours": ours}.items():
+        sag = one["sag"]
+        marker = "s" if sag["limited"] > FREE else "o"
+        _mark(axes, name, 100.0 * sag["predicted"], 100.0 * sag["simulated"], marker)
     rotors = [sag for one in known.values() for sag in one["sag_with_rotors"].values()]
     if rotors:
         x, y = (100.0 * np.array([sag[key] for sag in rotors]) for key in ("predicted", "simulated"))
@@ -45,51 +46,50 @@ def _draw_predictions(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: 
     span = np.array([max(0.05, 0.5 * ends[0]), 1.2 * ends[1]])
     axes.plot(span, span, "-", color="#000000", linewidth=0.8, label="as predicted")
     axes.plot([], [], "o", color=OBJECT_COLOURS[0], label="as in the file (squares: a limit active)")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)")
-    axes.set_ylabel("fall of the first object, simulated (cm)")
+    _finish(axes, "fall predicted, (1 + 1/N) T²/6 of the unforeseen acceleration (cm)", _FALL)
     axes.legend(frameon=False, fontsize=_FONT, loc="upper left")
 
 
 def _draw_masses(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
     """Draws the fall of the first object over the ratio of the arm's effective mass to the object's."""
-    points = {**known, "ours": ours}
-    for name, one in points.items():
-        sag = one["sag"]
-        x, y = sag["arm_mass"] / sag["object_mass"], 100.0 * sag["simulated"]
-        axes.plot(x, y, "o", color=OBJECT_COLOURS[2 if name == "ours" else 0], markersize=6.0)
-        axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
+    for name, one in {**known, "ours": ours}.items():
+        _mark(axes, name, _get_mass_ratio(one["sag"]), 100.0 * one["sag"]["simulated"])
     for one in known.values():
         path = [one["sag"], *one["sag_with_rotors"].values()]
-        x = [sag["arm_mass"] / sag["object_mass"] for sag in path]
-        axes.plot(x, [100.0 * sag["simulated"] for sag in path], "-", color=OBJECT_COLOURS[1], linewidth=0.7)
+        x, y = [_get_mass_ratio(sag) for sag in path], [100.0 * sag["simulated"] for sag in path]
+        axes.plot(x, y, "-", color=OBJECT_COLOURS[1], linewidth=0.7)
     axes.plot([], [], "-", color=OBJECT_COLOURS[1], label="the same arm with rotors up to 0.3 kg m²")
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_xlabel("effective mass of the arm, up and down at the hand,\nover the mass of the object")
-    axes.set_ylabel("fall of the first object, simulated (cm)")
+    _finish(axes, f"{_MASS}\nover the mass of the object", _FALL)
     axes.legend(frameon=False, fontsize=_FONT, loc="upper right")
 
 
 def _draw_works(axes: Axes, known: Mapping[str, Mapping[str, Any]], ours: Mapping[str, Any]) -> None:
     """Draws the additional cost of the costlier grip, in reaching and hammering."""
-    points = {**known, "ours": ours}
     for task, colour, marker in (("reach", OBJECT_COLOURS[0], "o"), ("hammer", OBJECT_COLOURS[4], "^")):
-        drawn = False
-        for name, one in points.items():
-            if task not in one:
-                continue
-            x = one["sag"]["arm_mass"] / one["sag"]["object_mass"]
-            y = 100.0 * (one[task]["energy_ratio_true"] - 1.0)
-            axes.plot(x, y, marker, color=colour, markersize=6.0, label=None if drawn else task)
-            drawn = True
-            if task == "reach":
-                axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
+        able = {name: one for name, one in {**known, "ours": ours}.items() if task in one}
+        for name, one in able.items():
+            x, y = _get_mass_ratio(one["sag"]), 100.0 * (one[task]["energy_ratio_true"] - 1.0)
+            _mark(axes, name if task == "reach" else "", x, y, marker, colour)
+        if able:
+            axes.plot([], [], marker, color=colour, markersize=6.0, label=task)
+    _finish(axes, f"{_MASS}\nover the mass of the first object of Simulation I", "the dearer grip costs more by (%)")
+    axes.legend(frameon=False, fontsize=_FONT)
+
+
+def _get_mass_ratio(sag: Mapping[str, Any]) -> float:
+    return float(sag["arm_mass"] / sag["object_mass"])
+
+
+def _mark(axes: Axes, name: str, x: float, y: float, marker: str = "o", colour: str = "") -> None:
+    """Draws the named point of an arm, ours in a colour of its own unless one is given."""
+    colour = colour or OBJECT_COLOURS[2 if name == "ours" else 0]
+    axes.plot(x, y, marker, color=colour, markersize=6.0)
+    if name:
+        axes.annotate(name, (x, y), xytext=(4, -3), textcoords="offset points", fontsize=_FONT)
+
+
+def _finish(axes: Axes, x_label: str, y_label: str) -> None:
     axes.set_xscale("log")
     axes.set_yscale("log")
-    axes.set_xlabel(
-        "effective mass of the arm, up and down at the hand,\nover the mass of the first object of Simulation I"
-    )
-    axes.set_ylabel("the dearer grip costs more by (%)")
-    axes.legend(frameon=False, fontsize=_FONT)
+    axes.set_xlabel(x_label)
+    axes.set_ylabel(y_label)

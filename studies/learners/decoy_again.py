@@ -6,9 +6,8 @@ learner with one density for each colour does exactly what Simulation I does.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -19,43 +18,20 @@ from affordance.belief.kinds_summary import count_kinds, summarise_kinds
 from affordance.belief.learner import Learner
 from affordance.belief.learners import start_memory
 from affordance.belief.object_belief import Memory
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_files import list_arm_files
-from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
+from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
 from affordance.reporting.kinds_figure import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
-from affordance.settings import Settings
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
-from studies.people.figures import draw_decoy_again
+from studies.study import run_kept
 
 NUM_DECOYS = 6
-
-
-class HeldObjects(Protocol):
-    """Simulation I, as far as it is needed here; a frozen dataclass."""
-
-    @property
-    def tools(self) -> tuple[Tool, ...]:
-        """Objects in order of presentation, the decoy last."""
-
-    @property
-    def seed(self) -> int:
-        """Root of every random draw."""
-
-    @property
-    def settings(self) -> Settings:
-        """Settings of all simulations."""
-
-    @property
-    def duration(self) -> float:
-        """Duration of each hold, [s]."""
-
-    @property
-    def colours(self) -> tuple[Colour, ...]:
-        """Colours of the objects, of which there is one."""
+# Distance of learners in the figure, of that of holds.
+_OFFSET = 0.14
 
 
 @dataclass(frozen=True)
@@ -67,7 +43,7 @@ class DecoyConfig:
         learner: Learner of the observers.
     """
 
-    weight: HeldObjects
+    weight: PresentationExperiment
     learner: Learner
 
     @property
@@ -107,7 +83,7 @@ def run_repeat(config: DecoyConfig, repeat: int) -> dict[str, NDArray[Any]]:
 
 
 def run(
-    weight: HeldObjects, folder: Path, *, repeats: int, jobs: int
+    weight: PresentationExperiment, folder: Path, *, repeats: int, jobs: int
 ) -> tuple[dict[Learner, dict[str, NDArray[Any]]], dict[str, Any]]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
@@ -115,15 +91,14 @@ def run(
     """
     arrays = {}
     for learner in Learner:
-        config = DecoyConfig(weight, learner)
-        kept = folder / "repeats" / compute_key(config, list_arm_files(weight.settings.arm))
-        arrays[learner] = run_repeats(
-            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"decoy, {learner.value}"
+        config, files, name = DecoyConfig(weight, learner), list_arm_files(weight.settings.arm), learner.value
+        arrays[learner] = run_kept(
+            config, run_repeat, folder, files, repeats=repeats, jobs=jobs, description=f"decoy, {name}"
         )
     return arrays, compute_metrics(weight, arrays)
 
 
-def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
+def draw_memory(weight: PresentationExperiment, repeat: int) -> Figure:
     """Draws the final memory of an observer who takes the most probable hypothesis."""
     memories, _ = run_observer(DecoyConfig(weight, Learner.KINDS_MAP), repeat)
     memory = memories[-1]
@@ -132,7 +107,9 @@ def draw_memory(weight: HeldObjects, repeat: int) -> Figure:
     return draw_kinds(summarise_kinds(memory), title=title)
 
 
-def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]) -> dict[str, Any]:
+def compute_metrics(
+    weight: PresentationExperiment, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]]
+) -> dict[str, Any]:
     """Computes the effect of the decoy on the density of brass, excursions, and the share of needless kinds.
 
     Returns: ``brass_after_decoy``, by learner the median density believed of the material after one decoy and after
@@ -163,13 +140,33 @@ def compute_metrics(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, N
     }
 
 
-def draw(weight: HeldObjects, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]) -> Figure:
-    """Draws excursions and beliefs hold by hold; labels name the learners."""
-    names = dict(zip(arrays, labels, strict=True))
-    held = [tool.name for tool in DecoyConfig(weight, Learner.DENSITY).tools]
-    return draw_decoy_again(
-        {names[learner]: estimate_mean(found["excursion"]) for learner, found in arrays.items()},
-        {names[learner]: np.median(found["density_median"], axis=0) for learner, found in arrays.items()},
-        density_true=weight.tools[0].components[0].material.density,
-        labels=[f"{trial}. {name}" for trial, name in enumerate(held, start=1)],
-    )
+def draw(
+    weight: PresentationExperiment, arrays: Mapping[Learner, Mapping[str, NDArray[Any]]], labels: Sequence[str]
+) -> Figure:
+    """Draws the excursion of objects and the believed density of their material, hold by hold; labels of learners."""
+    figure = Figure(figsize=(11.0, 4.2))
+    left, right = figure.subplots(1, 2)
+    held = DecoyConfig(weight, Learner.DENSITY).tools
+    positions = np.arange(1, len(held) + 1)
+    for k, (found, label, colour) in enumerate(zip(arrays.values(), labels, OBJECT_COLOURS, strict=False)):
+        height = estimate_mean(found["excursion"])
+        error = 100.0 * np.array([height.mean - height.low, height.high - height.mean])
+        shifted = positions + _OFFSET * (k - 0.5 * (len(arrays) - 1))
+        left.errorbar(shifted, 100.0 * height.mean, error, fmt="o", color=colour, capsize=2.5, label=label)
+        style = f"o{LINE_STYLES[k % len(LINE_STYLES)]}"
+        medians = np.median(found["density_median"], axis=0)
+        right.plot([0, *positions], medians, style, color=colour, markersize=4.0, label=label)
+    left.axhline(0.0, color="#000000", linewidth=0.8, linestyle=":")
+    true = weight.tools[0].components[0].material.density
+    right.axhline(true, color="#000000", linewidth=1.0, linestyle=":", label="true")
+    names = [f"{trial}. {tool.name}" for trial, tool in enumerate(held, start=1)]
+    for axes in (left, right):
+        axes.set_xticks(positions, names, rotation=40, ha="right")
+    left.set_ylabel("farthest height of the object (cm)")
+    left.set_title("Mean over observers, 95 % interval", fontsize=FONT_SIZE)
+    right.set_ylabel("density believed of the material (kg/m³)")
+    right.set_title("After each hold, median over observers", fontsize=FONT_SIZE)
+    right.set_ylim(bottom=0.0)
+    right.legend(frameon=False)
+    tidy(left, right)
+    return figure

@@ -6,9 +6,9 @@ learner. Without odd objects a learner with kinds should do what one with a sing
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,29 +24,18 @@ from affordance.choice.ranking import pick_cheapest, rank_options
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.decisions import count_correct
 from affordance.experiments.shared.experience import ExperienceConfig, draw_order
+from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.objects.tool import list_densities
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
 from affordance.simulation.trial import Observer, get_runner
-from affordance.simulation.trial_record import TrialRecord
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
+from studies.study import run_kept
 
 TASKS = ("reach", "hammer")
 # Number of densities drawn to compute the probability of a choice.
 _NUM_CHOICES = 500
-
-
-class TestedObjects(Protocol):
-    """Simulation II, as far as it is needed here; a frozen dataclass."""
-
-    @property
-    def experience(self) -> ExperienceConfig | None:
-        """Experience with the two objects other than the decoy."""
-
-    def run_test_pass(self, memory: Memory, repeat: int) -> list[TrialRecord]:
-        """Holds each object once under the given memory, without learning; returns the records."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +48,7 @@ class HonestConfig:
         learner: Learner of the observers.
     """
 
-    com: TestedObjects
+    com: PresentationExperiment
     models: Path
     learner: Learner
 
@@ -104,18 +93,15 @@ def run_repeat(config: HonestConfig, repeat: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def run(com: TestedObjects, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
+def run(com: PresentationExperiment, models: Path, folder: Path, *, repeats: int, jobs: int) -> dict[str, Any]:
     """Runs all observers of all learners; those that the folder holds are not run again.
 
     Returns: Numbers by learner, see ``compute_metrics``.
     """
     numbers = {}
     for learner in Learner:
-        config = HonestConfig(com, models, learner)
-        kept = folder / "repeats" / compute_key(config, models)
-        arrays = run_repeats(
-            kept, partial(run_repeat, config), repeats=repeats, jobs=jobs, description=f"honest, {learner.value}"
-        )
+        config, name = HonestConfig(com, models, learner), f"honest, {learner.value}"
+        arrays = run_kept(config, run_repeat, folder, models, repeats=repeats, jobs=jobs, description=name)
         numbers[learner.value] = compute_metrics(arrays)
     return numbers
 

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import pytest
 
 import affordance.experiments.suite  # noqa: F401  loads the libraries
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 SAMPLE, PAGE = Path("studies/mutants/sample.json"), Path("docs/mutants.md")
 FOLDERS = (

@@ -2,24 +2,32 @@
 
 import argparse
 import time
+from collections.abc import Iterator, Sequence
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
 
 from affordance.belief.learner import Learner
-from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
+from affordance.commands.options import add_run_options, change_by_name
 from affordance.exceptions import BadValueError
-from affordance.files.atomic import write_json
-from affordance.reporting.figures import save_figure
-from affordance.runs.repeats import list_versions, prepare_folder
+from affordance.experiments.shared.presented import PresentationExperiment
+from affordance.runs.repeats import list_versions
 from affordance.simulation.static_lifts import check_closed_form
-from studies.people.figures import Interval, draw_kappa_fit
-from studies.people.fit import GROUPS, KappaFit, load_groups, load_people, simulate_and_fit
-from studies.people.fraction import Fraction, estimate_people_fraction
+from studies.people.figure import draw_kappa_fit
+from studies.people.fit import (
+    GROUPS,
+    TITLES,
+    Fraction,
+    KappaFit,
+    estimate_people_fraction,
+    load_groups,
+    load_people,
+    simulate_and_fit,
+)
+from studies.study import Findings, Study, Work
 
-HELP = "fit kappa, the breadth of a category, to Linear+ and Linear++"
-_TITLES = ("Linear+", "Linear++")
 _LEARNERS = (Learner.KINDS_MAP, Learner.KINDS_DRAWN)
 
 
@@ -31,8 +39,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--count", type=int, default=13, help="how many values of kappa (default 13)")
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Fits kappa for each learner with kinds, prints it, and writes OUT/kappa/.
+def plan(arguments: argparse.Namespace) -> Work:
+    """Checks the values of kappa, and loads both groups.
 
     Raises:
         BadValueError: An option is out of bounds, or a file with human data is invalid.
@@ -40,30 +48,29 @@ def run(arguments: argparse.Namespace) -> int:
     if not 0.0 < arguments.lowest < arguments.highest:
         problem = f"is {arguments.lowest:g}, must be more than 0 and less than --highest, {arguments.highest:g}"
         raise BadValueError("--lowest", "", problem)
-    check_bounds(arguments)
-    refuse_changes(arguments, ["learner"], "kappa is fitted to every learner with kinds")
     settings = change_by_name(arguments)
     check_closed_form(settings)
     for option, value, least in (("--count", arguments.count, 3), ("--repeats", arguments.repeats, 2)):
         if value < least:
             raise BadValueError(option, "", f"is {value}, must be at least {least}")
-    folder = prepare_folder(arguments.out) / "kappa"
     groups = load_groups(arguments.models, arguments.seed, settings)
     people = [estimate_people_fraction(load_people(group)) for group in groups]
+    return partial(_work, arguments, groups, people)
+
+
+def _work(
+    arguments: argparse.Namespace, groups: Sequence[PresentationExperiment], people: list[Fraction], folder: Path
+) -> Iterator[Findings]:
+    """Fits kappa for each learner with kinds, and prints it."""
     kappas = np.linspace(arguments.lowest, arguments.highest, arguments.count)
     numbers: dict[str, Any] = {}
+    figures = {}
     for learner in _LEARNERS:
         start = time.perf_counter()
-        fit = simulate_and_fit(
-            learner,
-            kappas,
-            people,
-            groups,
-            repeats=arguments.repeats,
-            jobs=arguments.jobs,
-        )
-        _report(learner, fit, people)
-        save_figure(_draw(learner, fit, people), folder, learner.value)
+        fit = simulate_and_fit(learner, kappas, people, groups, repeats=arguments.repeats, jobs=arguments.jobs)
+        _print_fit(learner, fit, people)
+        title = f"The fit of kappa to Linear+ and Linear++, {learner.value}"
+        figures[learner.value] = partial(draw_kappa_fit, fit, people, title)
         numbers[learner.value] = {**fit._asdict(), "wall_s": time.perf_counter() - start}
     content = {
         "learners": numbers,
@@ -72,14 +79,13 @@ def run(arguments: argparse.Namespace) -> int:
         "repeats": arguments.repeats,
         "versions": list_versions(),
     }
-    write_json(folder / "metrics.json", content)
-    return 0
+    yield Findings(content, figures=figures)
 
 
-def _report(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
+def _print_fit(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
     print(f"{learner.value}: kappa {fit.kappa:.3f}, 95 % interval {fit.low:.3f} to {fit.high:.3f}", end="")
     print("" if fit.is_bounded else ", which what was simulated does not bound on both sides")
-    for group, found, column in zip(_TITLES, people, range(len(_TITLES)), strict=True):
+    for column, (group, found) in enumerate(zip(TITLES, people, strict=True)):
         at_best = np.interp(fit.kappa, fit.kappas, fit.fractions[:, column])
         print(f"    {group:9s} f {at_best:.2f}, people {found.mean:.2f} [{found.low:.2f}, {found.high:.2f}]")
     for kappa, fractions, errors in zip(fit.kappas, fit.fractions, fit.fraction_ses, strict=True):
@@ -88,13 +94,10 @@ def _report(learner: Learner, fit: KappaFit, people: list[Fraction]) -> None:
         print(f"    kappa {kappa:.3f}   f " + "   ".join(cells) + f"   log likelihood {log_likelihood:7.2f}")
 
 
-def _draw(learner: Learner, fit: KappaFit, people: list[Fraction]) -> Any:
-    return draw_kappa_fit(
-        {group: (fit.fractions[:, column], fit.fraction_ses[:, column]) for column, group in enumerate(_TITLES)},
-        [Interval(found.mean, found.low, found.high) for found in people],
-        (fit.grid, fit.log_likelihood),
-        kappas=fit.kappas,
-        best=Interval(fit.kappa, fit.low, fit.high),
-        threshold=-0.5 * float(chi2.ppf(0.95, 1)),
-        title=f"The fit of kappa to Linear+ and Linear++, {learner.value}",
-    )
+STUDY = Study(
+    HELP="fit kappa, the breadth of a category, to Linear+ and Linear++",
+    add_arguments=add_arguments,
+    plan=plan,
+    folder="kappa",
+    refused={("learner",): "kappa is fitted to every learner with kinds"},
+)

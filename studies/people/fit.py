@@ -16,23 +16,64 @@ from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
-import joblib
 import numpy as np
 from scipy.stats import chi2
+from scipy.stats import t as student_t
 
 from affordance.arrays import Array
 from affordance.belief.learner import Learner
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.protocols.published import PublishedTable
+from affordance.protocols.published import Published, PublishedTable
+from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
-from studies.people.fraction import Fraction
 
 # Protocols of the groups.
 GROUPS = ("linear_plus", "linear_plus_plus")
+# Names of the groups in figures and tables.
+TITLES = ("Linear+", "Linear++")
 _CONFIDENCE = 0.95
+# Log likelihood at the ends of the interval, relative to its maximum.
+THRESHOLD = -0.5 * float(chi2.ppf(_CONFIDENCE, 1))
 # Step of kappa at which the interpolated likelihood is evaluated.
 _STEP = 0.001
+
+
+class Fraction(NamedTuple):
+    """Learned fraction of a group.
+
+    Attributes:
+        mean: Estimate of f.
+        se: Standard error of the estimate.
+        low: Lower end of the 95 % interval.
+        high: Upper end of the 95 % interval.
+    """
+
+    mean: float
+    se: float
+    low: float
+    high: float
+
+
+def estimate_people_fraction(people: PublishedTable) -> Fraction:
+    """Estimates the learned fraction of people, with its error to first order for independent forces.
+
+    Means and 95 % intervals by Student's t are published; the covariance of the two forces over people is not.
+
+    Raises:
+        BadValueError: The table lacks a row that is needed.
+    """
+    end, family, weight = (people.get(name) for name in ("end_N", "family_N", "weight_N"))
+    quantile = float(student_t.ppf(0.5 + _CONFIDENCE / 2.0, people.get("num_people").value - 1.0))
+    scale = weight.value - family.value
+    fraction = (end.value - family.value) / scale
+    se = math.hypot(_estimate_se(end, quantile), (1.0 - fraction) * _estimate_se(family, quantile)) / scale
+    return Fraction(fraction, se, fraction - quantile * se, fraction + quantile * se)
+
+
+def _estimate_se(published: Published, quantile: float) -> float:
+    """Computes the standard error behind a published interval."""
+    return 0.5 * (published.high - published.low) / quantile
 
 
 class KappaFit(NamedTuple):
@@ -69,8 +110,8 @@ def simulate_fraction(
 ) -> tuple[float, float]:
     """Mean learned fraction of simulated observers, at least 2, and its standard error."""
     experiment = replace(experiment.with_learners([learner]), kappa=kappa)
-    run = partial(experiment.run_observer, None, None)
-    rows = joblib.Parallel(n_jobs=min(jobs, repeats))(joblib.delayed(run)(repeat) for repeat in range(repeats))
+    tasks = [partial(experiment.run_observer, None, None, repeat) for repeat in range(repeats)]
+    rows = run_tasks(tasks, jobs=jobs, description=f"kappa {kappa:.3f}")
     arrays = {name: np.stack([row[name] for row in rows]) for name in rows[0]}
     fractions = experiment.compute_of_observers(arrays)[learner]["f"]
     return float(fractions.mean()), float(fractions.std(ddof=1) / math.sqrt(repeats))
@@ -107,7 +148,7 @@ def fit_kappa(kappas: Array, fractions: Array, fraction_ses: Array, people: list
         variance = found.se**2 + np.interp(grid, kappas, fraction_ses[:, group]) ** 2
         log_likelihood -= 0.5 * ((found.mean - mean) ** 2 / variance + np.log(variance))
     log_likelihood -= log_likelihood.max()
-    inside = grid[log_likelihood >= -0.5 * chi2.ppf(_CONFIDENCE, 1)]
+    inside = grid[log_likelihood >= THRESHOLD]
     best = float(grid[log_likelihood.argmax()])
     return KappaFit(kappas, fractions, fraction_ses, grid, log_likelihood, best, float(inside[0]), float(inside[-1]))
 

@@ -1,35 +1,144 @@
 """``affordance study recorded``: identifies payloads in real recordings published by others."""
 
 import argparse
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 from affordance.arguments import REPEATS, check_whole
-from affordance.commands.options import add_out, add_repeats, add_seed, check_bounds
-from studies.recorded.study import NAME, StudyConfig, run_study
-
-HELP = "identify what real robots held, by recordings in clones of public repositories"
+from affordance.commands.options import add_out, add_repeats, add_seed
+from affordance.identification.evidence.gains import build_nominal_gains
+from affordance.identification.evidence.unpaired_runs import fit_empty_arm
+from affordance.identification.recording.preparation import prepare
+from affordance.identification.settings import IdentificationSettings, SignalKind
+from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+from affordance.runs.repeats import list_versions
+from studies.recorded.clones import (
+    UR10E_LOAD,
+    PandaData,
+    Ur10eData,
+    WeighedObject,
+    load_panda,
+    load_ur10e,
+    load_weighed_objects,
+)
+from studies.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
+from studies.recorded.panda import study_panda
+from studies.recorded.peers import TO_90
+from studies.recorded.simulated_truths import measure_coverage
+from studies.recorded.timing import measure_times
+from studies.recorded.ur10e import Ur10eResult, study_ur10e
+from studies.recorded.weighed_objects import SERVO_PRIOR, WeighedResult, study_weighed_objects
+from studies.study import Findings, Study, Work
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    default = StudyConfig()
     parser.add_argument("--data", type=Path, required=True, help="folder with the clones, by the repositories' names")
     add_out(parser)
-    add_repeats(parser, default.draws, "simulated truths of each kind", former=["--draws"])
+    add_repeats(parser, 500, "simulated truths of each kind", former=["--draws"])
     parser.add_argument(
-        "--injections", type=int, default=default.injections, help="payloads for each length of window (default 200)"
+        "--injections", type=int, default=200, help="payloads for each length of window (default 200)"
     )
-    add_seed(parser, default.seed)
+    add_seed(parser)
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Runs the study.
+def plan(arguments: argparse.Namespace) -> Work:
+    """Reads all recordings, so that a missing clone is reported at once.
 
     Raises:
         AffordanceError: An argument is out of bounds, or a recording is missing.
     """
-    check_bounds(arguments)
     check_whole("--injections", arguments.injections, REPEATS)
-    config = StudyConfig(arguments.injections, arguments.repeats, arguments.seed)
-    print(f"The report: {run_study(arguments.data, arguments.out / NAME, config)}")
-    return 0
+    data = arguments.data
+    return partial(_work, arguments, load_ur10e(data), load_panda(data), load_weighed_objects(data))
+
+
+def _work(
+    arguments: argparse.Namespace,
+    pair: Ur10eData,
+    panda: PandaData,
+    objects: dict[str, WeighedObject],
+    folder: Path,
+) -> Iterator[Findings]:
+    start, seed = time.perf_counter(), arguments.seed
+    settings = IdentificationSettings(seed=seed)
+    ur10e = study_ur10e(pair, settings)
+    weighed = study_weighed_objects(objects, replace(settings, signal_prior=SERVO_PRIOR))
+    injected = study_panda(panda, settings, num_injections=arguments.injections, seed=seed)
+    prepared = prepare(panda.empty, settings)
+    nominal = build_nominal_gains(panda.robot.joint_names, SignalKind.JOINT_TORQUE, settings)
+    noise = fit_empty_arm(panda.robot, [prepared], [prepared.signal], nominal, settings).least_variance
+    few = replace(settings, num_samples=1000)
+    coverage = measure_coverage(panda.robot, prepared, noise, few, num_draws=arguments.repeats, seed=seed)
+    times = measure_times(arguments.data, ur10e.evidence, ur10e.gains, settings)
+    numbers = {
+        "ur10e": ur10e.numbers,
+        "panda": injected.numbers,
+        "lbipe": weighed.numbers,
+        **coverage,
+        **times,
+    }
+    config = {"injections": arguments.injections, "draws": arguments.repeats, "seed": seed}
+    details = {
+        "ur10e": ur10e.details,
+        "panda": injected.details,
+        "lbipe": weighed.details,
+        "config": config,
+        "versions": list_versions(),
+        "wall_s": time.perf_counter() - start,
+    }
+    figures = {
+        "masses": partial(draw_masses, *list_weighings(ur10e, weighed, objects)),
+        "injections": partial(draw_injections, injected),
+        "peers": partial(draw_peers, times["peers"]),
+        "fit": partial(draw_fit, ur10e.belief.fit),
+        "whiteness": partial(draw_whiteness, ur10e.belief.fit),
+        "posteriors": partial(draw_posteriors, ur10e.belief),
+    }
+    yield Findings(numbers, {**flatten(numbers), "details": details, "config": config}, figures, details)
+
+
+def list_weighings(
+    ur10e: Ur10eResult, weighed: WeighedResult, objects: Mapping[str, WeighedObject]
+) -> tuple[list[Weighing], Weighing, list[Weighing]]:
+    """Lists the masses to draw: of the UR10e's load, of its empty hand, of the servo arm's objects."""
+    halves, numbers, details = ur10e.halves, ur10e.numbers, ur10e.details
+
+    def weigh(name: str, mean: float, sd: float, truth: float) -> Weighing:
+        return Weighing(name, mean, mean - TO_90 * sd, mean + TO_90 * sd, truth)
+
+    pair = [
+        weigh("first half", halves.mass[0], halves.sd[0], UR10E_LOAD),
+        weigh("second half", halves.mass[1], halves.sd[1], UR10E_LOAD),
+        weigh("unpaired", details["unpaired_mass_kg"], details["unpaired_mass_sd_kg"], UR10E_LOAD),
+    ]
+    empty = weigh("empty hand", numbers["empty_as_load_kg"], numbers["empty_as_load_sd_kg"], 0.0)
+    servo = [
+        Weighing(name, belief.mass, *belief.mass_interval90, objects[name].mass)
+        for name, belief in weighed.beliefs.items()
+    ]
+    return pair, empty, servo
+
+
+def flatten(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns numbers by one name each, as claims name them: ur10e.half_error is ur10e_half_error."""
+    flat: dict[str, Any] = {}
+    for name, value in numbers.items():
+        if isinstance(value, Mapping):
+            flat |= {f"{name}_{key}": entry for key, entry in flatten(value).items()}
+        else:
+            flat[name] = value
+    return flat
+
+
+STUDY = Study(
+    HELP="identify what real robots held, by recordings in clones of public repositories",
+    add_arguments=add_arguments,
+    plan=plan,
+    folder="recorded",
+    section=Path(__file__).with_name("section.yaml"),
+)

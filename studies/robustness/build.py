@@ -66,63 +66,47 @@ def build_world(setting: Setting, models: Path, settings: Settings) -> World:
         models: Gives materials, path, nail and working posture.
         settings: Those of the simulations; what the setting says is replaced.
     """
-    get = _Values(setting)
     materials = load_materials(models / "materials.yaml")
-    wood = replace(materials["beech"], density=get.number("wood_density"))
-    steel = replace(materials["steel"], density=get.number("dense_density"))
-    brass = replace(materials["brass"], density=get.number("rod_density"))
-    hollow = replace(materials["beech"], density=get.number("decoy_share") * brass.density)
+    wood = replace(materials["beech"], density=float(setting["wood_density"]))
+    steel = replace(materials["steel"], density=float(setting["dense_density"]))
+    brass = replace(materials["brass"], density=float(setting["rod_density"]))
+    hollow = replace(materials["beech"], density=float(setting["decoy_share"]) * brass.density)
     path = load_path(models / "paths" / "reach.yaml")
     hammer = load_hammer(models / "nail.yaml")
     return World(
-        settings=_build_settings(get, settings),
-        rods=_build_rods(get, brass, hollow),
-        learning=_build_learning(get, wood, steel),
-        novel=build_novel(get, wood, steel),
-        reach=Reach(_build_path(get, path)),
-        hammer=_build_hammer(get, hammer),
+        settings=_build_settings(setting, settings),
+        rods=_build_rods(setting, brass, hollow),
+        learning=_build_learning(setting, wood, steel),
+        novel=build_novel(setting, wood, steel),
+        reach=Reach(_build_path(setting, path)),
+        hammer=_build_hammer(setting, hammer),
         plans_least_work=setting["planner"] == "least work",
         rule=str(setting["rule"]),
     )
 
 
-class _Values:
-    """Values of a setting, as numbers."""
-
-    def __init__(self, setting: Setting) -> None:
-        self._setting = setting
-
-    def number(self, name: str) -> float:
-        """A value of a range."""
-        return float(self._setting[name])
-
-    def text(self, name: str) -> str:
-        """A choice."""
-        return str(self._setting[name])
-
-
-def _build_settings(get: _Values, settings: Settings) -> Settings:
-    structure = get.text("noise_structure")
+def _build_settings(setting: Setting, settings: Settings) -> Settings:
+    structure = str(setting["noise_structure"])
     noise: NoiseModel = WeberNoise(
-        get.number("weber_fraction"), get.number("threshold"), independent_samples=structure != "one percept"
+        float(setting["weber_fraction"]), float(setting["threshold"]), independent_samples=structure != "one percept"
     )
     if structure == "white":
-        noise = WhiteNoise(get.number("white_sd"))
-    ticks = round(get.number("horizon") / settings.control_period)
+        noise = WhiteNoise(float(setting["white_sd"]))
+    ticks = round(float(setting["horizon"]) / settings.control_period)
     return replace(
         settings,
         noise=noise,
         sample_period=HOLD_DURATION / _NUM_SAMPLES[structure],
-        acceleration_sd=get.number("acceleration_sd"),
-        prior=Prior(get.number("prior_mode"), get.number("prior_sd"), get.number("deviation_sd")),
+        acceleration_sd=float(setting["acceleration_sd"]),
+        prior=Prior(float(setting["prior_mode"]), float(setting["prior_sd"]), float(setting["deviation_sd"])),
         mpc=replace(settings.mpc, horizon=ticks * settings.control_period),
-        cost_measure=CostMeasure(get.text("cost_measure")),
+        cost_measure=CostMeasure(str(setting["cost_measure"])),
     )
 
 
-def _build_rods(get: _Values, brass: Material, hollow: Material) -> tuple[Tool, ...]:
-    lengths = np.linspace(get.number("rod_shortest"), get.number("rod_longest"), _NUM_RODS)
-    radius = 0.5 * get.number("rod_thickness")
+def _build_rods(setting: Setting, brass: Material, hollow: Material) -> tuple[Tool, ...]:
+    lengths = np.linspace(float(setting["rod_shortest"]), float(setting["rod_longest"]), _NUM_RODS)
+    radius = 0.5 * float(setting["rod_thickness"])
 
     def build(name: str, length: float, material: Material) -> Tool:
         shape = Ellipsoid((0.5 * length, radius, radius))
@@ -132,8 +116,8 @@ def _build_rods(get: _Values, brass: Material, hollow: Material) -> tuple[Tool, 
     return (*rods, build("decoy", float(lengths[-1]), hollow))
 
 
-def _build_learning(get: _Values, wood: Material, steel: Material) -> tuple[Tool, Tool, Tool]:
-    half, radius = 0.5 * get.number("learning_length"), 0.5 * get.number("learning_thickness")
+def _build_learning(setting: Setting, wood: Material, steel: Material) -> tuple[Tool, Tool, Tool]:
+    half, radius = 0.5 * float(setting["learning_length"]), 0.5 * float(setting["learning_thickness"])
     shape = Ellipsoid((half, radius, radius))
 
     def build(name: str, made_of: str, looks_like: str) -> Tool:
@@ -147,13 +131,13 @@ def _build_learning(get: _Values, wood: Material, steel: Material) -> tuple[Tool
     return build("steel_far", "wws", "wws"), build("steel_near", "sww", "sww"), build("decoy", "sww", "wws")
 
 
-def build_novel(get: "_Values", wood: Material, steel: Material) -> Tool:
+def build_novel(setting: Setting, wood: Material, steel: Material) -> Tool:
     """The novel tool: a wooden and a steel part, bent where they meet, with a grip at either end."""
-    unequal = get.text("novel_parts") == "unequal"
-    length, bend = get.number("novel_length"), get.number("novel_bend")
-    share = get.number("novel_share") if unequal else 0.5
-    ratio = get.number("novel_thickness_ratio") if unequal else 1.0
-    radius = 0.5 * get.number("novel_thickness")
+    unequal = str(setting["novel_parts"]) == "unequal"
+    length, bend = float(setting["novel_length"]), float(setting["novel_bend"])
+    share = float(setting["novel_share"]) if unequal else 0.5
+    ratio = float(setting["novel_thickness_ratio"]) if unequal else 1.0
+    radius = 0.5 * float(setting["novel_thickness"])
     first, second = share * length, (1.0 - share) * length
     X_TJ = _translate(first) @ _turn(bend)  # J: where the parts meet, along the steel one
     handle = Component(Ellipsoid((0.5 * first, radius, radius)), _translate(0.5 * first), wood, wood)
@@ -163,37 +147,37 @@ def build_novel(get: "_Values", wood: Material, steel: Material) -> Tool:
     return Tool("novel tool", (handle, head), (Grip("wood", np.eye(4)), Grip("steel", by_steel)))
 
 
-def _build_path(get: _Values, path: TimedPath) -> TimedPath:
-    turn, scale = _turn(get.number("path_turn"))[:3, :3], get.number("path_scale")
+def _build_path(setting: Setting, path: TimedPath) -> TimedPath:
+    turn, scale = _turn(float(setting["path_turn"]))[:3, :3], float(setting["path_scale"])
     points = scale * np.array(path.points) @ turn.T
-    points[:, 2] += get.number("path_rise") * np.arange(1, len(points) + 1) / len(points)
+    points[:, 2] += float(setting["path_rise"]) * np.arange(1, len(points) + 1) / len(points)
     chord = points[-1, :2] / max(float(np.linalg.norm(points[-1, :2])), 1e-9)
-    points[len(points) // 2, :2] += get.number("path_bow") * np.array([-chord[1], chord[0]])
+    points[len(points) // 2, :2] += float(setting["path_bow"]) * np.array([-chord[1], chord[0]])
     return replace(
         path,
         points=tuple((float(x), float(y), float(z)) for x, y, z in points),
-        duration=get.number("path_duration"),
-        start=_move_start(get, path.start),
+        duration=float(setting["path_duration"]),
+        start=_move_start(setting, path.start),
     )
 
 
-def _build_hammer(get: _Values, hammer: Hammer) -> Hammer:
-    force = get.number("nail_force")
+def _build_hammer(setting: Setting, hammer: Hammer) -> Hammer:
+    force = float(setting["nail_force"])
     return replace(
         hammer,
         nail=replace(hammer.nail, depth_demanded=force / hammer.nail.stiffness),
-        offset=(get.number("nail_forward"), hammer.offset[1], get.number("nail_height")),
-        duration=get.number("swing_duration"),
+        offset=(float(setting["nail_forward"]), hammer.offset[1], float(setting["nail_height"])),
+        duration=float(setting["swing_duration"]),
         force=force,
-        start=_move_start(get, hammer.start),
+        start=_move_start(setting, hammer.start),
     )
 
 
-def _move_start(get: _Values, start: Start) -> Start:
+def _move_start(setting: Setting, start: Start) -> Start:
     moved: Mapping[str, float] = {
-        "shoulder_azimuth": get.number("start_azimuth"),
-        "shoulder_elevation": get.number("start_elevation"),
-        "elbow_flexion": get.number("start_elbow"),
+        "shoulder_azimuth": float(setting["start_azimuth"]),
+        "shoulder_elevation": float(setting["start_elevation"]),
+        "elbow_flexion": float(setting["start_elbow"]),
     }
     return tuple((name, angle + moved.get(name, 0.0)) for name, angle in start)
 

@@ -6,13 +6,11 @@ from typing import Any
 import numpy as np
 
 from affordance.arguments import check_whole
-from affordance.commands.options import add_run_options, change_by_name, check_bounds, refuse_changes
+from affordance.commands.options import add_run_options, check_bounds, refuse_changes
 from affordance.exceptions import BadValueError
 from affordance.experiments.suite import run_suite
 from affordance.files.constraints import Whole
-from affordance.plant.arm import ARM
 from affordance.runs.random_streams import Stream
-from affordance.settings import Settings
 from studies.robustness.evaluate import Outcome
 from studies.robustness.experiment import (
     DEFAULT_NUM_SETTINGS,
@@ -20,8 +18,8 @@ from studies.robustness.experiment import (
     Robustness,
     load,
 )
+from studies.study import read_settings
 
-HELP = "judge every claim over a sample of all that the paper does not give"
 # Bounds of number and index of settings, from the size of the sample.
 _REPEATS, _SETTING = Whole(1, 8192), Whole(0, 8191)
 # How the setting of the simulations is called.
@@ -31,56 +29,60 @@ _VARIED = ("noise", "sample_period", "acceleration_sd", "prior", "mpc.horizon", 
 _UNUSED = ("learner", "feature_source", "vision_error")
 
 
-def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Adds the arguments of the command."""
-    what, former = "settings of the sample", ["--settings"]
-    add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
-    alone = parser.add_mutually_exclusive_group()
-    alone.add_argument(
-        "--setting",
-        metavar="N",
-        help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
-    )
-    alone.add_argument(
-        "--prove",
-        type=int,
-        metavar="N",
-        help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
-    )
-    parser.add_argument("--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs")
+class _Command:
+    """The study as a command; its runner is that of the experiments, which keeps and writes what it finds."""
+
+    HELP = "judge every claim over a sample of all that the paper does not give"
+
+    def add_arguments(self, parser: argparse.ArgumentParser) -> None:
+        """Adds the arguments of the command."""
+        what, former = "settings of the sample", ["--settings"]
+        add_run_options(parser, DEFAULT_NUM_SETTINGS, what, former=former, models="arm, materials, path and nail")
+        alone = parser.add_mutually_exclusive_group()
+        alone.add_argument(
+            "--setting",
+            metavar="N",
+            help=f"evaluate setting N alone, or '{_DEFAULT}', that of the simulations, and print what it gives",
+        )
+        alone.add_argument(
+            "--prove",
+            type=int,
+            metavar="N",
+            help="compare interpolated holds with simulated ones of all observers, in N settings drawn at random",
+        )
+        parser.add_argument(
+            "--cluster", metavar="ADDRESS", help="Dask scheduler to send settings to, in place of --jobs"
+        )
+
+    def run(self, arguments: argparse.Namespace) -> int:
+        """Runs the study, or one of its settings.
+
+        Raises:
+            AffordanceError: An argument or a file is invalid.
+        """
+        check_bounds(arguments)
+        check_whole("--repeats", arguments.repeats, _REPEATS)
+        refuse_changes(arguments, _VARIED, "the sample varies it")
+        refuse_changes(arguments, _UNUSED, "observers see true features and learn one density for each colour")
+        experiment = load(arguments.models, arguments.seed, read_settings(arguments))
+        if arguments.setting is not None:
+            return _show_setting(experiment, _read_setting(arguments.setting))
+        if arguments.prove is not None:
+            return _prove(experiment, check_whole("--prove", arguments.prove, _REPEATS))
+        report, _ = run_suite(
+            [experiment],
+            arguments.out,
+            models=arguments.models,
+            seed=arguments.seed,
+            repeats=arguments.repeats,
+            jobs=arguments.jobs,
+            cluster=arguments.cluster,
+        )
+        print(f"The report: {report}")
+        return 0
 
 
-def run(arguments: argparse.Namespace) -> int:
-    """Runs the study, or one of its settings.
-
-    Raises:
-        AffordanceError: An argument or a file is invalid.
-    """
-    check_bounds(arguments)
-    check_whole("--repeats", arguments.repeats, _REPEATS)
-    refuse_changes(arguments, _VARIED, "the sample varies it")
-    refuse_changes(arguments, _UNUSED, "observers see true features and learn one density for each colour")
-    if arguments.setting is not None:
-        return _show_setting(_load(arguments), _read_setting(arguments.setting))
-    if arguments.prove is not None:
-        check_whole("--prove", arguments.prove, _REPEATS)
-        return _prove(_load(arguments), arguments.prove)
-    report, _ = run_suite(
-        [_load(arguments)],
-        arguments.out,
-        models=arguments.models,
-        seed=arguments.seed,
-        repeats=arguments.repeats,
-        jobs=arguments.jobs,
-        cluster=arguments.cluster,
-    )
-    print(f"The report: {report}")
-    return 0
-
-
-def _load(arguments: argparse.Namespace) -> Robustness:
-    settings = change_by_name(arguments, Settings(arm=arguments.models / ARM.name))
-    return load(arguments.models, arguments.seed, settings)
+STUDY = _Command()
 
 
 def _read_setting(text: str) -> int | None:

@@ -17,7 +17,7 @@ from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
 from affordance.simulation.trial_record import TrialRecord
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 SCHEMES = ("radau3", "cenic", "implicit_euler", "radau1")
 ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7)

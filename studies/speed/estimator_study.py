@@ -19,7 +19,7 @@ from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 NUM_PERCEPTS = 2000
 GRID = np.linspace(0.0, 40_000.0, 20_001)[1:]

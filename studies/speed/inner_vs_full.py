@@ -12,7 +12,7 @@ two cores.
 import sys
 from collections.abc import Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -27,19 +27,18 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.experiment import Hammering
 from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience
+from affordance.objects.colour import Colour
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.tool import Component, Grip, Tool
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.blow import FORCE_TOLERANCE, simulate_blow
 from affordance.simulation.rollout import roll_out
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 BOUND, LEAST_SAME = 0.02, 0.98
 HEADER = [
@@ -75,18 +74,19 @@ class Comparison(NamedTuple):
     @property
     def num_same(self) -> int:
         """Number of equal choices."""
-        one, other = self._choose()
+        one, other = self.choose()
         return int((one == other).sum())
 
     @property
     def losses(self) -> Array:
         """Relative excess of simulated work of inner simulation's choices over full simulation's, (N,)."""
-        one, other = self._choose()
+        one, other = self.choose()
         samples = np.flatnonzero((one != NO_OPTION) & (other != NO_OPTION))
         losses: Array = self.full.work[one[samples], samples] / self.full.work[other[samples], samples] - 1.0
         return losses
 
-    def _choose(self) -> tuple[Chosen, Chosen]:
+    def choose(self) -> tuple[Chosen, Chosen]:
+        """Returns the choices by inner and by full simulation, (S,) each."""
         one, other = (pick_cheapest(costs, np.random.default_rng(0)) for costs in (self.inner, self.full))
         return one, other
 
@@ -135,27 +135,30 @@ def compare(tool: Tool, task: Reach | Hammer, experience: ExperienceConfig, rho:
         experience: Experience with the materials that it is made of.
         rho: Densities of these materials, (S, 2), [kg/m^3].
     """
-    settings = experience.settings
-    choice = plan_choice(list_options(tool), task, settings)
-    memory = MaterialMemory().add_colours(experience.colours, settings.prior)
+    choice = plan_choice(list_options(tool), task, experience.settings)
+    memory = MaterialMemory().add_colours(experience.colours, experience.settings.prior)
     inner = choice.compute_costs(choice.compute_parameters(memory, rho))
-    work, feasible = np.full_like(inner.work, np.inf), np.zeros_like(inner.feasible)
+    return Comparison(inner, simulate_all(tool, task, choice, experience.colours, rho))
+
+
+def simulate_all(tool: Tool, task: Reach | Hammer, choice: Choice, colours: Sequence[Colour], rho: Array) -> Costs:
+    """Moves the arm with each grip of a tool, with contact, under densities of its colours, (S, M), [kg/m^3].
+
+    Returns: Costs, (G, S) each; effort is not simulated.
+    """
+    shape = (len(tool.grips), len(rho))
+    work, feasible = np.full(shape, np.inf), np.zeros(shape, dtype=bool)
     for k, densities in enumerate(rho):
+        known = dict(zip(colours, map(float, densities), strict=True))
         for grip in range(len(tool.grips)):
-            known = dict(zip(experience.colours, map(float, densities), strict=True))
-            work[grip, k], feasible[grip, k] = _simulate(tool, grip, task, choice, known, settings)
-    return Comparison(inner, Costs(work, np.full_like(work, np.nan), feasible, work))
+            work[grip, k], feasible[grip, k] = _simulate(tool, grip, task, choice, known)
+    return Costs(work, np.full_like(work, np.nan), feasible, work)
 
 
 def _simulate(
-    tool: Tool,
-    grip: int,
-    task: Reach | Hammer,
-    choice: Choice,
-    densities: dict[tuple[float, float, float], float],
-    settings: Settings,
+    tool: Tool, grip: int, task: Reach | Hammer, choice: Choice, densities: dict[Colour, float]
 ) -> tuple[float, bool]:
-    held = tool.gripped_by(tool.grips[grip])
+    held, settings = tool.gripped_by(tool.grips[grip]), choice.settings
     try:
         if isinstance(task, Reach):
             rollout = roll_out(held, task, densities, settings)
@@ -178,13 +181,11 @@ def measure(
         jobs: Number of processes.
     """
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
-    assert isinstance(reaching.adapter, Reaching)
-    assert isinstance(hammering.adapter, Hammering)
     rho = draw_densities(reaching.experience, reaching.settings, count)
     rng = np.random.default_rng(0)
     parts = reaching.novel[0].components
     tools = [*reaching.novel[:2], *(draw_crooked(rng, f"crooked {number}", parts) for number in range(crooked))]
-    tasks: dict[str, Reach | Hammer] = {"reach": reaching.adapter.task, "hammer": hammering.adapter.task}
+    tasks: dict[str, Reach | Hammer] = {"reach": cast(Reach, reaching.task), "hammer": cast(Hammer, hammering.task)}
     pairs = [(name, tool) for name in tasks for tool in tools]
     jobs_to_do = [partial(compare, tool, tasks[name], reaching.experience, rho) for name, tool in pairs]
     done = run_tasks(jobs_to_do, jobs=jobs, description="inner and full simulation")

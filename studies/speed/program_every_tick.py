@@ -10,14 +10,14 @@ import dataclasses
 import functools
 import time
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, cast
 
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.hammer.experiment import Hammering
+from affordance.choice.hammer import Hammer
+from affordance.choice.reach import Reach
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
-from affordance.experiments.reach import Reaching
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm
@@ -26,7 +26,7 @@ from affordance.simulation.blow import simulate_blow
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import Observer, get_runner
 from affordance.simulation.trial_record import TrialRecord
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 BY_PROGRAM = dataclasses.replace(DEFAULT_SETTINGS, mpc=dataclasses.replace(DEFAULT_SETTINGS.mpc, always_program=True))
 HEADER = [
@@ -70,9 +70,7 @@ def list_runs(*, duration: float, num_tools: int | None = None) -> Iterator[tupl
     yield "weight", functools.partial(_hold, load_hold_experiment("weight").tools, duration)
     yield "com", functools.partial(_hold, load_hold_experiment("com").tools, duration)
     reaching, hammering = load_choice_experiment("reach"), load_choice_experiment("hammer")
-    assert isinstance(reaching.adapter, Reaching)
-    assert isinstance(hammering.adapter, Hammering)
-    reach, hammer = reaching.adapter.task, hammering.adapter.task
+    reach, hammer = cast(Reach, reaching.task), cast(Hammer, hammering.task)
     yield (
         "reach",
         lambda settings: [

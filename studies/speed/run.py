@@ -11,7 +11,7 @@ from pathlib import Path
 from affordance.files.atomic import write_json, write_text
 from affordance.runs.repeats import list_versions
 from studies.speed import closed_loop, decision, mpc_tick, regressor, strike
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 FOLDER = Path("results/benchmarks")
 PEERS = ("pin",)

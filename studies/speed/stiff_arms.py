@@ -21,7 +21,7 @@ from affordance.plant.arm_model import ArmModel, HeldTorqueModel, compute_stiffn
 from affordance.plant.load import load_arm
 from affordance.settings import Settings
 from affordance.simulation.trial import TrialRunner
-from studies.speed.tables import format_table
+from studies.study import format_table
 
 _DURATION = 0.6
 _ACCURACIES = (1e-2, 1e-3, 1e-4)

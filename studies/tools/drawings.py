@@ -16,8 +16,8 @@ from affordance.reporting.replay import Scene, write_replay
 from studies.tools.blows import hold_by
 from studies.tools.data_set import Half
 from studies.tools.first_touch import Prediction
-from studies.tools.geometry import Source
 from studies.tools.numbers import BELIEFS
+from studies.tools.seen import Source
 from studies.tools.study import Choices, ToolsResult
 
 _SOURCE_NAMES = {

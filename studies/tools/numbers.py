@@ -1,4 +1,4 @@
-"""Numbers of the study as they are saved: metrics.json, and details for each tool."""
+"""Numbers of the study: metrics.json, details for each tool, and further facts that the section names."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 
 from affordance.choice.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
-from studies.tools.made_out import Outcome
+from studies.tools.data_set import LEARNING, Half
+from studies.tools.observer import HOLDS
+from studies.tools.seen import Outcome, Source
 from studies.tools.study import Choices, ToolsResult
 
 _MM = 1e3
@@ -85,6 +87,49 @@ def list_details(result: ToolsResult) -> dict[str, Any]:
     }
 
 
+def list_facts(result: ToolsResult) -> dict[str, Any]:
+    """Returns what the section names in addition to metrics.json; what was run decides which claims are made."""
+    config, has_data = result.config, bool(result.scores)
+    choices = {"our own": result.own, "the data set's": result.hammers if has_data else None}
+    blows = [blow for each in (result.own, result.hammers) if each is not None for blow in each.blows]
+    return {
+        "records": result.records,  # with NaN where metrics.json has nothing
+        "blow_force_error": [abs(blow.force / blow.force_aimed - 1.0) for blow in blows],
+        "blow_work_error": [abs(blow.work / blow.work_planned - 1.0) for blow in blows],
+        "of_halves": {half.value: _list_numbers_of_half(result, half) for half in config.halves} if has_data else {},
+        "has_data": has_data,
+        "has_learning": Half.LEARNING in config.halves,
+        "has_test": Half.TEST in config.halves,
+        "has_two_views": Source.TWO_VIEWS in config.sources,
+        "observers": config.observers,
+        "lost": [name for name, outcome in result.made_out.items() if not outcome.made_out],
+        "num_unsure": sum(len(outcome.unsure) for outcome in result.made_out.values()),
+        "made_out_as_painted": [outcome.made_out for outcome in result.painted.values()],
+        "choices": {whose: _count_choices(each) for whose, each in choices.items() if each and each.tools},
+        "motions": [motion._asdict() for motion in result.uncommon.motions],
+        "masses": [mass._asdict() for mass in result.uncommon.masses],
+    }
+
+
+def _list_numbers_of_half(result: ToolsResult, half: Half) -> dict[str, Any]:
+    """Scores by drawings and by two pictures, after each number of holds, of the tools of one half."""
+    drawings = [result.scores[Source.CAD, holds, half] for holds in HOLDS]
+    numbers: dict[str, Any] = {
+        "alde": [found.alde for found in drawings],
+        "coverage_mass": [found.coverage_mass for found in drawings],
+    }
+    if Source.TWO_VIEWS in result.config.sources:
+        names = [name for name in result.truths if (name in LEARNING) == (half is Half.LEARNING)]
+        seen = [result.scores[Source.TWO_VIEWS, holds, half] for holds in HOLDS]
+        numbers |= {
+            "sight_error": find_median_error_of_sight(result, Source.TWO_VIEWS, names),
+            "sight_alde": [found.alde for found in seen],
+            "sight_coverage_mass": [found.coverage_mass for found in seen],
+            "sight_coverage_com": [found.coverage_com for found in seen],
+        }
+    return numbers
+
+
 def find_median_error_of_sight(result: ToolsResult, source: Any, names: Iterable[str]) -> float:
     """Computes the median relative error of mass over tools from sight alone, at true densities."""
     names = [name for name in names if name in result.predictions[0].at_true_densities[source]]
@@ -132,6 +177,20 @@ def count_right(choices: Choices, belief: str, task: str, geometry: str) -> tupl
     right, ranking = (choices.rankings[task, kind, name] for kind, name in (("drawing", TRUE), (geometry, belief)))
     hits = sum(ranking.find_best_grip(tool.name) == right.find_best_grip(tool.name) for tool in choices.tools)
     return hits, len(choices.tools)
+
+
+def _count_choices(choices: Choices) -> list[dict[str, Any]]:
+    """Counts correct ends with and without different densities, by task and geometry, and names the first choice."""
+    entries = []
+    for task, words in (("hammer", "driving a nail"), ("reach", "reaching")):
+        for geometry in ("drawing", "pictures"):
+            after, count = count_right(choices, AFTER, task, geometry)
+            one, _ = count_right(choices, ONE_DENSITY, task, geometry)
+            best = choices.rankings[task, geometry, AFTER].ranked[0]
+            known = {"after": after, "count": count, "one": one}
+            best_of = {"tool": best.option.object_name, "grip": best.option.grip, "p_best": best.p_best}
+            entries.append({"words": words, "geometry": geometry, **known, **best_of})
+    return entries
 
 
 BELIEFS = {BEFORE: "before experience", AFTER: "after it", ONE_DENSITY: "one density for everything"}

@@ -9,6 +9,7 @@ import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.exceptions import SeeingError
+from affordance.files.model_folder import MODELS
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.holds import simulate_holds
@@ -28,30 +29,34 @@ from studies.tools.first_touch import (
     predict_without_experience,
     take_first,
 )
-from studies.tools.geometry import Source, measure_all
+from studies.tools.seen import Source, measure_all
 
 # Numbers of holds of each learning tool before a prediction.
 HOLDS = (1, 5)
 
 
 @dataclass(frozen=True)
-class ObserverConfig:
-    """Configuration of an observer.
+class ToolsConfig:
+    """Configuration of the study.
 
     Attributes:
-        data: Folder of the data set.
+        data: User's clone of the data set; None to do without.
         models: Folder of our models.
         seed: Root of every random draw.
-        halves: Halves of the tools whose masses are predicted; the learning half is held.
-        sources: Sources of geometry.
+        observers: Number of observers who hold the learning tools and predict the others, with independent noise.
+        jobs: Number of processes.
+        halves: Halves of the tools whose masses are predicted.
+        sources: Sources of their geometry.
         settings: Settings of arm, prior and noise.
     """
 
-    data: Path
-    models: Path
-    seed: int
-    halves: tuple[Half, ...]
-    sources: tuple[Source, ...]
+    data: Path | None = None
+    models: Path = MODELS
+    seed: int = 0
+    observers: int = 10
+    jobs: int = 1
+    halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)
+    sources: tuple[Source, ...] = tuple(Source)
     settings: Settings = DEFAULT_SETTINGS
 
 
@@ -72,13 +77,13 @@ class Predictions(NamedTuple):
     not_seen: dict[str, str]
 
 
-def run_observer(config: ObserverConfig, observer: int) -> Predictions:
+def run_observer(config: ToolsConfig, data: DataSet, observer: int) -> Predictions:
     """Runs one observer.
 
     Raises:
         BadValueError: A file of the data set is wrong.
     """
-    data, settings = DataSet(config.data, config.models, config.halves), config.settings
+    settings = config.settings
     colours = [material.colour for material in data.materials.values()]
     held = {name: hold_tool(data, name) for name in data.list_names(Half.LEARNING)}
     felt = simulate_holds(list(held.values()), settings, rounds=max(HOLDS), seed=(config.seed, 1 + observer))

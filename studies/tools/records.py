@@ -19,8 +19,7 @@ from affordance.objects.inertia import build_inertia_map, build_transform_map, p
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.vision.drawing import CAD_VOLUME_SD
-from studies.tools.data_set import DataSet, TrueInertia
-from studies.tools.parity import compute_central_inertia
+from studies.tools.data_set import DataSet, TrueInertia, compute_central_inertia
 from studies.tools.record_file import Recording, read_pickle, read_recording
 from studies.tools.record_methods import (
     NOISES,

@@ -8,10 +8,9 @@ records, and ranks the grips of the data set's three hammers.
 import logging
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from pathlib import Path
+from functools import partial
 from typing import Any, NamedTuple
 
-import joblib
 import numpy as np
 
 from affordance.choice.hammer import load_hammer
@@ -27,22 +26,20 @@ from affordance.choice.which_end import (
     rank_grips,
 )
 from affordance.control.timed_path import load_path
-from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
 from affordance.objects.workshop import load_workshop_materials
-from affordance.settings import DEFAULT_SETTINGS, Settings
+from affordance.runs.repeats import run_tasks
+from affordance.settings import Settings
 from affordance.simulation.holds import gain_experience
 from affordance.vision.pixels.turning_stand import get_turning_stand
 from studies.tools.blows import CheckedBlow, check_blows
-from studies.tools.data_set import DataSet, Half
+from studies.tools.data_set import DataSet, Deviation, Half, measure_parity
 from studies.tools.first_touch import Prediction, Score, Truth, score
-from studies.tools.geometry import Source
-from studies.tools.made_out import Outcome, examine, paint
-from studies.tools.observer import ObserverConfig, Predictions, read_truth_in_hand, run_observer
-from studies.tools.parity import Deviation, measure_parity
+from studies.tools.observer import Predictions, ToolsConfig, read_truth_in_hand, run_observer
 from studies.tools.records import Errors, compare_methods, read_stored
+from studies.tools.seen import Outcome, Source, examine, paint
 from studies.tools.uncommon import CheckedMass, CheckedMotion, check_mass, check_motions
 
 _LOG = logging.getLogger(__name__)
@@ -51,31 +48,6 @@ _LOG = logging.getLogger(__name__)
 HAMMERS = ("Hammer", "Machinist Hammer", "Rubber Mallet")
 # Number of holds of each object before hammers and kitchen tools are ranked.
 HOLDS_BEFORE_CHOICE = 2
-
-
-@dataclass(frozen=True)
-class ToolsConfig:
-    """Configuration of the study.
-
-    Attributes:
-        data: User's clone of the data set; None to do without.
-        models: Folder of our models.
-        seed: Root of every random draw.
-        observers: Number of observers who hold the learning tools and predict the others, with independent noise.
-        jobs: Number of processes.
-        halves: Halves of the tools whose masses are predicted.
-        sources: Sources of their geometry.
-        settings: Settings of arm, prior and noise.
-    """
-
-    data: Path | None = None
-    models: Path = MODELS
-    seed: int = 0
-    observers: int = 10
-    jobs: int = 1
-    halves: tuple[Half, ...] = (Half.LEARNING, Half.TEST)
-    sources: tuple[Source, ...] = tuple(Source)
-    settings: Settings = DEFAULT_SETTINGS
 
 
 class Choices(NamedTuple):
@@ -169,9 +141,8 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
     names = [name for half in config.halves for name in data.list_names(half)]
     result.truths = {name: read_truth_in_hand(data, name) for name in names}
     _LOG.info("first touch: %d observers", config.observers)
-    observer = ObserverConfig(data.folder, data.models, config.seed, config.halves, config.sources, settings)
-    parallel = joblib.Parallel(n_jobs=min(config.jobs, config.observers))
-    result.predictions = list(parallel(joblib.delayed(run_observer)(observer, k) for k in range(config.observers)))
+    observers = [partial(run_observer, config, data, number) for number in range(config.observers)]
+    result.predictions = run_tasks(observers, jobs=config.jobs, description="observers")
     result.scores = {
         key: _score([each.first_touch[key] for each in result.predictions], result.truths)
         for key in result.predictions[0].first_touch
@@ -191,7 +162,8 @@ def _use_data(result: ToolsResult, data: DataSet, settings: Settings) -> None:
             rng = np.random.default_rng([config.seed, *name.encode()])
             outcomes[name] = examine(painted, get_turning_stand(), data.materials, rng)
     _LOG.info("force-torque records")
-    found = parallel(joblib.delayed(compare_methods)(data, name, settings.prior) for name in data.tools)
+    tasks = [partial(compare_methods, data, name, settings.prior) for name in data.tools]
+    found = run_tasks(tasks, jobs=config.jobs, description="records")
     result.records = _average_records(found, read_stored(data))
     if Half.TEST in config.halves:
         _LOG.info("which end of the data set's hammers")

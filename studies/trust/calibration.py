@@ -30,11 +30,11 @@ from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.trial import get_runner
 from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
+from studies.study import run_kept
 from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
 
 # Names of the calibrations, in metrics.json and above their histograms.
@@ -178,14 +178,6 @@ def run_draw(config: CalibrationConfig, number: int) -> dict[str, NDArray[Any]]:
     }
 
 
-def run_draws(
-    config: CalibrationConfig, folder: Path, *, draws: int, jobs: int, name: str
-) -> dict[str, NDArray[Any]]:
-    """Runs all draws, or reads those that a folder holds; arrays as in ``run_draw`` with draws as the first axis."""
-    kept = folder / "repeats" / compute_key(config, MODELS, Path(__file__).parent)
-    return run_repeats(kept, functools.partial(run_draw, config), repeats=draws, jobs=jobs, description=name)
-
-
 def assess(positions: Array) -> Calibration:
     """Assesses positions of truths in their posteriors, (N, M), from 0 to 1."""
     counts = np.array([np.histogram(column, NUM_BINS, (0.0, 1.0))[0] for column in positions.T])
@@ -257,7 +249,7 @@ def measure(folder: Path, *, draws: int = NUM_DRAWS, jobs: int) -> tuple[dict[st
         CONSTANT: build_config(WeberNoise(0.0, WHITE.sd), moves=False),
     }
     for name, config in configs.items():
-        arrays[name] = run_draws(config, folder, draws=draws, jobs=jobs, name=name)
+        arrays[name] = run_kept(config, run_draw, folder, MODELS, repeats=draws, jobs=jobs, description=name)
     find: dict[str, Callable[[], Array]] = {name: functools.partial(find_positions, arrays[name]) for name in configs}
     at_rest = configs[AT_REST]
     exact = functools.partial(find_exact_positions, at_rest, draws)

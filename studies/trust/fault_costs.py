@@ -7,7 +7,6 @@ once more with observers who learn nothing from such trials.
 
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,7 @@ from affordance.objects.tool import list_densities
 from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults, FaultsFile, load_faults
 from affordance.runs.random_streams import Stream
-from affordance.runs.repeats import compute_key, run_repeats
+from studies.study import run_kept
 
 NUM_OBSERVERS = 50
 # Number of densities drawn for each observer, over which choices by the paper's rule are averaged.
@@ -118,8 +117,7 @@ def measure(folder: Path, *, observers: int = NUM_OBSERVERS, jobs: int) -> tuple
     def run(name: str, faults: Faults, learns_from_outliers: bool = True) -> None:
         settings = replace(config.settings, faults=faults, learns_from_outliers=learns_from_outliers)
         faulty = replace(config, settings=settings)
-        kept = folder / "repeats" / compute_key(faulty, MODELS, Path(__file__).parent)
-        arrays = run_repeats(kept, partial(hold_objects, faulty), repeats=observers, jobs=jobs, description=name)
+        arrays = run_kept(faulty, hold_objects, folder, MODELS, repeats=observers, jobs=jobs, description=name)
         costs[name] = compute_cost(faulty, choice, correct, arrays)
 
     run(NO_FAULT, config.settings.faults)

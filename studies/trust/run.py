@@ -9,24 +9,24 @@ import os
 # One thread each, as in the experiments' processes; it must be set before NumPy is loaded.
 os.environ.setdefault("OMP_NUM_THREADS", "1")
 
-import json
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.reporting.figures import save_figure
 from affordance.runs.repeats import compute_key, list_versions
-from studies.speed.tables import format_table
-from studies.study import Findings, write_findings
+from studies.study import Findings, format_table, read_kept, write_findings
 from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
-from studies.trust.section import describe
 
 _LOG = logging.getLogger(__name__)
 
 FOLDER = Path("results/trust")
+SECTION = Path(__file__).with_name("section.yaml")
+# Keys of each fault that its claim uses; limits must be respected without a fault too.
+_OF_FAULTS = ("torque_of_limit", "velocity_of_limit", "violation_rad", "beliefs_valid")
 # Number of processes of the machine for which the targets are meant.
 JOBS = 2
 HOW = {
@@ -118,19 +118,13 @@ KEYS: dict[str, tuple[str, ...]] = {
 
 def read_numbers(folder: Path, study: str) -> dict[str, Any] | None:
     """Reads the results of a study; None if it was not run. A damaged file is quarantined."""
-    path = folder / f"{study}.json"
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        if not isinstance(content, dict):
-            raise ValueError("it is no mapping")
-        if missing := [key for key in (*KEYS[study], "program") if key not in content]:
-            raise ValueError(f"it has no {missing[0]}")
-    except FileNotFoundError:
-        return None
-    except (ValueError, RecursionError) as error:
-        quarantine(path, f"is not what a study found ({error})")
-        return None
-    return content
+    return read_kept(folder / f"{study}.json", (*KEYS[study], "program"))
+
+
+def list_facts(numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns facts of the section file other than the numbers: lists over faults, and the number of programs."""
+    of_faults = {f"faults_{key}": [cost[key] for cost in numbers["faults"].values()] for key in _OF_FAULTS}
+    return {**of_faults, "num_programs": len(set(numbers["program"].values()))}
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -153,10 +147,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     # Inputs on which studies that were run one at a time depend: sources, models and versions.
     programs = {name: study.pop("program") for name, study in found.items() if study is not None}
     numbers["program"] = programs
-    section, table = describe(numbers), numbers.pop("faults_table")
+    table = numbers.pop("faults_table")
     numbers |= {"how": HOW, "versions": list_versions()}
-    findings = Findings(numbers, writers=(lambda folder: write_text(folder / "faults.md", f"{table}\n"),))
-    print(f"The report: {write_findings(findings, FOLDER, section)}")
+    findings = Findings(
+        numbers,
+        list_facts(numbers),
+        writers=(lambda folder: write_text(folder / "faults.md", f"{table}\n"),),
+    )
+    print(f"The report: {write_findings(findings, FOLDER, SECTION)}")
 
 
 if __name__ == "__main__":

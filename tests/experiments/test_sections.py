@@ -15,10 +15,9 @@ from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
 from affordance.reporting.claims import judge_claims
 from affordance.reporting.section import load_claims
-from studies.trust.section import SECTION as TRUST
 
 PROTOCOLS = ("weight", "com", "reach", "hammer")
-SECTIONS = {**find_sections(), TRUST.stem: TRUST}
+SECTIONS = find_sections()
 # Studies whose claims only test_counter_examples.py contradicts, by simulation.
 OF_STUDIES = {"arms", "learners", "tools"}
 FOLDER = Path(__file__).parent / "counterexamples"

@@ -32,7 +32,8 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
-from studies.learners import decoy_again, results
+from studies.learners import decoy_again
+from studies.learners.command import list_facts
 from studies.people.fit import load_groups
 from studies.robustness.assumptions import list_defaults, load_assumptions
 from studies.robustness.build import HOLD_DURATION, World, build_world
@@ -218,7 +219,7 @@ def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
             learner: _stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
             for learner in Learner
         }
-        return {**decoy_again.compute_metrics(weight, arrays), **results.list_facts(1)}
+        return {**decoy_again.compute_metrics(weight, arrays), **list_facts(1)}
 
 
 def _widen(patch: pytest.MonkeyPatch, kappa: float | None) -> None:

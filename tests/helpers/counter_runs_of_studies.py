@@ -32,25 +32,24 @@ from helpers.generated_records import record_tool
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run
 from helpers.robot_files import write_urdf
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
-from studies.arms import measure, parity, programs, section
+from studies.arms import command as arms
+from studies.arms import measure, parity, robot_study
 from studies.recorded import simulated_truths, timing
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
+from studies.recorded.command import flatten
 from studies.recorded.panda import study_panda
 from studies.recorded.simulated_truths import measure_coverage
-from studies.recorded.study import flatten
 from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 from studies.robustness import experiment as robustness
+from studies.tools import numbers as tools_numbers
 from studies.tools import observer, records, study
-from studies.tools import section as tools_section
 from studies.tools.blows import check_blows
-from studies.tools.data_set import Half, TrueInertia
-from studies.tools.geometry import Source, measure_drawing
-from studies.tools.made_out import examine, paint
-from studies.tools.observer import ObserverConfig, run_observer
-from studies.tools.parity import compare_inertia, compute_central_inertia
+from studies.tools.data_set import Half, TrueInertia, compare_inertia, compute_central_inertia
+from studies.tools.observer import ToolsConfig, run_observer
 from studies.tools.record_methods import NOISES, PointParts
-from studies.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
+from studies.tools.seen import Source, examine, measure_drawing, paint
+from studies.tools.study import Choices, ToolsResult, Uncommon
 
 _DATA = Path(__file__).parents[1] / "data"
 _IDENTIFICATION = IdentificationSettings(num_samples=300)
@@ -91,21 +90,24 @@ def import_arms(*, is_weak: bool = False, heavier: float = 1.0, changes: Changes
         changes: Settings of the hold whose speed is measured.
     """
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr(programs, "run_suite", _load_suite)
+        patch.setattr(robot_study, "run_suite", _load_suite)
         patch.setattr(measure, "_TIMES", 2)
         patch.setattr(measure, "_HOLD", 0.3)
         models = _weaken(Path(folder)) if is_weak else MODELS
+        config = robot_study.RunConfig(repeats=2)
         ran = {
-            name: programs.run_program(name, models, Path(folder) / "results", seed=0, repeats=2, jobs=1)
-            for name in programs.NAMES
+            name: robot_study.run_program(name, models, Path(folder) / "results", config)
+            for name in robot_study.EXPERIMENTS
         }
         metrics = {
             "loads": True,
-            "experiments": {name: programs.OK if isinstance(found, dict) else found for name, found in ran.items()},
+            "experiments": {
+                name: robot_study.OK if isinstance(found, dict) else found for name, found in ran.items()
+            },
             "parity_error": _compare_with_pinocchio(Path(folder), patch, heavier),
             "real_time_factor": measure.measure_sag(MODELS, changes=changes).real_time_factor,
         }
-    return section.list_numbers({"ours": {"required": True, "metrics": metrics}})
+    return arms.count({"ours": {"required": True, "metrics": metrics}})
 
 
 def _load_suite(names: list[str], out: Path, *, models: Path, **more: Any) -> None:
@@ -245,6 +247,11 @@ def time_identification(*, num_samples: int = 300) -> Numbers:
         return flatten(timing.measure_times(Path(), evidence, gains, settings))
 
 
+def _list_numbers(result: ToolsResult) -> Numbers:
+    """Lists what the claims of the study of tools are about."""
+    return {**tools_numbers.list_metrics(result), **tools_numbers.list_facts(result)}
+
+
 class _Workshop:
     """Our own tools in the place of the data set: blanks and two hammers to learn from, one to predict."""
 
@@ -286,14 +293,13 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
     settings = change_settings(DEFAULT_SETTINGS, {"noise.threshold": 50.0} if is_numb else {})
     config = ToolsConfig(Path(), sources=(Source.CAD, Source.TWO_VIEWS), settings=settings)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(observer, "DataSet", _Workshop)
         patch.setattr(observer, "get_turning_stand", lambda: None)
         patch.setattr(observer, "measure_all", measure_all)
         patch.setattr(tool_holds, "DURATION", 0.3)
-        patch.setattr(tools_section, "LEARNING", workshop.list_names(Half.LEARNING))
+        patch.setattr(tools_numbers, "LEARNING", workshop.list_names(Half.LEARNING))
         names = workshop.tools
         truths = {name: observer.read_truth_in_hand(workshop, name) for name in names}  # type: ignore[arg-type]
-        found = run_observer(ObserverConfig(Path(), MODELS, 0, config.halves, config.sources, settings), 0)
+        found = run_observer(config, workshop, 0)  # type: ignore[arg-type]
         scores = {key: study._score([each], truths) for key, each in found.first_touch.items()}
         result = ToolsResult(
             config,
@@ -303,7 +309,7 @@ def use_tools(*, is_numb: bool = False, seen_scale: float = 1.0) -> Numbers:
             predictions=[found],
             truths=truths,
         )
-        return tools_section.list_numbers(result)
+        return _list_numbers(result)
 
 
 def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
@@ -318,7 +324,7 @@ def compare_meshes(*, denser: float = 1.0, longer: float = 0.0) -> Numbers:
         for name, truth in truths.items()
     }
     result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), parity=found)
-    return tools_section.list_numbers(result)
+    return _list_numbers(result)
 
 
 def read_records(*, noise: float = 1.0, is_still: bool = False) -> Numbers:
@@ -364,7 +370,7 @@ def strike_with_tools(*, aim: float = blow_cost.AIM, arm_mass_factor: float = 1.
         nail = dataclasses.replace(hammer.nail, depth_demanded=_TAP / hammer.nail.stiffness)
         task = dataclasses.replace(hammer, nail=nail, force=_TAP)
         blows = check_blows([HAMMERS["mallet"]], ["handle"], task, settings)
-    return tools_section.list_numbers(ToolsResult(ToolsConfig(), Choices((), {}, blows), Uncommon((), [], [])))
+    return _list_numbers(ToolsResult(ToolsConfig(), Choices((), {}, blows), Uncommon((), [], [])))
 
 
 def look(*, is_of_one_colour: bool = False) -> Numbers:
@@ -375,4 +381,4 @@ def look(*, is_of_one_colour: bool = False) -> Numbers:
     outcome = examine(tool, get_turning_stand(), MATERIALS, np.random.default_rng(0))
     made_out = {str(number): outcome for number in range(20)}
     result = ToolsResult(ToolsConfig(), Choices((), {}, []), Uncommon((), [], []), made_out=made_out)
-    return tools_section.list_numbers(result)
+    return _list_numbers(result)

@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from studies.tools.parity import compute_central_inertia
+from studies.tools.data_set import compute_central_inertia
 from studies.tools.record_file import Recording
 
 

@@ -16,8 +16,7 @@ from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import run_repeats
-from studies.trust.cluster import kill_while_busy
-from studies.trust.dask_cluster import DaskCluster
+from studies.trust.cluster import DaskCluster, kill_while_busy
 
 REPEATS = 12
 

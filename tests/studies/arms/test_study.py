@@ -8,13 +8,13 @@ import pytest
 
 from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
+from affordance.reporting.section import Section
 from studies.arms import measure
+from studies.arms.command import STUDY, choose_robots, describe
 from studies.arms.figure import draw_study
 from studies.arms.measure import measure_sag
-from studies.arms.programs import NAMES
+from studies.arms.robot_study import EXPERIMENTS
 from studies.arms.robots import ROBOTS
-from studies.arms.section import describe_study
-from studies.arms.study import StudyConfig, check_config
 
 SAG = {"arm_mass": 2.0, "object_mass": 0.4, "predicted": 0.02, "simulated": 0.022, "rate": 0.3, "rate_joint": "j5"}
 
@@ -31,7 +31,7 @@ def invent(**changes: Any) -> dict[str, Any]:
             "parity_error": 1e-15,
             "payload_kg": 4.0,
             "home_torque_ratio": 0.4,
-            "experiments": dict.fromkeys(NAMES, "ok"),
+            "experiments": dict.fromkeys(EXPERIMENTS, "ok"),
             "real_time_factor": 12.0,
             "changed": [],
         },
@@ -45,6 +45,11 @@ def invent(**changes: Any) -> dict[str, Any]:
     }
     found.update(changes)
     return found
+
+
+def describe_study(found: dict[str, Any], ours: dict[str, Any]) -> Section:
+    """Section of the report."""
+    return describe(found, ours).render(STUDY.section)
 
 
 def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
@@ -61,7 +66,7 @@ def test_claims_are_met_by_numbers_that_meet_them_and_not_by_others() -> None:
 
 def test_a_robot_that_is_not_required_may_lack_an_experiment() -> None:
     other = invent(required=False)
-    other["metrics"] = {**other["metrics"], "experiments": dict.fromkeys(NAMES, "too weak")}
+    other["metrics"] = {**other["metrics"], "experiments": dict.fromkeys(EXPERIMENTS, "too weak")}
     assert describe_study({"a": invent(), "b": other}, invent()).claims[0].met
     assert not describe_study({"b": other}, invent()).claims[0].met  # none that must have them was studied
 
@@ -72,8 +77,34 @@ def test_a_joint_beyond_its_rate_is_named() -> None:
     assert "largest rates over their limits" not in describe_study({"a": invent()}, invent()).summary
 
 
+def test_summary_tells_falls_drops_and_costs_of_those_that_were_imported() -> None:
+    found = {
+        name: invent(reach={"energy_ratio_true": 1.0 + 0.01 * k}, sag={**invent()["sag"], "arm_mass": 5.0 - k})
+        for k, name in enumerate("abc", start=1)
+    }
+    for one in found.values():
+        del one["hammer"]
+    found["c"]["weight"] = {"drop_m": [0.03, 0.01]}
+    summary = describe_study(found, invent()).summary
+    assert (
+        "On the 3 arms that meet no limit the first object falls 1.10 to 1.10 times as far as predicted so" in summary
+    )
+    assert "The first drop is 2.2 cm (a) to 3.0 cm (c), ours 2.2 cm." in summary
+    assert "In reaching the dearer grip costs 1.0 to 3.0 % more; its rank correlation" in summary
+    assert "effective mass over the object's is -1.00." in summary
+    assert "hammering" not in summary
+    refused = {
+        "required": False,
+        "metrics": {"loads": False, "experiments": dict.fromkeys(EXPERIMENTS, "no such tip")},
+    }
+    assert describe_study({"odd": refused}, invent()).summary.endswith("No robot was imported.")
+
+
 def test_tables_show_robots_that_were_refused_and_claims_by_robot() -> None:
-    refused = {"required": False, "metrics": {"loads": False, "experiments": dict.fromkeys(NAMES, "no such tip")}}
+    refused = {
+        "required": False,
+        "metrics": {"loads": False, "experiments": dict.fromkeys(EXPERIMENTS, "no such tip")},
+    }
     robots, verdicts = describe_study({"panda": invent(), "odd": refused}, invent()).tables
     assert robots.rows[1][:2] == ["odd", "no such tip"]
     assert ["weight: the drop falls", "met"] in verdicts.rows
@@ -83,7 +114,10 @@ def test_tables_show_robots_that_were_refused_and_claims_by_robot() -> None:
 
 
 def test_the_figure_has_a_point_for_every_robot_that_was_imported() -> None:
-    refused = {"required": False, "metrics": {"loads": False, "experiments": dict.fromkeys(NAMES, "no such tip")}}
+    refused = {
+        "required": False,
+        "metrics": {"loads": False, "experiments": dict.fromkeys(EXPERIMENTS, "no such tip")},
+    }
     figure = draw_study({"panda": invent(), "odd": refused}, invent())
     left, middle, right = figure.axes
     assert {text.get_text() for text in left.texts} == {"panda", "ours"}
@@ -114,15 +148,15 @@ def test_a_heavier_arm_sags_less() -> None:
 
 
 @pytest.mark.parametrize(
-    ("config", "said"),
+    ("only", "said"),
     [
-        (StudyConfig(Path("nowhere")), "--robots: is 'nowhere', which has none of the robots' files"),
-        (StudyConfig(Path("nowhere"), only=("pandas",)), "--only: is 'pandas', must be of panda, ur5"),
+        ([], "--robots: is 'nowhere', which has none of the robots' files"),
+        (["pandas"], "--only: is 'pandas', must be of panda, ur5"),
     ],
 )
-def test_a_wrong_folder_or_name_is_refused(config: StudyConfig, said: str) -> None:
+def test_a_wrong_folder_or_name_is_refused(only: list[str], said: str) -> None:
     with pytest.raises(BadValueError) as caught:
-        check_config(config)
+        choose_robots(Path("nowhere"), only)
     assert str(caught.value).startswith(said)
 
 

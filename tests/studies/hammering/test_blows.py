@@ -13,7 +13,7 @@ from affordance.exceptions import AffordanceError, StallError
 from affordance.objects.tool import Grip
 from affordance.reporting.section import render_section
 from studies.hammering import blows
-from studies.hammering.command import NAME, SECTION
+from studies.hammering.command import STUDY
 from studies.hammering.optimal_swing import compare_swings
 from studies.study import write_findings
 
@@ -145,7 +145,7 @@ def test_map_holds_the_true_density(true, least, most):
 
 
 def render(findings, **changes):
-    return render_section(SECTION, {**findings.numbers, **changes}, findings.facts)
+    return render_section(STUDY.section, {**findings.numbers, **changes}, findings.facts)
 
 
 def find_table(section, title):
@@ -179,8 +179,8 @@ def test_without_a_crossover_or_other_swings_their_tables_are_left_out(findings)
 
 
 def test_study_writes_numbers_figure_map_and_section(findings, study, tmp_path):
-    write_findings(findings, tmp_path / NAME, SECTION)
-    folder = tmp_path / NAME
+    write_findings(findings, tmp_path / STUDY.folder, STUDY.section)
+    folder = tmp_path / STUDY.folder
     assert json.loads((folder / "metrics.json").read_text(encoding="utf-8")).keys() == findings.numbers.keys()
     assert (folder / "map.png").stat().st_size > 10_000
     assert (tmp_path / "report.html").exists()

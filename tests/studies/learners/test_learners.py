@@ -9,7 +9,7 @@ from affordance.belief.learner import Learner
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.reporting.section import render_section
 from studies.learners import command as study_learners
-from studies.learners import decoy_again, honest_objects, results
+from studies.learners import decoy_again, honest_objects
 
 
 @pytest.fixture(scope="module")
@@ -110,16 +110,16 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
     monkeypatch.setattr(study_learners, "load_hold_experiment", lambda *_: weight.with_duration(0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
-    study_learners.add_arguments(parser)
+    study_learners.STUDY.add_arguments(parser)
     options = parser.parse_args(["--repeats", "2", "--jobs", "1", "--out", str(tmp_path)])
-    assert study_learners.run(options) == 0
+    assert study_learners.STUDY.run(options) == 0
     numbers = json.loads((tmp_path / "learners" / "metrics.json").read_text())
     assert set(numbers["brass_after_decoy"]) == {"density", "kinds_map", "kinds_drawn"}
     one, last = numbers["brass_after_decoy"]["density"]
     assert last < one < 6500.0
     for figure in ("decoy_again", "memory"):
         assert (tmp_path / "learners" / f"{figure}.png").stat().st_size > 10_000
-    claims = render_section(results.SECTION, numbers, results.list_facts(2)).claims
+    claims = render_section(study_learners.STUDY.section, numbers, study_learners.list_facts(2)).claims
     assert [claim.met for claim in claims if "brass" in claim.text][:2] == [False, True]
     assert "Kinds" in (tmp_path / "report.html").read_text(encoding="utf-8")
     printed = capsys.readouterr().out

@@ -15,7 +15,7 @@ from affordance.protocols.number_entries import Measure
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation.static_lifts import Lift, StaticLifter
 from studies.people import command, fit
-from studies.people.fraction import Fraction, estimate_people_fraction
+from studies.people.fit import Fraction, estimate_people_fraction
 
 TEST, MASSES = 4, (1.2, 1.5)
 GROUPS = fit.load_groups(MODELS, 0, DEFAULT_SETTINGS)
@@ -23,8 +23,8 @@ GROUPS = fit.load_groups(MODELS, 0, DEFAULT_SETTINGS)
 
 def run_command(*options):
     parser = argparse.ArgumentParser()
-    command.add_arguments(parser)
-    return command.run(parser.parse_args([str(option) for option in options]))
+    command.STUDY.add_arguments(parser)
+    return command.STUDY.run(parser.parse_args([str(option) for option in options]))
 
 
 def measure(group, force):

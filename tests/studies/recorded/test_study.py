@@ -18,14 +18,13 @@ from affordance.identification.settings import IdentificationSettings, SignalKin
 from affordance.objects.inertia import pseudo_inertia_from_parameters
 from affordance.reporting.section import load_claims
 from affordance.robots.recorded_arm import load_robot
-from studies.recorded import command as study_recorded
 from studies.recorded.clones import LBIPE_OBJECTS, PandaData, Ur10eData, load_weighed_objects
+from studies.recorded.command import STUDY, list_weighings
 from studies.recorded.figures import draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
 from studies.recorded.peers import solve_least_squares, solve_semidefinite
 from studies.recorded.random_payloads import draw_payload
 from studies.recorded.simulated_truths import measure_coverage
-from studies.recorded.study import SECTION, list_weighings
 from studies.recorded.timing import compare_peers
 from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
@@ -127,25 +126,25 @@ def test_random_payloads_are_possible_and_weigh_what_was_drawn():
 
 
 def test_the_panda_of_the_study_has_seven_joints_and_weighs_what_it_should():
-    panda = load_robot(SECTION.with_name("panda.urdf"), "panda_link8")
+    panda = load_robot(STUDY.section.with_name("panda.urdf"), "panda_link8")
     assert panda.joint_names == tuple(f"panda_joint{k}" for k in range(1, 8))
     assert panda.link_parameters[:, 0].sum() == pytest.approx(16.06, abs=0.01)
 
 
 def test_claims_are_those_the_study_can_decide():
-    claims = load_claims(SECTION)
+    claims = load_claims(STUDY.section)
     assert len(claims) == 10
     assert len({claim.key for claim in claims}) == 10
 
 
 def test_a_missing_clone_is_named_before_anything_is_run(tmp_path):
     parser = argparse.ArgumentParser()
-    study_recorded.add_arguments(parser)
+    STUDY.add_arguments(parser)
     words = ["--data", str(tmp_path), "--out", str(tmp_path / "results")]
     with pytest.raises(
         AffordanceError, match=r"ur10e.urdf: is not there; --data must hold clones .* of dynamic_calib"
     ):
-        study_recorded.run(parser.parse_args(words))
+        STUDY.run(parser.parse_args(words))
     assert not (tmp_path / "results").exists()
     with pytest.raises(AffordanceError, match="--repeats: is 0, must be from 1 to 1000000"):
-        study_recorded.run(parser.parse_args([*words, "--draws", "0"]))
+        STUDY.run(parser.parse_args([*words, "--draws", "0"]))

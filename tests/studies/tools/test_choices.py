@@ -28,13 +28,12 @@ from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import WeberNoise
 from affordance.settings import Settings
 from affordance.vision.pixels.looks import Look
-from studies.tools.data_set import LEARNING, DataSet, Half
+from studies.tools.data_set import LEARNING, DataSet, Deviation, Half
 from studies.tools.first_touch import Score
-from studies.tools.geometry import Source
-from studies.tools.made_out import Outcome, list_candidates, paint
 from studies.tools.numbers import count_right, list_details, list_metrics
-from studies.tools.parity import Deviation
-from studies.tools.study import Choices, ToolsConfig, ToolsResult, Uncommon
+from studies.tools.observer import ToolsConfig
+from studies.tools.seen import Outcome, Source, list_candidates, paint
+from studies.tools.study import Choices, ToolsResult, Uncommon
 from studies.tools.uncommon import weigh
 
 SETTINGS = Settings()

@@ -10,8 +10,7 @@ from helpers.workshop import HAMMERS
 from affordance.exceptions import BadValueError
 from affordance.objects.inertia import build_inertia_map
 from affordance.settings import Settings
-from studies.tools.data_set import TrueInertia
-from studies.tools.parity import compare_inertia, compute_central_inertia
+from studies.tools.data_set import TrueInertia, compare_inertia, compute_central_inertia
 from studies.tools.record_file import read_pickle, read_recording
 from studies.tools.record_methods import (
     NOISES,

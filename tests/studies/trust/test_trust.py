@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
+from studies.study import Findings
 from studies.trust import calibration, run, scaling, soak
 from studies.trust.fault_costs import NO_FAULT
-from studies.trust.section import describe
 
 
 def test_soak_counts_its_trials_and_finds_no_growth():
@@ -74,6 +74,10 @@ NUMBERS = {
     "parallel_efficiency_2": 0.95,
     "program": dict.fromkeys(run.STUDIES, "abc"),
 }
+
+
+def describe(numbers):
+    return Findings(numbers, run.list_facts(numbers)).render(run.SECTION)
 
 
 def change_fault(**changes):

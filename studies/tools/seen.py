@@ -1,9 +1,11 @@
-"""Recognition of a tool's materials in pictures, judged by the renderer's label of every pixel.
+"""What is seen of a tool before it is touched: its geometry, and its materials.
 
-A tool is recognised if it is detected at all, and at least four fifths of its pixels lie in areas that show mostly
-the material they show: as many as in the least pure area that the segmentation for ellipsoids accepts.
+A tool's materials are recognised if it is detected at all, and at least four fifths of its pixels lie in areas that
+show mostly the material they show, by the renderer's label of every pixel: as many as in the least pure area that the
+segmentation for ellipsoids accepts.
 """
 
+import enum
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -16,9 +18,53 @@ from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
 from affordance.objects.material import Material
 from affordance.objects.tool import Tool
+from affordance.vision.drawing import measure_drawing
+from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.looks import COLOUR_SD, Look
-from affordance.vision.pixels.seen_tool import detect_tool
+from affordance.vision.pixels.seen_tool import Method, detect_tool
 from affordance.vision.pixels.turning_stand import TurningStand
+
+
+class Source(enum.Enum):
+    """Source of the geometry."""
+
+    CAD = "cad"
+    TWO_VIEWS = "two_views"
+    ONE_VIEW = "one_view"
+    ELLIPSOID = "ellipsoid"
+
+
+_METHODS = {
+    Source.TWO_VIEWS: Method.TWO_VIEWS,
+    Source.ONE_VIEW: Method.ONE_VIEW,
+    Source.ELLIPSOID: Method.ELLIPSOIDS,
+}
+
+
+def measure_all(
+    tool: Tool, stand: TurningStand, rng: np.random.Generator, sources: Sequence[Source]
+) -> dict[Source, tuple[ComponentFeatures, ...]]:
+    """Measures a held tool by each source; all sources of sight share the same pictures.
+
+    Args:
+        tool: Tool in one grip, without further choice of grips.
+        stand: Stand that takes the pictures.
+        rng: Generator of the noise of the pictures.
+        sources: Sources to measure by.
+
+    Raises:
+        SeeingError: The features cannot be extracted from the pictures.
+    """
+    found = {Source.CAD: measure_drawing(tool)} if Source.CAD in sources else {}
+    if any(source in sources for source in _METHODS):
+        photographs = stand.take_pictures(tool, rng)
+        one, both = (detect_tool(used, stand.rig, stand.noise) for used in (photographs[:1], photographs))
+        for source, method in _METHODS.items():
+            if source in sources:
+                seen = both if method is Method.TWO_VIEWS else one
+                found[source] = seen.compute_features(method, np.eye(4))
+    return found
+
 
 MIN_PURITY = 0.8
 # Least probability of a material that is listed as a candidate for an appearance.

@@ -1,0 +1,144 @@
+"""Blows on a nail with other integrators, plants, models of contact and nails: python -m studies.speed.strike_tables.
+
+A discrete plant and hydroelastic contact are simulated without the controller, with its torques (plain_blow.py).
+Slow settings are simulated from fewer starts. Times are wall times: run it on an otherwise idle machine.
+"""
+
+import dataclasses
+import functools
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+
+import numpy as np
+from pydrake.multibody.plant import ContactModel
+
+from affordance.plant.nail import STICTION_TOLERANCE, Nail
+from studies.speed.plain_blow import Blow, PlainBlow, Strip
+from studies.speed.strike import (
+    CHOSEN,
+    HEADER,
+    LONG_PATIENCE,
+    MEASURES,
+    NUM_STARTS,
+    SETTINGS,
+    SHIFTS,
+    Start,
+    configure,
+    find_reference,
+    format_blows,
+    label,
+    prepare_starts,
+    run_blows,
+    strike_nail,
+    strike_with,
+)
+from studies.study import format_row, format_table
+
+# Starts for slow settings.
+FEW = slice(0, NUM_STARTS, 6)
+CASES = (
+    ("implicit_euler", 1e-3, 1e-3),
+    CHOSEN,
+    ("implicit_euler", 1e-4, 1e-4),
+    ("radau1", 1e-3, 1e-4),
+    ("radau3", 1e-3, 1e-3),
+    ("radau3", 1e-3, 1e-4),
+    ("cenic", 1e-3, 1e-3),
+    ("cenic", 1e-5, 1e-4),
+    ("cenic", 1e-6, 1e-5),
+)
+DISCRETE_STEPS = (1e-4, 1e-5, 1e-6)
+STICTION_TOLERANCES = (1e-3, STICTION_TOLERANCE, 3e-2)
+# Integrators of the closed loop that are slow.
+_SLOW = (("cenic", 1e-6, 1e-5),)
+
+
+def find_strip(start: Start) -> Strip:
+    """Returns the state at a start, and the subsequent torques of the closed loop."""
+    done = strike_nail(start, configure(*CHOSEN))
+    assert done is not None  # the chosen setting
+    plant, n = start.trial.arm.plant, start.trial.arm.num_joints
+    plant_context = start.trial.arm.plant.GetMyContextFromRoot(start.context)
+    x = np.concatenate([plant.GetPositions(plant_context)[:n], plant.GetVelocities(plant_context)[:n]])
+    log = start.trial.tau_log.FindLog(done[1])
+    # A row's torques are those of the control period that ends then.
+    since = np.array(log.sample_times()) > start.context.get_time() + 0.5 * SETTINGS.control_period
+    return Strip(x, log.data().T[since], SETTINGS.control_period)
+
+
+def strike_plainly(start: Start, *, model: ContactModel = ContactModel.kPoint, time_step: float = 0.0) -> Blow | None:
+    """Simulates the blow of a start without the controller, with the chosen integrator if continuous."""
+    plain = PlainBlow(start.tool, start.strike.placement, model=model, time_step=time_step)
+    return plain.run(find_strip(start), configure(*CHOSEN), LONG_PATIENCE)
+
+
+def compare_integrators(grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]) -> Iterator[list[str]]:
+    """Yields rows for each integrator of the closed loop, and for discrete plants."""
+    for case in CASES:
+        for grip, starts in grips.items():
+            blows = run_blows(strike_with(*case), starts[FEW] if case in _SLOW else starts)
+            yield format_blows(label(*case), grip, blows, reference[grip])
+    for time_step in DISCRETE_STEPS:
+        for grip, starts in grips.items():
+            some = starts if time_step > min(DISCRETE_STEPS) else starts[FEW]
+            blows = run_blows(functools.partial(strike_plainly, time_step=time_step), some)
+            yield format_blows(["discrete", "", f"{1e6 * time_step:.0f}"], grip, blows, reference[grip])
+
+
+def compare_contact_models(
+    grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
+) -> Iterator[list[str]]:
+    """Yields rows for point contact and hydroelastic contact, with the chosen integrator."""
+    for name, model in (("point", ContactModel.kPoint), ("hydroelastic", ContactModel.kHydroelastic)):
+        for grip, starts in grips.items():
+            some = starts[FEW] if model == ContactModel.kPoint else starts[:1]
+            blows = run_blows(functools.partial(strike_plainly, model=model), some)
+            yield format_blows([name], grip, blows, reference[grip])
+
+
+def compare_stiction_tolerances(
+    grips: Mapping[str, Sequence[Start]], reference: Mapping[str, float]
+) -> Iterator[list[str]]:
+    """Yields rows for each stiction tolerance, with the chosen integrator."""
+    for tolerance in STICTION_TOLERANCES:
+        for grip, starts in grips.items():
+            for start in starts:
+                start.trial.arm.plant.set_stiction_tolerance(tolerance)
+            blows = run_blows(strike_with(*CHOSEN), starts)
+            yield format_blows([f"{1e3 * tolerance:.0f}"], grip, blows, reference[grip])
+            for start in starts:
+                start.trial.arm.plant.set_stiction_tolerance(STICTION_TOLERANCE)
+
+
+def drive_yielding_nail() -> Iterator[list[str]]:
+    """Yields rows for a nail of constant yield force that takes the same work over the demanded travel."""
+
+    def change(nail: Nail) -> Nail:
+        mean = 0.5 * nail.stiffness * (nail.depth_set + nail.depth_demanded)
+        return dataclasses.replace(nail, yield_force=mean)
+
+    for grip, starts in prepare_starts(SHIFTS, change).items():
+        blows = run_blows(strike_with(*CHOSEN), starts)
+        force = starts[0].strike.placement.nail.yield_force
+        assert force is not None  # set by change
+        yield format_blows([f"{force:.1f}"], grip, blows, force)
+
+
+def main() -> None:
+    """Prints the tables of the full study, row by row as they are computed."""
+    grips = prepare_starts(SHIFTS)
+    rows, reference = find_reference(grips)
+    for header, found in (
+        (HEADER, itertools.chain(rows, compare_integrators(grips, reference))),
+        (["contact", *MEASURES], compare_contact_models(grips, reference)),
+        (["stiction tolerance (mm/s)", *MEASURES], compare_stiction_tolerances(grips, reference)),
+        (["yield force (N)", *MEASURES], drive_yielding_nail()),
+    ):
+        print(format_table(header, ()), flush=True)
+        for row in found:
+            print(format_row(row), flush=True)
+        print()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,121 @@
+"""The harness: what a study gives is checked, kept, written and printed alike."""
+
+import argparse
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from affordance.cli import main
+from affordance.commands.options import add_out, add_seed, add_set
+from affordance.commands.study import STUDIES
+from affordance.exceptions import BadValueError
+from affordance.files.clone import import_study
+from studies.study import Findings, Study, keep_result, read_kept, run_kept
+
+SECTION = """
+order: 99
+title: Invented
+summary: "Of {{ people }} people."
+claims:
+  - {key: many, source: ours, text: Many came., criteria: [{name: people, value: count, at_least: 3, digits: 0}]}
+  - {key: few, source: ours, text: Few came., criteria: [{name: people, value: count, at_most: 3, digits: 0}]}
+"""
+
+
+def add_arguments(parser):
+    for add in (add_out, add_seed, add_set):
+        add(parser)
+
+
+def build_study(path, plan):
+    section = path / "section.yaml"
+    section.write_text(SECTION, encoding="utf-8")
+    return Study("helps", add_arguments, plan, "invented", section, {("learner",): "nobody learns"})
+
+
+def run(study, *words):
+    parser = argparse.ArgumentParser()
+    study.add_arguments(parser)
+    return study.run(parser.parse_args(list(map(str, words))))
+
+
+def test_last_findings_are_written_and_their_claims_printed(tmp_path, capsys):
+    out = tmp_path / "out"
+    study = build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4}, {"people": "four"})])
+    assert run(study, "--out", out) == 0
+    assert json.loads((out / "invented" / "metrics.json").read_text()) == {"count": 4}
+    assert "Invented" in (out / "report.html").read_text(encoding="utf-8")
+    many, few, summary, report = capsys.readouterr().out.splitlines()
+    assert many.startswith("met     Many came. people 4")
+    assert few.startswith("not met Few came.")
+    assert summary == "Of four people."
+    assert report == f"The report: {out / 'report.html'}"
+
+
+def test_without_a_section_only_the_numbers_are_written(tmp_path, capsys):
+    study = dataclasses.replace(
+        build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4})]), section=None
+    )
+    assert run(study, "--out", tmp_path / "out") == 0
+    assert [path.name for path in (tmp_path / "out").rglob("*")] == ["invented", "metrics.json"]
+    assert capsys.readouterr().out == f"The numbers: {tmp_path / 'out' / 'invented' / 'metrics.json'}\n"
+
+
+def refuse(arguments):
+    raise BadValueError("--data", "", "is missing")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([], "--data: is missing"),
+        (["--seed", -1], "--seed: is -1"),
+        (["--set", "learner=density"], "--set: learner: changes nothing here: nobody learns"),
+    ],
+)
+def test_what_cannot_be_run_leaves_nothing(tmp_path, words, message):
+    with pytest.raises(BadValueError, match=message):
+        run(build_study(tmp_path, refuse), "--out", tmp_path / "out", *words)
+    assert not (tmp_path / "out").exists()
+
+
+def test_results_are_computed_once_for_a_key(tmp_path, caplog):
+    path, calls = tmp_path / "kept.json", []
+
+    def compute():
+        calls.append(None)
+        return {"value": 1.5}
+
+    assert keep_result(path, "a", compute) == keep_result(path, "a", compute) == {"key": "a", "value": 1.5}
+    assert len(calls) == 1
+    keep_result(path, "b", compute)
+    assert len(calls) == 2
+    path.write_text("{", encoding="utf-8")
+    assert read_kept(path, ["key"]) is None
+    assert "is not what a study found" in caplog.text
+
+
+@dataclasses.dataclass(frozen=True)
+class Config:
+    offset: int
+
+
+def count_up(config, repeat):
+    return {"sum": np.array(config.offset + repeat)}
+
+
+def test_repeats_of_another_configuration_are_kept_apart(tmp_path):
+    for offset in (0, 10, 0):
+        found = run_kept(Config(offset), count_up, tmp_path, [], repeats=2, jobs=1, description="counts")
+        np.testing.assert_array_equal(found["sum"], [offset, offset + 1])
+    assert len(list((tmp_path / "repeats").iterdir())) == 2
+
+
+@pytest.mark.parametrize("name", STUDIES)
+def test_every_study_is_a_command(name, capsys):
+    with pytest.raises(SystemExit) as ended:
+        main(["study", name, "--help"])
+    assert ended.value.code == 0
+    assert import_study(STUDIES[name]).STUDY.HELP in " ".join(capsys.readouterr().out.split())
