@@ -171,9 +171,7 @@ _DRAWN = {
 class FigureEntry(DataModel):
     """Entry of a figure, by the kind of drawing."""
 
-    draw: Literal[
-        "objects", "heights", "heights of points", "density and drop", "lifts", "belief within a trial", "sinking"
-    ]
+    draw: Literal["objects", "heights", "heights of points", "density and drop", "lifts"]
     of: Annotated[str, Text(), Field(description="Group that is drawn.")] = ALL
     decoy: Annotated[
         Annotated[str, Text()] | None,
@@ -191,7 +189,7 @@ class FigureEntry(DataModel):
         Raises:
             PydanticCustomError: There is such a key.
         """
-        known = {"draw", "title", *_DRAWN.get(self.draw, ())}
+        known = {"draw", "title", *_DRAWN[self.draw]}
         for key in sorted(self.model_fields_set - known):
             raise complain(f"is given, must not be of the figure {self.draw!r}, of which it says nothing", key)
         return self

@@ -24,8 +24,8 @@ from affordance.reporting.plain_report import PlainReport
 FOLDER = "protocols"
 # Folders of results that do not belong to a protocol.
 TAKEN = (
-    *("vision", "robustness", "learners", "tools", "arms", "recorded", "kappa", "trust", "benchmarks"),
-    *("experience", "frames", "agreement", "vision_comparison", "ours"),
+    *("vision", "robustness", "learners", "tools", "arms", "recorded", "hammering", "kappa", "trust", "benchmarks"),
+    *("experience", "frames", "agreement", "vision_comparison", "within_trial", "ours"),
 )
 # Suffixes of protocol files.
 SUFFIXES = (".yaml", ".yml")

@@ -21,7 +21,6 @@ from affordance.control.cost_measure import CostMeasure
 from affordance.experiments.hammer.plan import list_blow_costs
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
-from affordance.experiments.vision_comparison import NAME, compare_feature_sources, save_vision_metrics
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import Changes, change_settings
 from affordance.objects.tool import list_densities
@@ -44,6 +43,7 @@ from studies.robustness.choosing import (
 )
 from studies.robustness.learning import collect_experience_at_rest
 from studies.seeing import experiment as vision
+from studies.side_by_side.sources import CURVES, describe_sources
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
@@ -91,22 +91,13 @@ def believe_denser() -> Numbers:
 
 def compare_pictures(other: Settings) -> Numbers:
     """What one kind of features gives beside another, with other settings in place of the other kind."""
-    found: list[Numbers] = []
-    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("affordance.experiments.vision_comparison.draw_comparison", lambda panels: None)
-        patch.setattr("affordance.experiments.vision_comparison.save_figure", lambda *arguments: None)
-        patch.setattr(
-            "affordance.experiments.vision_comparison.render_section",
-            lambda path, numbers, facts: found.append(numbers),
-        )
-        patch.setattr("affordance.experiments.vision_comparison.write_section", lambda *arguments: None)
-        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other)):
-            kept = dataclasses.replace(DEFAULT_SETTINGS, feature_source=source)
-            save_vision_metrics(Path(folder) / "weight", hold("weight", settings), kept, seed=0, repeats=_HOLDERS)
-        compare_feature_sources(Path(folder))
-    assert NAME == "vision_comparison"
-    (numbers,) = found
-    return numbers
+    numbers = {
+        source.value: hold("weight", settings)
+        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other))
+    }
+    curves = [curve for curve in CURVES if curve.experiment == "weight"]
+    found = {curve: {way: np.asarray(of_one[curve.key]) for way, of_one in numbers.items()} for curve in curves}
+    return dict(describe_sources(found).numbers)
 
 
 def _build(changes: Mapping[str, float | str]) -> World:

@@ -18,7 +18,6 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
-from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
 from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
@@ -201,8 +200,6 @@ class ChoiceExperiment(Experiment):
         variables, coordinates = shown.trajectories or Trajectories({}, {})
         motions = label_motions([done.record for done in simulated.values()], "simulated, true densities")
         tools = [tool.name for tool in self.novel]
-        saved: dict[str, Any] = {"novel": self.novel, "choices": plan.choices, "chosen": arrays["paper"]}
-        saved |= {"numbers": numbers, "settings": self.settings, "seed": self.seed}
         draw = partial(draw_proportions, self.novel, numbers, title, len(arrays["bayes"]))
         return replace(
             shown,
@@ -212,10 +209,7 @@ class ChoiceExperiment(Experiment):
                 {"trial": list(simulated), "joint": trial.arm.joint_names, **coordinates, "tool": tools},
             ),
             diagram=lambda: trial.diagram,
-            writers={
-                "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),
-                "choices": partial(save_choices, **saved),
-            },
+            writers={"lifts": partial(self.write_lifts, experience, len(arrays["paper"]))},
         )
 
     def write_lifts(self, experience: Experience, num_observers: int, folder: Path) -> None:
