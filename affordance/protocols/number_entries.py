@@ -116,11 +116,7 @@ class NumberEntry(DataModel):
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
-        """Refuses contradictory or incomplete entries.
-
-        Raises:
-            PydanticCustomError: There is not exactly one of measure and expression, or keys exclude each other.
-        """
+        """Refuses contradictory or incomplete entries."""
         if (self.measure is None) == (self.expression is None):
             raise complain("must have either 'measure' or 'expression'")
         if self.first is not None and self.last is not None:
@@ -184,11 +180,7 @@ class FigureEntry(DataModel):
 
     @model_validator(mode="after")
     def check_keys(self) -> Self:
-        """Refuses keys that have no effect on such a figure.
-
-        Raises:
-            PydanticCustomError: There is such a key.
-        """
+        """Refuses keys that have no effect on such a figure."""
         known = {"draw", "title", *_DRAWN[self.draw]}
         for key in sorted(self.model_fields_set - known):
             raise complain(f"is given, must not be of the figure {self.draw!r}, of which it says nothing", key)

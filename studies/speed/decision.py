@@ -20,8 +20,7 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.experiment import Hammering
-from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.hammer import Hammering, list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.reach import Reaching
 from affordance.experiments.shared.experience import ExperienceConfig

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.hammer.experiment import Hammering
+from affordance.experiments.hammer import Hammering
 from affordance.experiments.protocol_runs import load_choice_experiment, load_hold_experiment
 from affordance.experiments.reach import Reaching
 from affordance.objects.tool import Tool, list_densities

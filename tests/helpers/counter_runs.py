@@ -18,7 +18,7 @@ from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
-from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.model_folder import MODELS
@@ -31,6 +31,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
+from helpers.short_holds import shorten
 from studies.learners import decoy_again, results
 from studies.people.fit import load_groups
 from studies.robustness.assumptions import list_defaults, load_assumptions
@@ -77,7 +78,7 @@ ONE_KIND, OWN_KINDS = 8.0, 0.02
 @functools.cache
 def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
     """Simulation I or II by two observers."""
-    experiment = load_hold_experiment(name).with_settings(settings).with_duration(_HELD[name])
+    experiment = shorten(load_hold_experiment(name).with_settings(settings), _HELD[name])
     with tempfile.TemporaryDirectory() as folder:
         experience = experiment.gain_experience(Path(folder), repeats=_HOLDERS, jobs=1)
     runs = [experiment.run_observer(None, experience, repeat) for repeat in range(_HOLDERS)]
@@ -204,7 +205,7 @@ def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
     with pytest.MonkeyPatch.context() as patch:
         _widen(patch, kappa)
         patch.setattr(decoy_again, "NUM_DECOYS", 2)
-        weight = load_hold_experiment("weight").with_duration(_HELD["weight"])
+        weight = shorten(load_hold_experiment("weight"), _HELD["weight"])
         arrays = {
             learner: _stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
             for learner in Learner
