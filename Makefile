@@ -25,8 +25,8 @@ $(VENV)/dev.stamp: $(PYTHON) pyproject.toml constraints.txt
 	$(PYTHON) -m affordance doctor --install --tests
 	@touch $@ $(VENV)/run.stamp
 
-run: $(VENV)/run.stamp ## run every experiment, and which end of real tools to hold, and write results/report.html
-	$(PYTHON) run_experiments.py
+run: $(VENV)/run.stamp ## run every experiment with 100 observers, and which end of real tools to hold, and write results/report.html
+	$(PYTHON) run_experiments.py --repeats 100
 	$(PYTHON) -m affordance study tools --jobs 2
 
 test: $(VENV)/dev.stamp ## run the test suite

@@ -147,12 +147,14 @@ class MotionCost:
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
-        # Constant and linear part of all torques, rows stacked by node and joint.
-        self._tau_arm = tau_arm.reshape(-1, 1)
-        self._Y = Y.reshape(-1, NUM_PARAMETERS)
-        self._signed_rates = v[:num_nodes].reshape(-1)
-        self._rates = np.abs(self._signed_rates)
-        self._per_tau_max = np.tile(1.0 / model.arm.limits.tau_max, len(moments))[:, None]
+        # Torques over their limits, linear in [pi, 1], rows stacked by node and joint: one matrix product gives them.
+        tau_max = np.tile(model.arm.limits.tau_max, len(moments))
+        self._loads = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()]) / tau_max[:, None]
+        self._signed_powers = self._weight * v[:num_nodes].reshape(-1) * tau_max[: v[:num_nodes].size]
+        self._powers = np.abs(self._signed_powers)
+        # The integral of |tau|^2 is a quadratic form in [pi, 1].
+        torques = self._loads[: len(self._powers)] * tau_max[: len(self._powers), None]
+        self._effort = self._weight * torques.T @ torques
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
         """Returns a copy of the motion's costs that compares by another measure."""
@@ -167,20 +169,19 @@ class MotionCost:
 
     def compute_load(self, pi: Array) -> Load:
         """Computes the costs and the largest torque relative to its limit; argument as for ``compute``."""
-        work, effort, load = np.empty((3, len(pi)))
+        known = np.column_stack([pi, np.ones(len(pi))])
+        effort = ((known @ self._effort) * known).sum(axis=1)
+        work, load = np.empty((2, len(pi)))
         balance = np.zeros(len(pi))  # positive less negative work
         share = self._measure.negative_weight
         for start in range(0, len(pi), _CHUNK):
             chunk = slice(start, start + _CHUNK)
-            tau = self._tau_arm + self._Y @ pi[chunk].T
-            counted = tau[: len(self._rates)]
-            effort[chunk] = self._weight * np.einsum("ks,ks->s", counted, counted)
+            loads = self._loads @ known[chunk].T
             if share != 1.0:
-                balance[chunk] = self._weight * (self._signed_rates @ counted)
-            np.abs(tau, out=tau)
-            work[chunk] = self._weight * (self._rates @ counted)
-            tau *= self._per_tau_max
-            load[chunk] = tau.max(axis=0)
+                balance[chunk] = self._signed_powers @ loads[: len(self._powers)]
+            np.abs(loads, out=loads)
+            work[chunk] = self._powers @ loads[: len(self._powers)]
+            load[chunk] = loads.max(axis=0)
         cost = effort if self._measure is CostMeasure.EFFORT else work
         if share != 1.0:
             cost = 0.5 * ((1.0 + share) * work + (1.0 - share) * balance)
@@ -188,7 +189,7 @@ class MotionCost:
 
     def compute_joint_loads(self, pi: Array) -> Array:
         """Computes each joint's largest torque relative to its limit, (num_joints, S); see ``compute``."""
-        parts = np.abs(self._tau_arm + self._Y @ pi.T) * self._per_tau_max
+        parts = np.abs(self._loads @ np.column_stack([pi, np.ones(len(pi))]).T)
         loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
         return loads
 
