@@ -96,8 +96,8 @@ def test_faults_are_counted_in_the_test_pass_and_named(experiment, tmp_path, cap
     assert "com: 9 samples were rejected, and 0 trials with honest objects are 5-sigma outliers" in caplog.text
     remarks = read_section(tmp_path / "com").remarks
     assert any(remark.startswith("Run with faults: drop_probability 1.0.") for remark in remarks)
-    kept = json.loads((tmp_path / "com" / "numbers_features.json").read_text(encoding="utf-8"))["shared"]
-    assert (kept["faults"]["drop_probability"], kept["seed"], kept["repeats"]) == (1.0, 0, 1)
+    assert numbers["config"]["settings"]["faults"]["drop_probability"] == 1.0
+    assert (numbers["seed"], numbers["repeats"]) == (0, 1)
 
 
 def test_section_says_met_or_not_of_every_claim(folder):
