@@ -35,6 +35,8 @@ class Findings(NamedTuple):
         details: Content of details.json, further numbers that explain; None for no file.
         writers: Functions that write further files into the study's folder.
         tables: Tables that follow those of the section file, whose columns are known only after the run.
+        folder: Folder of these findings in that of the study; empty for that folder itself.
+        section: File of their section of the report; None for that of the study.
     """
 
     numbers: Mapping[str, Any]
@@ -43,6 +45,8 @@ class Findings(NamedTuple):
     details: Mapping[str, Any] | None = None
     writers: tuple[Callable[[Path], None], ...] = ()
     tables: tuple[Table, ...] = ()
+    folder: str = ""
+    section: Path | None = None
 
     def render(self, section: Path) -> Section:
         """Renders the section of the report from its file."""
@@ -95,11 +99,12 @@ class Study:
         work = self.plan(arguments)
         folder = prepare_folder(arguments.out) / self.folder
         for findings in work(folder):
-            written = write_findings(findings, folder, self.section)
-        if self.section is None:
+            section = findings.section or self.section
+            written = write_findings(findings, folder / findings.folder, section)
+        if section is None:
             print(f"The numbers: {written}")
             return 0
-        print_section(findings.render(self.section))
+        print_section(findings.render(section))
         print(f"The report: {written}")
         return 0
 

@@ -8,7 +8,7 @@ from typing import Any
 from affordance.belief.learner import Learner
 from affordance.commands.options import add_arm_arguments, add_run_options, check_bounds, read_options
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.experiments.suite import EXPERIMENTS, run_suite
+from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
 from affordance.files.clone import has_studies
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import parse_changes
@@ -21,7 +21,6 @@ HELP = "run the paper's simulations or a protocol of your own; write numbers, fi
 NOT_PROTOCOLS = ("vision",)
 # Exit status if some of several experiments were left out.
 LEFT_OUT = 3
-_REPEATS = 200
 # Options that set a setting, and the setting's name.
 _OPTIONS = {"learner": "learner", "vision": "feature_source"}
 
@@ -35,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"{', '.join(EXPERIMENTS)}, all of these (default), or a protocol (path or name)",
     )
     what = "simulated observers, for vision objects (default: as many as a protocol says, or "
-    add_run_options(parser, None, f"{what}{_REPEATS})")
+    add_run_options(parser, None, f"{what}{DEFAULT_REPEATS})")
     parser.add_argument(
         "--vision",
         choices=[source.value for source in FeatureSource],
@@ -90,9 +89,9 @@ def _find_repeats(arguments: argparse.Namespace) -> int:
     if arguments.repeats is not None:
         return int(arguments.repeats)
     if arguments.experiment in ("all", *NOT_PROTOCOLS):
-        return _REPEATS
+        return DEFAULT_REPEATS
     _check_experiment(arguments)
-    return find_number_of_observers(arguments.experiment, arguments.models) or _REPEATS
+    return find_number_of_observers(arguments.experiment, arguments.models) or DEFAULT_REPEATS
 
 
 def _list_changes(arguments: argparse.Namespace) -> dict[str, Any]:

@@ -13,6 +13,8 @@ STUDIES = {
     "recorded": "studies.recorded.command",
     "tools": "studies.tools.command",
     "hammering": "studies.hammering.command",
+    "within_trial": "studies.within_trial.command",
+    "side_by_side": "studies.side_by_side.command",
 }
 # Names that studies had as commands of their own.
 FORMER = {"fit-kappa": "people", "robustness": "robustness"}
@@ -26,5 +28,5 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Prints the studies, one line each."""
     for name, module in STUDIES.items():
-        print(f"  affordance study {name:<10} {import_study(module).STUDY.HELP}")
+        print(f"  affordance study {name:<12} {import_study(module).STUDY.HELP}")
     return 0

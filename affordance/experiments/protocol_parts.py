@@ -3,7 +3,6 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
 
 from affordance.belief.learner import Learner
 from affordance.control.start_posture import check_start
@@ -28,30 +27,6 @@ type Told = tuple[tuple[Colour, float], ...]
 
 # Settings that have a key of their own in ``observers``.
 _OWN_WORDS = {"learners": "learner", "vision": "feature_source", "noise": "noise"}
-
-
-class Parts(NamedTuple):
-    """Parts of the experiment of a protocol that presentations and choices have in common.
-
-    Attributes:
-        protocol: Protocol of the experiment.
-        path: Path of the protocol's file.
-        models: Folder of models.
-        objects: Objects that are presented, or held before a choice.
-        learners: Learners that are simulated.
-        told: Densities that observers know, by colour, [kg/m^3].
-        seed: Root of every random draw.
-        settings: Settings of all simulations.
-    """
-
-    protocol: Protocol
-    path: Path
-    models: Path
-    objects: ProtocolObjects
-    learners: tuple[Learner, ...]
-    told: Told
-    seed: int
-    settings: Settings
 
 
 def apply_observers(

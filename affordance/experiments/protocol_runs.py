@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from affordance.belief.learner import Learner
 from affordance.choice.hammer import Hammer, load_hammer
 from affordance.choice.reach import Reach
 from affordance.control.start_posture import check_start
@@ -10,9 +11,9 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import BadValueError
 from affordance.experiments.closed_form import ClosedForm
 from affordance.experiments.definition import Experiment
-from affordance.experiments.hammer.experiment import Hammering
+from affordance.experiments.hammer import Hammering
 from affordance.experiments.protocol_parts import (
-    Parts,
+    Told,
     apply_observers,
     check_colours_known,
     check_one_course,
@@ -36,7 +37,7 @@ from affordance.files.model_folder import MODELS
 from affordance.named_settings import NO_CHANGES, Changes
 from affordance.plant.load import load_arm
 from affordance.protocols.number_entries import OF_OBJECTS, Measure, NumberEntry
-from affordance.protocols.object_entries import build_objects, find_file
+from affordance.protocols.object_entries import ProtocolObjects, build_objects, find_file
 from affordance.protocols.presentations import check_blocks, list_changed
 from affordance.protocols.protocol import Protocol, check_folder_is_free, find_protocol, load_protocol
 from affordance.reporting.section import check_names
@@ -126,13 +127,21 @@ def build_experiment(
     objects = build_objects(protocol.objects, path, models)
     check_blocks(path, protocol.blocks, objects)
     told = list_told(protocol, path, objects, learners)
-    parts = Parts(protocol, path, models, objects, learners, told, seed, settings)
-    return build_choices(parts) if protocol.has_choices else build_presentations(parts)
+    build = build_choices if protocol.has_choices else build_presentations
+    return build(protocol, path, models, objects, learners, told, seed, settings)
 
 
-def build_presentations(parts: Parts) -> PresentationExperiment:
+def build_presentations(
+    protocol: Protocol,
+    path: Path,
+    models: Path,
+    objects: ProtocolObjects,
+    learners: tuple[Learner, ...],
+    told: Told,
+    seed: int,
+    settings: Settings,
+) -> PresentationExperiment:
     """Builds the experiment of a protocol of presentations; see ``build_experiment``."""
-    protocol, path, models, objects, learners, told, seed, settings = parts
     check_tools_can_be_held(objects.path, objects.tools, settings)
     if changed := list_changed(protocol.blocks, objects):
         check_tools_can_be_held(path, changed, settings)
@@ -165,13 +174,21 @@ def build_presentations(parts: Parts) -> PresentationExperiment:
     )
 
 
-def build_choices(parts: Parts) -> ChoiceExperiment:
+def build_choices(
+    protocol: Protocol,
+    path: Path,
+    models: Path,
+    objects: ProtocolObjects,
+    learners: tuple[Learner, ...],
+    told: Told,
+    seed: int,
+    settings: Settings,
+) -> ChoiceExperiment:
     """Builds the experiment of a protocol of choices; see ``build_experiment``.
 
     Raises:
         BadValueError: A file is wrong, or the objects or blocks do not suit a choice.
     """
-    protocol, path, models, objects, learners, told, seed, settings = parts
     *_, last = protocol.blocks
     experience = build_experience(protocol.blocks[0], objects, learners, told, seed, settings)
     if len(protocol.blocks) != 2 or last.do.choose is None or not last.ask_after_each or experience is None:

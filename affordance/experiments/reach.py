@@ -13,7 +13,7 @@ from affordance.choice.motion_cost import MotionCost
 from affordance.choice.reach import Reach
 from affordance.experiments.definition import Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
-from affordance.experiments.shared.correct_grip import find_grip_of_densest
+from affordance.experiments.shared.decisions import find_grip_of_densest
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.files.netcdf import LabelledArray, Trajectories
 from affordance.objects.colour import Colour

@@ -19,7 +19,6 @@ from tqdm import tqdm
 from affordance.exceptions import UnavailableError
 from affordance.experiments.definition import OBSERVER_SHOWN, Arrays, Experiment, Outputs
 from affordance.experiments.shared.experience import Experience
-from affordance.experiments.vision_comparison import save_vision_metrics
 from affordance.files.atomic import write_json
 from affordance.files.model_files import list_arm_files
 from affordance.files.model_folder import MODELS
@@ -88,7 +87,6 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
     section = describe(experiment, numbers, facts)
     drawn = [figure for figure in section.figures if (folder / figure.file).exists()]
     write_section(folder, section._replace(figures=drawn))
-    save_vision_metrics(folder, numbers, settings, seed=experiment.seed, repeats=repeats)
     run = {
         "seed": experiment.seed,
         "repeats": repeats,

@@ -16,7 +16,6 @@ from affordance.experiments.shared.experience import Experience
 from affordance.experiments.shared.presentation_rows import Presented, expect_mass, see
 from affordance.experiments.shared.presented import Means, PresentationExperiment
 from affordance.experiments.shared.trajectories import label_results
-from affordance.experiments.within_trial import WHITE, WithinTrialStudy, draw_within_trial
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool
 from affordance.protocols.block_entries import BlockEntry
@@ -46,15 +45,7 @@ class Simulated(Means):
     paths: Mapping[int, TimedPath] = field(default_factory=dict)
 
     is_closed_form = False
-    drawn = (
-        "objects",
-        "heights",
-        "heights of points",
-        "density and drop",
-        "lifts",
-        "belief within a trial",
-        "sinking",
-    )
+    drawn = ("objects", "heights", "heights of points", "density and drop", "lifts")
 
     def seed_orders(self, seed: int, repeat: int, count: int) -> list[np.random.Generator]:
         """Returns a random generator for each block; that of the first also orders experience."""
@@ -112,7 +103,6 @@ class Simulated(Means):
         looks_like = last.components[0].looks_like.name
         return {
             "run_shown": OBSERVER_SHOWN,
-            "white_sd": WHITE.sd,
             "first": tools[0].name,
             "second": tools[min(1, len(tools) - 1)].name,
             "duration": experiment.duration,
@@ -134,20 +124,17 @@ class Simulated(Means):
         if not held:
             return Outputs({})
         duration = experiment.duration
-        study = WithinTrialStudy(settings, tools[0], duration=duration, seed=(experiment.seed, OBSERVER_SHOWN, 0))
-        figures, writers = draw_within_trial(experiment.figures, study)
         trial = get_runner(settings).get_diagram(duration)
         scenes = [Scene(tool, record.times, record.q, f"{tool.name}, {tool.mass:.2f} kg") for tool, record in held]
         title = f"{experiment.name}, seed {experiment.seed}"
         return Outputs(
-            figures=figures,
+            figures={},
             trajectories=Trajectories(
                 label_results(arrays, experiment.quantiles, [record for _, record in done]),
                 {"trial": [tool.name for tool, _ in done], "joint": trial.arm.joint_names},
             ),
             diagram=lambda: trial.diagram,
             replay=lambda path: write_replay(path, settings.arm, scenes, title=title),
-            writers=writers,
         )
 
     def _run(

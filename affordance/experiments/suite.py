@@ -12,11 +12,9 @@ from typing import Any, NamedTuple
 
 from affordance.arguments import JOBS, REPEATS, check_kind, check_seed, check_whole
 from affordance.exceptions import AffordanceError, InfeasibleError, SeeingError
-from affordance.experiments.agreement import compare_tasks
 from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_stuck_joint
-from affordance.experiments.vision_comparison import compare_feature_sources
 from affordance.files.atomic import remove_leftovers
 from affordance.files.clone import import_study
 from affordance.files.constraints import StrPath, check_path
@@ -156,8 +154,6 @@ def run_suite(
     for name in attempts.left_out:
         remove_section(out / name)  # from another run, perhaps with other models
     note_left_out(out, attempts.left_out, done=[experiment.name for experiment, _ in planned])
-    compare_feature_sources(out)
-    compare_tasks(out)
     return SuiteResult(write_report(out), attempts.left_out)
 
 

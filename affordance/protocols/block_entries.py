@@ -1,6 +1,5 @@
 """Blocks of a protocol: objects, their order, and the action of a presentation."""
 
-from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
@@ -47,11 +46,7 @@ class ChooseEntry(DataModel):
 
     @model_validator(mode="after")
     def check_task(self) -> Self:
-        """Refuses a choice without a task or with two.
-
-        Raises:
-            PydanticCustomError: There is not exactly one task.
-        """
+        """Refuses a choice without a task or with two."""
         if (self.reach is None) == (self.hammer is None):
             raise complain("must have either 'reach' or 'hammer'")
         return self
@@ -72,11 +67,7 @@ class ActionEntry(DataModel):
 
     @model_validator(mode="after")
     def check_one(self) -> Self:
-        """Refuses presentations without an action or with several.
-
-        Raises:
-            PydanticCustomError: There is not exactly one action.
-        """
+        """Refuses presentations without an action or with several."""
         done = [name for name in ActionEntry.model_fields if getattr(self, name) is not None]
         if len(done) != 1:
             known = ", ".join(ActionEntry.model_fields)
@@ -123,18 +114,3 @@ class BlockEntry(DataModel):
     ask_after_each: Annotated[
         bool, Field(description="True to ask for the choice before the first and after each earlier presentation.")
     ] = False
-
-
-def change_holds(
-    blocks: Sequence[BlockEntry], duration: float, repetitions: int | None = None
-) -> tuple[BlockEntry, ...]:
-    """Returns the blocks with another duration of holds, [s], and other repetitions of the first block."""
-    changed = []
-    for block in blocks:
-        if block.do.hold is not None:
-            hold = block.do.hold.model_copy(update={"duration": duration})
-            block = block.model_copy(update={"do": block.do.model_copy(update={"hold": hold})})
-        changed.append(block)
-    if repetitions is not None:
-        changed[0] = changed[0].model_copy(update={"repetitions": repetitions})
-    return tuple(changed)

@@ -116,11 +116,7 @@ class NumberEntry(DataModel):
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
-        """Refuses contradictory or incomplete entries.
-
-        Raises:
-            PydanticCustomError: There is not exactly one of measure and expression, or keys exclude each other.
-        """
+        """Refuses contradictory or incomplete entries."""
         if (self.measure is None) == (self.expression is None):
             raise complain("must have either 'measure' or 'expression'")
         if self.first is not None and self.last is not None:
@@ -171,9 +167,7 @@ _DRAWN = {
 class FigureEntry(DataModel):
     """Entry of a figure, by the kind of drawing."""
 
-    draw: Literal[
-        "objects", "heights", "heights of points", "density and drop", "lifts", "belief within a trial", "sinking"
-    ]
+    draw: Literal["objects", "heights", "heights of points", "density and drop", "lifts"]
     of: Annotated[str, Text(), Field(description="Group that is drawn.")] = ALL
     decoy: Annotated[
         Annotated[str, Text()] | None,
@@ -186,12 +180,8 @@ class FigureEntry(DataModel):
 
     @model_validator(mode="after")
     def check_keys(self) -> Self:
-        """Refuses keys that have no effect on such a figure.
-
-        Raises:
-            PydanticCustomError: There is such a key.
-        """
-        known = {"draw", "title", *_DRAWN.get(self.draw, ())}
+        """Refuses keys that have no effect on such a figure."""
+        known = {"draw", "title", *_DRAWN[self.draw]}
         for key in sorted(self.model_fields_set - known):
             raise complain(f"is given, must not be of the figure {self.draw!r}, of which it says nothing", key)
         return self

@@ -32,11 +32,7 @@ class CylinderEntry(DataModel):
     colour: Annotated[ColourText, Field(description="Colour of the cylinder, as '#8c8c8c'.")]
 
     def build(self) -> Tool:
-        """Builds the object from its entry.
-
-        Raises:
-            PydanticCustomError: The density is out of bounds.
-        """
+        """Builds the object from its entry."""
         solid = Cylinder(self.radius, self.height)
         density = self.mass / solid.volume
         if not DENSITY_MIN <= density <= DENSITY_MAX:
@@ -48,11 +44,7 @@ class CylinderEntry(DataModel):
 
     @model_validator(mode="after")
     def check_density(self) -> Self:
-        """Refuses cylinders of impossible density.
-
-        Raises:
-            PydanticCustomError: The density is out of bounds.
-        """
+        """Refuses cylinders of impossible density."""
         self.build()
         return self
 
@@ -70,11 +62,7 @@ class GroupEntry(DataModel):
 
     @model_validator(mode="after")
     def check_ways(self) -> Self:
-        """Refuses groups that are given in both ways or in neither.
-
-        Raises:
-            PydanticCustomError: There are not either names or both places.
-        """
+        """Refuses groups that are given in both ways or in neither."""
         by_place = self.first is not None and self.last is not None
         if by_place == (self.names is not None):
             raise complain("must have either 'names' or both 'from' and 'to'")
@@ -129,11 +117,7 @@ class ObjectsEntry(DataModel):
 
     @model_validator(mode="after")
     def check_given(self) -> Self:
-        """Refuses protocols without objects, and groups with the reserved name.
-
-        Raises:
-            PydanticCustomError: There are no objects, or a group is called 'all'.
-        """
+        """Refuses protocols without objects, and groups with the reserved name."""
         if self.file is None and self.tools is None and self.cylinders is None:
             raise complain("has no objects, must have 'file', 'tools' or 'cylinders'")
         if ALL in self.groups:

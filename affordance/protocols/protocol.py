@@ -24,8 +24,8 @@ from affordance.reporting.section import PlainReport
 FOLDER = "protocols"
 # Folders of results that do not belong to a protocol.
 TAKEN = (
-    *("vision", "robustness", "learners", "tools", "arms", "recorded", "kappa", "trust", "benchmarks"),
-    *("experience", "frames", "agreement", "vision_comparison", "ours"),
+    *("vision", "robustness", "learners", "tools", "arms", "recorded", "hammering", "kappa", "trust", "benchmarks"),
+    *("experience", "frames", "agreement", "vision_comparison", "within_trial", "ours"),
 )
 # Suffixes of protocol files.
 SUFFIXES = (".yaml", ".yml")
@@ -86,11 +86,7 @@ class ObserversEntry(DataModel):
 
     @model_validator(mode="after")
     def check_learners(self) -> Self:
-        """Refuses a learner that is named twice.
-
-        Raises:
-            PydanticCustomError: A learner is named twice.
-        """
+        """Refuses a learner that is named twice."""
         learners = self.learners or []
         for index, learner in enumerate(learners):
             if learner in learners[:index]:
@@ -133,12 +129,7 @@ class Protocol(DataModel):
 
     @model_validator(mode="after")
     def check_names(self) -> Self:
-        """Refuses unknown groups, and blocks that contradict each other.
-
-        Raises:
-            PydanticCustomError: A group is unknown, a block's name is used twice, or blocks or keys do not fit
-                together.
-        """
+        """Refuses unknown groups, and blocks that contradict each other."""
         groups = [ALL, *self.objects.groups]
         for key, group in self._list_groups():
             known = [*groups, NOVEL] if self.novel is not None and key.startswith("blocks") else groups

@@ -21,11 +21,7 @@ class OneSection(Text):
     """Annotation of a text that is the name of a section of the program."""
 
     def check(self, value: Any) -> str:
-        """Returns the name of the section.
-
-        Raises:
-            PydanticCustomError: There is no section of that name.
-        """
+        """Returns the name of the section."""
         known = sorted(path.stem for path in _SECTIONS.glob("*.yaml"))
         if value not in known:
             raise complain(describe_choice(value, known))

@@ -14,10 +14,10 @@ from affordance.choice.blow_cost import BlowCost
 from affordance.choice.hammer import Hammer
 from affordance.control.swing import Swing, Target
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.measures import measure_blows
+from affordance.experiments.blows import measure_blows
 from affordance.experiments.shared.choice_task import ChoicePlan
 from affordance.experiments.shared.choosing import ChoiceExperiment
-from affordance.experiments.shared.correct_grip import remove_errors
+from affordance.experiments.shared.decisions import remove_errors
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.objects.tool import Tool, list_densities
 from affordance.plant.arm_model import ArmModel

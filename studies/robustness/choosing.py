@@ -12,12 +12,12 @@ from affordance.choice.motion_cost import Costs, MotionCost
 from affordance.choice.ranking import MIN_FEASIBILITY, TIE, rank_options
 from affordance.control.cost_measure import CostMeasure
 from affordance.exceptions import AffordanceError
-from affordance.experiments.shared.correct_grip import find_grip_of_densest
 from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,
     choose_before_experience,
     choose_by_sample,
     estimate_correct,
+    find_grip_of_densest,
 )
 from affordance.experiments.shared.experience import Experience
 from affordance.objects.tool import Tool

@@ -27,7 +27,7 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest
 from affordance.choice.reach import Reach
 from affordance.exceptions import AffordanceError
-from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import gain_experience

@@ -19,7 +19,6 @@ from scipy.stats import chisquare, norm, truncnorm
 from affordance.arrays import Array
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.within_trial import WHITE
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
@@ -36,6 +35,7 @@ from affordance.vision.features import VisionError, measure_features
 from affordance.vision.visual_prior import predict_object
 from studies.study import run_kept
 from studies.trust.cramer_rao import compute_bound, feel_along, feel_at_rest
+from studies.within_trial.study import WHITE
 
 # Names of the calibrations, in metrics.json and above their histograms.
 WEBER, WHITE_NOISE = "Weber, held in Drake", "white, held in Drake"

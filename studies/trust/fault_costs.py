@@ -18,8 +18,7 @@ from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
 from affordance.choice.ranking import pick_cheapest
 from affordance.experiments.protocol_runs import load_choice_experiment
-from affordance.experiments.shared.correct_grip import find_cheaper_grip
-from affordance.experiments.shared.decisions import count_correct
+from affordance.experiments.shared.decisions import count_correct, find_cheaper_grip
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.experiments.shared.gain_experience import run_trials
 from affordance.files.data_model import load_model

@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from helpers.short_holds import shorten
 
 from affordance.belief.learner import Learner
 from affordance.exceptions import BadValueError
@@ -193,7 +194,7 @@ def test_first_block_that_is_not_measured_is_what_simulations_share():
     assert to_plain(com.experience) == to_plain(load_protocol_experiment("reach").experience)
     assert com.experience.num_trials == 6
     assert load_hold_experiment("weight").experience is None
-    assert com.with_duration(1.0, repetitions=1).experience.num_trials == 2
+    assert shorten(com, 1.0, repetitions=1).experience.num_trials == 2
     assert other.experience.duration == 3.0
 
 

@@ -13,8 +13,9 @@ import pytest
 import xarray
 from helpers.results_files import DOCS, check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
+from helpers.short_holds import shorten
 
-from affordance.exceptions import BadValueError, ModelFileError
+from affordance.exceptions import ModelFileError
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_tools_can_be_held
@@ -42,7 +43,7 @@ SHAPES = {
 
 @pytest.fixture(scope="module")
 def short(weight):
-    return weight.with_duration(0.1)
+    return shorten(weight, 0.1)
 
 
 @pytest.fixture(scope="module")
@@ -59,7 +60,7 @@ def numbers(folder):
 
 
 def test_results_are_as_documented(weight, folder):
-    numbers = check_results(folder, SHAPES, ("figure3", "figure4", "posterior", "sinking"), "weight")
+    numbers = check_results(folder, SHAPES, ("figure3", "figure4"), "weight")
     check_names(weight, None, numbers)
     assert numbers["repeats"] == 3
     assert numbers["config"]["settings"]["noise"] == {
@@ -131,16 +132,8 @@ def test_section_says_met_or_not_of_every_claim(weight, folder, numbers):
     assert section.claims["first_object"].criteria[0]["value"].startswith(f"{100 * numbers['drop_m'][0]:.1f}")
     (table,) = section.tables
     assert [row[0] for row in table["rows"]] == ["before", "rod_10cm", "rod_15cm", "rod_20cm", "rod_25cm"]
-    figures = ["figure3.png", "figure4.png", "posterior.png", "sinking.png", "diagram.svg"]
+    figures = ["figure3.png", "figure4.png", "diagram.svg"]
     assert [figure["file"] for figure in section.figures] == figures
-
-
-def test_what_happens_within_a_trial_is_written(folder):
-    numbers = json.loads((folder / "within_trial.json").read_text(encoding="utf-8"))
-    for values in (*numbers["posterior_sd"].values(), *numbers["posterior_sd_at_rest"].values()):
-        assert len(values) == 32
-        assert np.isfinite(values).all()
-    assert all(np.isfinite(height) for height in numbers["height_end_m"].values())
 
 
 def test_summary_says_what_the_decoy_looks_like_and_is_made_of(weight, numbers):
@@ -182,7 +175,7 @@ def test_seed_decides_the_numbers(short):
 
 
 def test_experience_is_carried_from_trial_to_trial(weight):
-    presented = weight.with_duration(0.5).present(None, 0)
+    presented = shorten(weight, 0.5).present(None, 0)
     assert len(presented) == 5
     sds = [np.sqrt(memory.belief.covariance[0, 0]) for each in presented for memory in each.memories[1:]]
     assert all(later < earlier for earlier, later in itertools.pairwise(sds))
@@ -194,41 +187,6 @@ def write_models(tmp_path, old, new):
     assert old in path.read_text(encoding="utf-8")
     path.write_text(path.read_text(encoding="utf-8").replace(old, new), encoding="utf-8")
     return tmp_path / "models"
-
-
-def test_objects_of_several_looks_are_refused(tmp_path):
-    models = write_models(tmp_path, "material: beech, looks_like: brass", "material: beech")
-    with pytest.raises(BadValueError, match=r"weight.yaml: tools: look like beech, brass, must all look like one"):
-        load_hold_experiment("weight", models)
-
-
-def test_honest_objects_of_another_material_are_refused(tmp_path):
-    models = write_models(
-        tmp_path,
-        "[0.050, 0.015, 0.015], position: [0.050, 0, 0], material: brass",
-        "[0.050, 0.015, 0.015], position: [0.050, 0, 0], material: steel, looks_like: brass",
-    )
-    with pytest.raises(BadValueError, match=r"before the decoy are made of brass, steel, must be of the one"):
-        load_hold_experiment("weight", models)
-
-
-@pytest.mark.parametrize("density", [8500.0, 11340.0])
-def test_decoy_that_is_not_lighter_than_it_looks_is_refused(tmp_path, density):
-    models = write_models(tmp_path, "material: beech, looks_like: brass", "material: dense, looks_like: brass")
-    materials = models / "materials.yaml"
-    entry = f'dense: {{colour: "#112233", density: {density}, density_sd: 87, source: test}}\n'
-    materials.write_text(materials.read_text(encoding="utf-8") + entry)
-    message = rf"weight.yaml: tools: decoy: has a density of {density:g} kg/m\^3, must be less than the 8500 of brass"
-    with pytest.raises(BadValueError, match=message):
-        load_hold_experiment("weight", models)
-
-
-def test_object_that_is_too_heavy_for_a_joint_is_refused_by_name(tmp_path):
-    models = write_models(tmp_path, "[0.125, 0.015, 0.015]", "[0.125, 0.06, 0.06]")
-    # 16.0 kg 0.315 m from the wrist, and the hand's 0.438 kg at 0.095 m: 49.9 N m.
-    message = r"tools: rod_25cm: weighs 16 kg and loads wrist_flexion with 49.9 N m .* must be at most 7.1 N m"
-    with pytest.raises(BadValueError, match=message):
-        load_hold_experiment("weight", models)
 
 
 def test_mesh_that_is_missing_is_refused(tmp_path):
@@ -246,24 +204,14 @@ def test_mesh_that_is_missing_is_refused(tmp_path):
 def test_more_objects_than_colours_are_drawn(weight):
     *honest, decoy = weight.tools
     many = [dataclasses.replace(honest[k % 4], name=f"rod {k}") for k in range(8)]
-    experiment = weight.with_tools(
-        (*many, decoy), {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
-    ).with_duration(0.1)
+    groups = {"all": list(range(9)), "honest": list(range(8)), "decoy": [8]}
+    experiment = shorten(weight.with_tools((*many, decoy), groups), 0.1)
     runs = [experiment.run_observer(None, None, repeat) for repeat in range(2)]
     arrays = {name: np.stack([run[name] for run in runs]) for name in runs[0]}
     shown = experiment.show(None, None, arrays, experiment.compute_metrics(None, None, arrays))
-    assert shown.figures.keys() == {"figure3", "figure4", "posterior", "sinking"}
+    assert shown.figures.keys() == {"figure3", "figure4"}
     for draw in shown.figures.values():
         assert draw().axes
-
-
-def test_decoy_alone_is_refused(tmp_path):
-    models = write_models(tmp_path, "", "")
-    path = models / "tools" / "weight.yaml"
-    head, *_, decoy = path.read_text(encoding="utf-8").split("  - name:")
-    path.write_text(f"{head}  - name:{decoy}", encoding="utf-8")
-    with pytest.raises(BadValueError, match=r"weight.yaml: tools: has 1 entries, must have at least 3"):
-        load_hold_experiment("weight", models)
 
 
 def test_arm_that_cannot_hold_itself_is_not_put_down_to_the_tool(tmp_path):

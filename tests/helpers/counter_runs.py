@@ -18,10 +18,9 @@ from affordance.choice.inner_simulation import Choice, plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import Ranking
 from affordance.control.cost_measure import CostMeasure
-from affordance.experiments.hammer.plan import list_blow_costs
+from affordance.experiments.hammer import list_blow_costs
 from affordance.experiments.protocol_runs import load_hold_experiment, load_protocol_experiment
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
-from affordance.experiments.vision_comparison import NAME, compare_feature_sources, save_vision_metrics
 from affordance.files.model_folder import MODELS
 from affordance.named_settings import Changes, change_settings
 from affordance.objects.tool import list_densities
@@ -32,6 +31,7 @@ from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.blow import simulate_blow
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import CameraSensor
+from helpers.short_holds import shorten
 from studies.learners import decoy_again
 from studies.learners.command import list_facts
 from studies.people.fit import load_groups
@@ -45,6 +45,7 @@ from studies.robustness.choosing import (
 )
 from studies.robustness.learning import collect_experience_at_rest
 from studies.seeing import experiment as vision
+from studies.side_by_side.sources import CURVES, describe_sources
 
 type Numbers = Mapping[str, Any]
 type Change = Callable[[pytest.MonkeyPatch], Settings]
@@ -78,7 +79,7 @@ ONE_KIND, OWN_KINDS = 8.0, 0.02
 @functools.cache
 def hold(name: str, settings: Settings = DEFAULT_SETTINGS) -> Numbers:
     """Simulation I or II by two observers."""
-    experiment = load_hold_experiment(name).with_settings(settings).with_duration(_HELD[name])
+    experiment = shorten(load_hold_experiment(name).with_settings(settings), _HELD[name])
     with tempfile.TemporaryDirectory() as folder:
         experience = experiment.gain_experience(Path(folder), repeats=_HOLDERS, jobs=1)
     runs = [experiment.run_observer(None, experience, repeat) for repeat in range(_HOLDERS)]
@@ -92,22 +93,13 @@ def believe_denser() -> Numbers:
 
 def compare_pictures(other: Settings) -> Numbers:
     """What one kind of features gives beside another, with other settings in place of the other kind."""
-    found: list[Numbers] = []
-    with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
-        patch.setattr("affordance.experiments.vision_comparison.draw_comparison", lambda panels: None)
-        patch.setattr("affordance.experiments.vision_comparison.save_figure", lambda *arguments: None)
-        patch.setattr(
-            "affordance.experiments.vision_comparison.render_section",
-            lambda path, numbers, facts: found.append(numbers),
-        )
-        patch.setattr("affordance.experiments.vision_comparison.write_section", lambda *arguments: None)
-        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other)):
-            kept = dataclasses.replace(DEFAULT_SETTINGS, feature_source=source)
-            save_vision_metrics(Path(folder) / "weight", hold("weight", settings), kept, seed=0, repeats=_HOLDERS)
-        compare_feature_sources(Path(folder))
-    assert NAME == "vision_comparison"
-    (numbers,) = found
-    return numbers
+    numbers = {
+        source.value: hold("weight", settings)
+        for source, settings in ((FeatureSource.FEATURES, DEFAULT_SETTINGS), (FeatureSource.PIXELS, other))
+    }
+    curves = [curve for curve in CURVES if curve.experiment == "weight"]
+    found = {curve: {way: np.asarray(of_one[curve.key]) for way, of_one in numbers.items()} for curve in curves}
+    return dict(describe_sources(found).numbers)
 
 
 def _build(changes: Mapping[str, float | str]) -> World:
@@ -214,7 +206,7 @@ def lift_decoy_again(*, kappa: float | None = None) -> Numbers:
     with pytest.MonkeyPatch.context() as patch:
         _widen(patch, kappa)
         patch.setattr(decoy_again, "NUM_DECOYS", 2)
-        weight = load_hold_experiment("weight").with_duration(_HELD["weight"])
+        weight = shorten(load_hold_experiment("weight"), _HELD["weight"])
         arrays = {
             learner: _stack([decoy_again.run_repeat(decoy_again.DecoyConfig(weight, learner), 0)])
             for learner in Learner

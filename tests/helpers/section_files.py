@@ -11,7 +11,8 @@ def find_sections() -> dict[str, Path]:
     """Finds the section files; that of the study of seeing is of the experiment ``vision``."""
     shipped = (ROOT / "affordance" / "experiments" / "sections").glob("*.yaml")
     studies = (ROOT / "studies").glob("*/section.yaml")
+    several = (ROOT / "studies").glob("*/sections/*.yaml")
     names = {"seeing": "vision"}
-    return {path.stem: path for path in shipped} | {
+    return {path.stem: path for path in (*shipped, *several)} | {
         names.get(path.parent.name, path.parent.name): path for path in studies
     }

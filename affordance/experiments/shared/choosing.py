@@ -18,15 +18,20 @@ from affordance.choice.observed_options import list_options
 from affordance.choice.off_axis import measure_changes
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError, BadValueError, SeeingError, UnavailableError, name_object
-from affordance.experiments.agreement import save_choices
 from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.choice_task import ChoicePlan, ChoiceTask
-from affordance.experiments.shared.correct_grip import check_one_grip_is_cheaper, remove_errors
-from affordance.experiments.shared.decisions import label_choices, let_observer_choose
+from affordance.experiments.shared.decisions import (
+    check_one_grip_is_cheaper,
+    compute_proportions,
+    describe_tools,
+    draw_proportions,
+    label_choices,
+    let_observer_choose,
+    remove_errors,
+)
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.experiments.shared.presentation_rows import describe_experience, stack_rows, write_rows
-from affordance.experiments.shared.proportions import compute_proportions, describe_tools, draw_proportions
 from affordance.experiments.shared.trajectories import label_motions
 from affordance.files.netcdf import Trajectories
 from affordance.objects.tool import Tool, list_densities
@@ -180,7 +185,7 @@ class ChoiceExperiment(Experiment):
     def compute_metrics(self, plan: ChoicePlan, experience: Experience | None, arrays: Arrays) -> dict[str, Any]:
         """Computes the numbers of metrics.json."""
         return {
-            **compute_proportions(self.novel, plan, arrays, self.experience),
+            **compute_proportions(self.novel, plan.choices, plan.simulated, plan.off_axis, arrays, self.experience),
             "density_true": {part.material.name: part.material.density for part in self.novel[0].components},
             **self.adapter.measure(self.novel, self.experience, plan),
         }
@@ -201,8 +206,6 @@ class ChoiceExperiment(Experiment):
         variables, coordinates = shown.trajectories or Trajectories({}, {})
         motions = label_motions([done.record for done in simulated.values()], "simulated, true densities")
         tools = [tool.name for tool in self.novel]
-        saved: dict[str, Any] = {"novel": self.novel, "choices": plan.choices, "chosen": arrays["paper"]}
-        saved |= {"numbers": numbers, "settings": self.settings, "seed": self.seed}
         draw = partial(draw_proportions, self.novel, numbers, title, len(arrays["bayes"]))
         return replace(
             shown,
@@ -212,10 +215,7 @@ class ChoiceExperiment(Experiment):
                 {"trial": list(simulated), "joint": trial.arm.joint_names, **coordinates, "tool": tools},
             ),
             diagram=lambda: trial.diagram,
-            writers={
-                "lifts": partial(self.write_lifts, experience, len(arrays["paper"])),
-                "choices": partial(save_choices, **saved),
-            },
+            writers={"lifts": partial(self.write_lifts, experience, len(arrays["paper"]))},
         )
 
     def write_lifts(self, experience: Experience, num_observers: int, folder: Path) -> None:

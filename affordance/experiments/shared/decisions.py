@@ -1,20 +1,78 @@
-"""Proportions with which observers choose the cheaper grip of a tool never held, for Simulations III and IV."""
+"""Choices of a grip of a tool never held, and the proportion of correct ones, for Simulations III and IV.
+
+The correct grip is the one of least work in simulations of the real objects without errors of vision, arm or sensors,
+however features are observed and whatever faults are active while observers learn.
+"""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
 from affordance.choice.inner_simulation import Choice
-from affordance.choice.ranking import NO_OPTION, Chosen, pick_cheapest, rank_options
-from affordance.experiments.shared.experience import Experience
+from affordance.choice.ranking import NO_OPTION, TIE, Chosen, pick_cheapest, rank_options
+from affordance.exceptions import BadValueError
+from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.colour import Colour
+from affordance.objects.symmetry import is_symmetric
+from affordance.objects.tool import Tool
+from affordance.proprioception.faults import NO_FAULTS
+from affordance.reporting import figures
+from affordance.reporting.formatting import count_observers
 from affordance.reporting.statistics import Estimate, estimate_proportion
 from affordance.runs.random_streams import Stream
+from affordance.settings import Settings
+from affordance.vision.features import FeatureSource, VisionError
+
+
+class Simulated(Protocol):
+    """Simulation of a task."""
+
+    @property
+    def work(self) -> float:
+        """Absolute work of the joints, [J]."""
+
+
+def remove_errors(settings: Settings) -> Settings:
+    """Returns settings without errors: true features, arm and sensors without a fault."""
+    return replace(settings, feature_source=FeatureSource.FEATURES, vision_error=VisionError(), faults=NO_FAULTS)
+
+
+def find_cheaper_grip(simulated: Mapping[str, Simulated]) -> str:
+    """Returns the name of the grip of least absolute work; all grips are known to complete the task."""
+    return min(simulated, key=lambda grip: simulated[grip].work)
+
+
+def check_one_grip_is_cheaper(path: Path, tool: Tool, works: Sequence[float]) -> None:
+    """Refuses a tool whose two cheapest grips cost the same, as neither would be correct.
+
+    Raises:
+        BadValueError: The two least works are equal within the tolerance of a tie.
+    """
+    cheapest, second, *others = sorted(works)
+    if second <= cheapest * (1.0 + TIE):
+        grips = "both grips" if not others else f"two of its {len(works)} grips"
+        problem = f"costs {cheapest:g} J in {grips}, must have a cheaper one"
+        raise BadValueError(path, f"tools: {tool.name}", problem)
+
+
+def find_grip_of_densest(tool: Tool, *, at_hand: bool) -> str:
+    """Returns the name of the grip with the densest material nearest to the hand, or farthest from it."""
+
+    def measure(held: Tool) -> float:
+        densest = max(held.components, key=lambda part: part.material.density)
+        return float(np.linalg.norm(densest.X_TE[:3, 3]))
+
+    distances = {grip: measure(held) for grip, held in tool.list_gripped().items()}
+    return (min if at_hand else max)(distances, key=distances.__getitem__)
+
 
 # Number of choices before any experience, all drawn from the one prior.
 NUM_PRIOR_CHOICES = 10_000
@@ -118,3 +176,95 @@ def label_choices(arrays: Mapping[str, NDArray[Any]]) -> dict[str, LabelledArray
             ("repeat", "moment"), arrays["bayes"], "1", f"{meaning}; least expected absolute work, first tool"
         ),
     }
+
+
+def compute_proportions(
+    novel: Sequence[Tool],
+    choices: Mapping[str, Choice],
+    simulated: Mapping[str, Mapping[str, Simulated]],
+    off_axis: Mapping[str, float],
+    arrays: Mapping[str, NDArray[Any]],
+    experience: ExperienceConfig,
+) -> dict[str, Any]:
+    """Computes the proportions of correct choices.
+
+    Args:
+        novel: Novel tools; the first is the paper's.
+        choices: Choice of a grip, by tool.
+        simulated: Simulations of the task under the true densities, by tool and grip.
+        off_axis: Largest relative change of the work if a part is shifted, by tool.
+        arrays: Choices of all observers; see ``let_observer_choose``.
+        experience: Configuration of the experience.
+    """
+    correct = {name: find_cheaper_grip(done) for name, done in simulated.items()}
+    tools = {}
+    estimates: dict[str, Estimate] = {}
+    for index, (name, choice) in enumerate(choices.items()):
+        grips = [option.grip for option in choice.options]
+        before = choose_before_experience(choice, experience.colours, experience.seed)
+        estimates[name] = estimate_correct(arrays["paper"][:, index], before, grips.index(correct[name]))
+        tools[name] = {
+            "p_correct": estimates[name].mean,
+            "p_correct_ci95": estimates[name].ci95,
+            "correct_grip": correct[name],
+            "energy_true": {grip: done.work for grip, done in simulated[name].items()},
+            "chance": estimates[name].mean[0],
+            "chance_by_symmetry": is_symmetric(novel[index]),
+            "energy_ratio_true": compute_energy_ratio(simulated[name]),
+            "off_axis_2mm_change": off_axis[name],
+        }
+    first, *others = choices
+    grips = [option.grip for option in choices[first].options]
+    bayes = estimate_correct(arrays["bayes"], None, grips.index(correct[first]))
+    numbers = {
+        "p_correct": estimates[first].mean,
+        "p_correct_ci95": estimates[first].ci95,
+        "p_correct_bayes": bayes.mean,
+        "p_correct_bayes_ci95": bayes.ci95,
+        "effort_flips": arrays["flips"].mean(axis=0),
+        "correct_grip": correct[first],
+        "energy_ratio_true": tools[first]["energy_ratio_true"],
+        "tools": tools,
+        "off_axis_2mm_change": max(off_axis.values()),
+    }
+    if others:
+        numbers["p_correct_headed_tool"] = estimates[others[0]].mean
+        numbers["p_correct_headed_tool_ci95"] = estimates[others[0]].ci95
+        numbers["correct_grip_headed_tool"] = correct[others[0]]
+        numbers["energy_true_headed_tool"] = tools[others[0]]["energy_true"]
+    return numbers
+
+
+def compute_energy_ratio(simulated: Mapping[str, Simulated]) -> float:
+    """Computes the ratio of the work with the costliest grip to that with the cheapest."""
+    works = [done.work for done in simulated.values()]
+    return max(works) / min(works)
+
+
+def describe_tools(tools: Sequence[Tool], numbers: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns the facts about the tools that section files name."""
+    effort = numbers["effort_true"]
+    return {
+        "first": tools[0].name,
+        "others": [tool.name for tool in tools[1:]],
+        "materials": {
+            tool.name: list(dict.fromkeys(part.material.name for part in tool.components)) for tool in tools
+        },
+        "num_trials": len(numbers["p_correct"]) - 1,
+        "least_effort_grip": min(effort, key=effort.__getitem__),
+    }
+
+
+def draw_proportions(tools: Sequence[Tool], numbers: Mapping[str, Any], title: str, num_observers: int) -> Figure:
+    """Draws the proportions of correct choices, figures 8 and 10."""
+    estimates = {
+        f"{name} (chance by symmetry)" if each["chance_by_symmetry"] else name: Estimate(
+            each["p_correct"], *np.moveaxis(each["p_correct_ci95"], -1, 0)
+        )
+        for name, each in numbers["tools"].items()
+    }
+    first = tools[0].name
+    estimates[f"{first}, least expected absolute work"] = Estimate(
+        numbers["p_correct_bayes"], *np.moveaxis(numbers["p_correct_bayes_ci95"], -1, 0)
+    )
+    return figures.draw_choices(estimates, title=f"{title}, {count_observers(num_observers)}, 95 % intervals")

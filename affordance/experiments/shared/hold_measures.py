@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.belief.learner import Learner
 from affordance.experiments.definition import Arrays
 from affordance.experiments.shared.presentation_rows import ROW
 from affordance.proprioception.outlier_check import OUTLIER_P_VALUE
@@ -29,22 +28,8 @@ _OF_HEIGHTS: Mapping[Measure, tuple[str, Any]] = {
 _ARRAYS = {Measure.SAMPLES_REJECTED: "rejected", Measure.DENSITY_MODE: "density_mode"}
 
 
-def select_learner(arrays: Arrays, learner: Learner, place: int) -> Arrays:
-    """Returns the arrays of one learner; place is its index among the learners."""
-    prefix = f"{learner.value}: "
-    if place == 0:
-        return {name: array for name, array in arrays.items() if ": " not in name}
-    return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
-
-
 def compare_parameters(predicted: Array, true: Array, measure: Measure) -> Array:
-    """Computes predicted mass, or the error of predicted mass, centre of mass or moments of inertia, (R, K).
-
-    Args:
-        predicted: Predicted inertial parameters, (R, K, 10).
-        true: True inertial parameters, (R, K, 10).
-        measure: Measure to compute.
-    """
+    """Computes predicted mass, or an error of mass, centre of mass or moments, (R, K), of parameters (R, K, 10)."""
     if measure is Measure.EXPECTED_MASS:
         return predicted[..., 0]
     if measure is Measure.MASS_ERROR:
@@ -59,14 +44,7 @@ def compare_parameters(predicted: Array, true: Array, measure: Measure) -> Array
 
 
 def get_measure(arrays: Arrays, quantiles: Sequence[float], measure: Measure, quantile: float) -> Any:
-    """Returns a measure of all observers; see ``MeasuredObservers``.
-
-    Args:
-        arrays: Arrays of all observers.
-        quantiles: Quantiles of the beliefs that are stored.
-        measure: Measure to return.
-        quantile: Quantile of the belief, one of ``quantiles``.
-    """
+    """Returns a measure of all observers, of a quantile of the belief that is stored; see ``MeasuredObservers``."""
     if measure is Measure.DENSITY:
         return arrays["density_quantiles"][..., list(quantiles).index(quantile)]
     if measure is Measure.DENSITIES:

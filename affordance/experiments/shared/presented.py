@@ -19,7 +19,7 @@ from affordance.belief.object_belief import Memory
 from affordance.experiments.definition import Arrays, Experiment, Outputs
 from affordance.experiments.shared.experience import Experience, ExperienceConfig, build_experience
 from affordance.experiments.shared.gain_experience import collect_experience
-from affordance.experiments.shared.hold_measures import get_measure, select_learner
+from affordance.experiments.shared.hold_measures import get_measure
 from affordance.experiments.shared.presentation_rows import (
     ROW,
     Presented,
@@ -31,7 +31,7 @@ from affordance.experiments.shared.presentation_rows import (
 from affordance.experiments.shared.trajectories import stack_presentations
 from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
-from affordance.protocols.block_entries import BlockEntry, change_holds
+from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.layout import Layout, lay_out
 from affordance.protocols.measured import MeasuredObservers, compute_numbers, compute_of_observers
 from affordance.protocols.number_entries import FigureEntry, NumberEntry
@@ -165,12 +165,8 @@ class PresentationExperiment(Experiment):
         """Returns the experiment with other objects."""
         return replace(self, objects=ProtocolObjects(tuple(tools), groups, self.objects.path))
 
-    def with_duration(self, duration: float, repetitions: int | None = None) -> "PresentationExperiment":
-        """Returns the experiment with holds of another duration, [s], and other repetitions of the first block."""
-        return replace(self, blocks=change_holds(self.blocks, duration, repetitions))
-
     def split(self) -> list[tuple[str, "PresentationExperiment"]]:
-        """Returns one experiment per learner, with the prefix of the names of its arrays; see ``select_learner``."""
+        """Returns one experiment per learner, with the prefix of the names of its arrays; see ``select``."""
         return [
             (f"{learner.value}: " if place else "", self.with_learners([learner]))
             for place, learner in enumerate(self.learners)
@@ -281,22 +277,20 @@ class PresentationExperiment(Experiment):
         }
 
     def select(self, arrays: Arrays, learner: Learner) -> Arrays:
-        """Selects the arrays of one learner."""
-        return select_learner(arrays, learner, self.learners.index(learner))
+        """Selects the arrays of one learner; see ``split``."""
+        if learner is self.learners[0]:
+            return {name: array for name, array in arrays.items() if ": " not in name}
+        prefix = f"{learner.value}: "
+        return {name.removeprefix(prefix): array for name, array in arrays.items() if name.startswith(prefix)}
 
     def measure(self, arrays: Arrays) -> MeasuredObservers:
-        """Returns the measures of all observers of one learner, from their arrays."""
-        layout = self.layout
-        get = partial(get_measure, self.select_measured(arrays), self.quantiles)
-        return MeasuredObservers(self.objects, arrays["presented"], get, layout.find_measured)
-
-    def select_measured(self, arrays: Arrays) -> Arrays:
-        """Selects the rows of the measured presentations; other arrays are left unchanged."""
-        rows = {name for name in arrays if name.startswith(ROW)}
-        if not rows:
-            return arrays
-        measured = np.array([self.blocks[index].measured for index in arrays[f"{ROW}block"][0]])
-        return {name: array[:, measured] if name in rows else array for name, array in arrays.items()}
+        """Returns the measures of all observers of one learner, from their arrays; rows of measured presentations."""
+        rows = [name for name in arrays if name.startswith(ROW)]
+        if rows:
+            measured = np.array([self.blocks[index].measured for index in arrays[f"{ROW}block"][0]])
+            arrays = {**arrays, **{name: arrays[name][:, measured] for name in rows}}
+        get = partial(get_measure, arrays, self.quantiles)
+        return MeasuredObservers(self.objects, arrays["presented"], get, self.layout.find_measured)
 
     def list_facts(self, plan: None, numbers: Mapping[str, Any]) -> dict[str, Any]:
         """Returns the names of the objects, and further facts of the means."""

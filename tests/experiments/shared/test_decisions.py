@@ -1,5 +1,8 @@
 """How often the cheaper grip is chosen, by observers whose beliefs are made up."""
 
+import dataclasses
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from helpers.shared import compute_once
@@ -8,18 +11,27 @@ from helpers.two_tools import HAMMER, REACH, STEEL, STICK, WOOD
 from affordance.choice.inner_simulation import plan_choice
 from affordance.choice.observed_options import list_options
 from affordance.choice.ranking import NO_OPTION, Ranking
+from affordance.exceptions import BadValueError
 from affordance.experiments.shared import decisions
 from affordance.experiments.shared.decisions import (
     NUM_PRIOR_CHOICES,
+    check_one_grip_is_cheaper,
     choose_before_experience,
     choose_by_expectation,
     choose_by_sample,
     count_correct,
     estimate_correct,
+    find_cheaper_grip,
+    find_grip_of_densest,
     label_choices,
     let_observer_choose,
+    remove_errors,
 )
 from affordance.experiments.shared.experience import Experience
+from affordance.files.model_folder import MODELS
+from affordance.proprioception.faults import Faults
+from affordance.settings import DEFAULT_SETTINGS
+from affordance.vision.features import FeatureSource, VisionError
 
 # Densities of wood and steel of which the answer is known: the heavier end belongs into the hand; the hammer's handle
 # is the longer lever, so that it takes more than a heavier wood to hold it there; the last is too heavy for the arm.
@@ -127,3 +139,43 @@ def test_choices_are_labelled_by_observer_tool_and_moment():
         assert labelled.dimensions == dimensions
         assert labelled.values.ndim == len(dimensions)
         assert "index of the grip chosen, -1 if none can be used" in labelled.meaning
+
+
+def test_cheaper_grip_is_that_of_least_work():
+    simulated = {"wood": SimpleNamespace(work=2.0), "steel": SimpleNamespace(work=1.5)}
+    assert find_cheaper_grip(simulated) == "steel"
+
+
+@pytest.mark.parametrize("works", [(8.0, 8.0), (8.0, 8.0 * (1.0 + 1e-10))])
+def test_tool_without_a_cheaper_grip_is_rejected(works):
+    with pytest.raises(
+        BadValueError, match=r"novel.yaml: tools: stick: costs 8 J in both grips, must have a cheaper"
+    ):
+        check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, works)
+
+
+def test_of_more_than_two_grips_the_two_cheapest_must_differ():
+    path = MODELS / "tools" / "novel.yaml"
+    check_one_grip_is_cheaper(path, STICK, (9.0, 8.0, 9.0))
+    with pytest.raises(BadValueError, match=r"stick: costs 8 J in two of its 3 grips, must have a cheaper one$"):
+        check_one_grip_is_cheaper(path, STICK, (8.0, 9.0, 8.0))
+    check_one_grip_is_cheaper(MODELS / "tools" / "novel.yaml", STICK, (8.0, 8.001))
+
+
+def test_heavy_end_is_found_by_its_material_not_by_its_name():
+    assert find_grip_of_densest(STICK, at_hand=True) == "steel"
+    assert find_grip_of_densest(STICK, at_hand=False) == "wood"
+    swapped = [
+        dataclasses.replace(grip, name=name) for grip, name in zip(STICK.grips, ("left", "right"), strict=True)
+    ]
+    assert find_grip_of_densest(dataclasses.replace(STICK, grips=tuple(swapped)), at_hand=True) == "right"
+
+
+def test_nothing_is_mistaken_where_errors_are_removed():
+    mistaken = dataclasses.replace(
+        DEFAULT_SETTINGS,
+        feature_source=FeatureSource.PIXELS,
+        vision_error=VisionError(size=0.1),
+        faults=Faults(arm_mass_factor=1.05),
+    )
+    assert remove_errors(mistaken) == DEFAULT_SETTINGS

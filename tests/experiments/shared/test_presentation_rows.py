@@ -5,6 +5,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.short_holds import shorten
 
 from affordance.cli import main
 from affordance.exceptions import BadValueError
@@ -70,7 +71,7 @@ def test_every_lift_of_every_observer_of_every_learner_is_a_row(short, tmp_path)
 
 def test_rows_of_simulated_presentations_and_of_what_came_before_them(tmp_path):
     """Simulation II: holds in which observers learn, shared by three simulations; then three in which they do not."""
-    experiment = load_hold_experiment("com").with_duration(0.3, repetitions=1)
+    experiment = shorten(load_hold_experiment("com"), 0.3, repetitions=1)
     run_experiment(experiment, None, tmp_path / "com", repeats=2, jobs=1)
     rows = read(tmp_path / "com" / "lifts.csv")
     assert len(rows) == 2 * (2 + 3)

@@ -3,6 +3,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.short_holds import shorten
 
 from affordance.belief.kinds_summary import summarise_kinds
 from affordance.belief.learner import Learner
@@ -77,7 +78,7 @@ def test_what_is_remembered_can_be_read(observed):
 def test_honest_objects_teach_what_they_teach_with_one_density(weight):
     """Simulations II to IV, one observer: densities, and how often the right grip is chosen."""
     com = load_hold_experiment("com")
-    com = com.with_duration(0.5, repetitions=2)
+    com = shorten(com, 0.5, repetitions=2)
     found = {}
     for learner in (Learner.DENSITY, Learner.KINDS_MAP):
         config = honest_objects.HonestConfig(com, weight.settings.arm.parent, learner)
@@ -107,7 +108,7 @@ def test_study_writes_what_it_found(tmp_path, capsys, monkeypatch, weight):
         return {learner.value: honest_objects.compute_metrics(arrays) for learner in Learner}
 
     monkeypatch.setattr(honest_objects, "run", pretend)
-    monkeypatch.setattr(study_learners, "load_hold_experiment", lambda *_: weight.with_duration(0.5))
+    monkeypatch.setattr(study_learners, "load_hold_experiment", lambda *_: shorten(weight, 0.5))
     monkeypatch.setattr(decoy_again, "NUM_DECOYS", 2)
     parser = argparse.ArgumentParser()
     study_learners.STUDY.add_arguments(parser)

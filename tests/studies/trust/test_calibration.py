@@ -7,7 +7,6 @@ import pytest
 from scipy.stats import binom, chi2, norm
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.experiments.within_trial import WHITE
 from affordance.proprioception.estimator import compute_posterior
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS
@@ -16,6 +15,7 @@ from affordance.vision.visual_prior import predict_object
 from studies.trust import calibration
 from studies.trust.calibration import COVERAGES, assess, build_config, draw_truth, find_positions, run_draw
 from studies.trust.cramer_rao import compute_bound, feel_at_rest
+from studies.within_trial.study import WHITE
 
 NUM_DRAWS = 400
 

@@ -3,24 +3,34 @@
 import dataclasses
 import json
 import shutil
+from functools import partial
 
 import numpy as np
 import pytest
 from helpers.results_files import check_names, check_results, read_section, render
 from helpers.shared import make_folder_once
+from helpers.slow_arm import make_slow_models
 
 from affordance.choice.blow_cost import BlowCost
+from affordance.choice.hammer import load_hammer
+from affordance.choice.off_axis import list_shifted, measure_change
 from affordance.choice.ranking import NO_OPTION
 from affordance.exceptions import BadValueError
-from affordance.experiments.hammer.drawings import label_blows
-from affordance.experiments.hammer.measures import compute_share_of_light_ends
+from affordance.experiments.blows import compute_share_of_light_ends, label_blows
+from affordance.experiments.hammer import Hammering
 from affordance.experiments.protocol_runs import load_choice_experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared import choosing
 from affordance.experiments.shared.gain_experience import collect_experience
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.plant.arm import ARM
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
 from affordance.proprioception.faults import Faults
+from affordance.settings import Settings
 from affordance.vision.features import FeatureSource
 
 SHAPES = {
@@ -253,3 +263,18 @@ def test_arm_that_can_drive_no_nail_is_rejected_without_a_bound(tmp_path, monkey
     )
     with pytest.raises(BadValueError, match=r"2\.4 times its torque limit; no depth is within the joints' limits$"):
         plan_stick(tmp_path / "models")
+
+
+def test_work_is_that_of_the_planned_blow_on_an_arm_of_any_speed(tmp_path, monkeypatch):
+    models = make_slow_models(tmp_path)
+    settings, task = Settings(arm=models / ARM.name), load_hammer(models / "nail.yaml")
+    stick, *_ = load_tools(models / "tools" / "novel.yaml", load_materials(models / "materials.yaml"))
+    grip = stick.grips[0]
+    held = stick.gripped_by(grip)
+    planned = task.build_cost(ArmModel(load_arm(settings.arm)), held.components, settings)
+    assert planned.speeds[-1] < 1.0
+    compute_work = partial(Hammering(task).compute_work, settings, {stick.name: {grip.name: planned}})
+    (expected,) = planned.compute(held.parameters[None]).work
+    assert compute_work(held) == pytest.approx(expected, rel=5e-3)
+    monkeypatch.setattr("affordance.choice.off_axis.list_shifted", lambda tool: [*list_shifted(tool)][4:6])
+    assert 0.0 < measure_change(compute_work, stick, grip) < 0.1

@@ -1,10 +1,13 @@
-"""What Simulation I shows of the time within a trial."""
+"""What the first trial of Simulation I shows of the time within it."""
+
+import json
 
 import numpy as np
 import pytest
 
-from affordance.experiments.within_trial import BY_POSTERIOR, BY_PRIOR, EVERY_SAMPLE, ONE_PERCEPT, WithinTrialStudy
+from affordance.cli import main
 from affordance.reporting.figures import save_figure
+from studies.within_trial.study import BY_POSTERIOR, BY_PRIOR, EVERY_SAMPLE, ONE_PERCEPT, WithinTrialStudy
 
 
 @pytest.fixture(scope="module")
@@ -51,3 +54,13 @@ def test_figures_show_what_was_found(study, tmp_path):
     for name, figure in (("posterior", growth), ("sinking", sinking)):
         save_figure(figure, tmp_path, name)
         assert (tmp_path / f"{name}.png").stat().st_size > 10_000
+
+
+def test_command_writes_section_and_numbers(tmp_path):
+    assert main(["study", "within_trial", "--out", str(tmp_path), "--set", "posterior_log_period=0.5"]) == 0
+    numbers = json.loads((tmp_path / "within_trial" / "metrics.json").read_text(encoding="utf-8"))
+    assert numbers.keys() == {"posterior_sd", "posterior_sd_at_rest", "height_lowest_m", "height_end_m", "seed"}
+    assert all(len(values) == 32 for values in numbers["posterior_sd"].values())
+    section = json.loads((tmp_path / "within_trial" / "section.json").read_text(encoding="utf-8"))
+    assert [figure["file"] for figure in section["figures"]] == ["posterior.png", "sinking.png"]
+    assert "rod_10cm" in section["summary"]

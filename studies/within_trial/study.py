@@ -5,10 +5,9 @@ the engineer's, an independent error in every sample; and the paper's control, w
 whole trial, with control by the posterior as it narrows.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,16 +15,14 @@ from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.belief.material_memory import MaterialMemory
-from affordance.files.atomic import write_json
 from affordance.objects.tool import Tool
 from affordance.plant.load import load_arm
 from affordance.proprioception.static_hold import StaticHold
 from affordance.proprioception.torque_noise import NoiseModel, WhiteNoise
-from affordance.protocols.number_entries import FigureEntry
-from affordance.reporting.within_trial_figures import Growth, Sinking, draw_growth, draw_sinking
 from affordance.settings import Settings
 from affordance.simulation.trial import get_runner
 from affordance.simulation.trial_record import TrialRecord
+from studies.within_trial.figures import Growth, Sinking, draw_growth, draw_sinking
 
 QUARTILES = (0.25, 0.5, 0.75)
 # One hundredth of the torque limit of the strongest joint, the accuracy quoted for torque sensors of robots, [N m].
@@ -67,7 +64,7 @@ class WithinTrialStudy:
         return WithinTrial(growth, records)
 
     def summarise(self) -> dict[str, Any]:
-        """Returns the numbers of within_trial.json: standard deviations of the density, their theory, and heights."""
+        """Returns the numbers of metrics.json: standard deviations of the density, their theory, and heights."""
         found = self.run()
         return {
             "posterior_sd": {name: growth.sd for name, growth in found.growth.items()},
@@ -124,16 +121,3 @@ class WithinTrialStudy:
         independent = counts if noise is WHITE else np.minimum(counts, 1)
         sd: Array = 1.0 / np.sqrt(1.0 / sd_before**2 + independent * says)
         return sd
-
-
-def draw_within_trial(
-    entries: Mapping[str, FigureEntry], study: WithinTrialStudy
-) -> tuple[dict[str, Callable[[], Figure]], dict[str, Callable[[Path], None]]]:
-    """Returns the functions that draw a protocol's figures within a trial, and those that write their numbers."""
-    draw = {"belief within a trial": study.draw_growth, "sinking": study.draw_sinking}
-    figures = {name: draw[entry.draw] for name, entry in entries.items() if entry.draw in draw}
-
-    def write(folder: Path) -> None:
-        write_json(folder / "within_trial.json", study.summarise())
-
-    return figures, {"within_trial": write} if figures else {}

@@ -1,1 +1,0 @@
-"""Simulation IV: choosing a grip for hammering."""

@@ -1,0 +1,45 @@
+"""``affordance study side_by_side``: compares finished runs of the paper's simulations."""
+
+import argparse
+from pathlib import Path
+
+from affordance.commands.options import add_out
+from affordance.exceptions import BadValueError
+from studies.side_by_side.sources import compare_sources
+from studies.side_by_side.tasks import TASKS, compare_tasks
+from studies.study import Study, Work
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Adds the arguments of the command."""
+    add_out(parser)
+    parser.add_argument(
+        "--pixels", type=Path, metavar="DIR", help="results of the same experiments, run with --vision pixels"
+    )
+
+
+def plan(arguments: argparse.Namespace) -> Work:
+    """Compares what there is.
+
+    Raises:
+        BadValueError: There is nothing to compare, a file is not that of a finished run, or runs differ in more than
+            what is compared.
+    """
+    out: Path = arguments.out
+    found = [compare_tasks(out)]
+    if arguments.pixels is not None:
+        found.append(compare_sources(out, arguments.pixels))
+        if found[-1] is None:
+            raise BadValueError("--pixels", "", f"is '{arguments.pixels}', which holds no experiment of {out}")
+    findings = [each for each in found if each is not None]
+    if not findings:
+        raise BadValueError("--out", "", f"is '{out}', must hold both {' and '.join(TASKS)}, or give --pixels")
+    return lambda folder: findings
+
+
+STUDY = Study(
+    HELP="compare finished runs: choices for both tasks, and true features with pictures",
+    add_arguments=add_arguments,
+    plan=plan,
+    folder="",
+)

@@ -1,0 +1,19 @@
+"""Experiments of presentations with shorter and fewer holds."""
+
+from dataclasses import replace
+
+from affordance.experiments.shared.presented import PresentationExperiment
+
+
+def shorten(
+    experiment: PresentationExperiment, duration: float, repetitions: int | None = None
+) -> PresentationExperiment:
+    """Returns the experiment with holds of another duration, [s], and other repetitions of the first block."""
+    blocks = list(experiment.blocks)
+    for index, block in enumerate(blocks):
+        if block.do.hold is not None:
+            hold = block.do.hold.model_copy(update={"duration": duration})
+            blocks[index] = block.model_copy(update={"do": block.do.model_copy(update={"hold": hold})})
+    if repetitions is not None:
+        blocks[0] = blocks[0].model_copy(update={"repetitions": repetitions})
+    return replace(experiment, blocks=tuple(blocks))
