@@ -305,5 +305,7 @@ def contradict(section, claims):
 
 def test_every_section_and_protocol_with_claims_is_here():
     protocols = {path.stem for path in (MODELS / "protocols").glob("*.yaml")}
-    assert {name for name in SECTIONS.keys() | protocols | {TASKS} if list_claims_of(name)} == ALL.keys()
+    # What would contradict the claims of trust is a fault of the program itself.
+    names = SECTIONS.keys() - {"trust"} | protocols | {TASKS}
+    assert {name for name in names if list_claims_of(name)} == ALL.keys()
     assert np.all([section.by for section in ALL.values()])
