@@ -42,8 +42,8 @@ class LoadBelief(NamedTuple):
 
     Attributes:
         bodies: Samples of the ten parameters.
-        parts: Posterior of a seen object, its materials updated; None before the first sample, without a camera, and
-            if no densities of the seen parts explain the load.
+        parts: Posterior of a seen object, its materials updated; None as long as the belief is the prior, without a
+            camera, and if no densities of the seen parts explain the load.
     """
 
     bodies: WeightedBodies
@@ -62,7 +62,7 @@ class PayloadIdentifier(SampledSystem):
         signal: Torques or currents, (n,).
 
     Output ports:
-        bodies: Posterior of the ten parameters, WeightedBodies; the prior before the first sample.
+        bodies: Posterior of the ten parameters, WeightedBodies; the prior before there are enough samples for an error.
         belief: Posterior of the ten parameters and of a seen object's materials, LoadBelief.
         statistics: Sums so far, JointStatistics.
     """
@@ -163,7 +163,7 @@ class PayloadIdentifier(SampledSystem):
         statistics = self._calc_statistics(context)
         # A seed that is a function of the sums, so that a replayed Context agrees.
         rng = np.random.default_rng((self._settings.seed, statistics.num_rows))
-        if not statistics.counts.any():
+        if not self._errors.can_estimate(statistics):  # so few samples are explained exactly, by any load
             return LoadBelief(self._draw_prior(rng), None)
         likelihood, mode, *_ = fit_statistics(
             statistics, self._errors, self._prior, self._solid, max_iterations=_MAX_ROUNDS

@@ -67,6 +67,15 @@ def test_belief_is_the_prior_first_and_narrows_with_every_stretch(robot, gains, 
     assert abs(mass - batch.mass) < 2.0 * batch.mass_sd
 
 
+def test_belief_of_a_few_samples_is_possible(robot, gains, pair):
+    simulator, identifier, context = _replay(robot, gains, pair)
+    port = identifier.GetOutputPort("bodies")
+    for sample in range(12):
+        simulator.AdvanceTo(sample / pair.rate)
+        simulator.AdvancePendingEvents()
+        assert is_possible(port.Eval(context).pi).all()
+
+
 def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng):
     materials = load_materials(MODELS / "materials.yaml")
     tools = load_tools(MODELS / "tools" / "novel.yaml", materials)

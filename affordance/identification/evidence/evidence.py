@@ -38,6 +38,10 @@ class ErrorModel(NamedTuple):
     correlated: bool
     least_variance: Array
 
+    def can_estimate(self, statistics: JointStatistics) -> bool:
+        """Returns whether a channel has more samples than are fitted to it, so that a residual shows its error."""
+        return bool((statistics.counts > _count_fitted(statistics)).any())
+
     def estimate_variance(self, statistics: JointStatistics, weights: Array) -> Array:
         """Estimates the long-run variance of each channel's error from a residual, shape (C,).
 
@@ -55,9 +59,14 @@ class ErrorModel(NamedTuple):
         if self.correlated:
             variance = np.maximum(variance, statistics.sum_block_squares(weights) / count)
         independent = count * single / variance
-        fitted = _OWN + _SHARED / statistics.num_channels
+        fitted = _count_fitted(statistics)
         variance = variance * independent / np.maximum(independent - fitted, np.minimum(independent, _FEWEST))
         return np.where(statistics.counts > 0, np.maximum(variance, self.least_variance), 1.0)
+
+
+def _count_fitted(statistics: JointStatistics) -> float:
+    """Returns the number of unknowns that are fitted to each channel."""
+    return _OWN + _SHARED / statistics.num_channels
 
 
 @dataclass(frozen=True)
