@@ -62,7 +62,7 @@ class PayloadIdentifier(SampledSystem):
         signal: Torques or currents, (n,).
 
     Output ports:
-        bodies: Posterior of the ten parameters, WeightedBodies; the prior before there are enough samples for an error.
+        bodies: Posterior of the ten parameters, WeightedBodies; the prior while samples are too few to show an error.
         belief: Posterior of the ten parameters and of a seen object's materials, LoadBelief.
         statistics: Sums so far, JointStatistics.
     """
