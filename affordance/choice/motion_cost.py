@@ -147,14 +147,18 @@ class MotionCost:
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
-        # Torques over their limits, linear in [pi, 1], rows stacked by node and joint: one matrix product gives them.
+        # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that one
+        # matrix product gives work and load.
         tau_max = np.tile(model.arm.limits.tau_max, len(moments))
-        self._loads = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()]) / tau_max[:, None]
-        self._signed_powers = self._weight * v[:num_nodes].reshape(-1) * tau_max[: v[:num_nodes].size]
+        unit = np.where(np.isfinite(tau_max), tau_max, 1.0)
+        torques = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()])
+        self._loads = torques / unit[:, None]
+        self._limited = None if np.isfinite(tau_max).all() else np.isfinite(tau_max)
+        count = num_nodes * v.shape[1]
+        self._signed_powers = self._weight * v[:num_nodes].ravel() * unit[:count]
         self._powers = np.abs(self._signed_powers)
         # The integral of |tau|^2 is a quadratic form in [pi, 1].
-        torques = self._loads[: len(self._powers)] * tau_max[: len(self._powers), None]
-        self._effort = self._weight * torques.T @ torques
+        self._effort = self._weight * torques[:count].T @ torques[:count]
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
         """Returns a copy of the motion's costs that compares by another measure."""
@@ -181,7 +185,9 @@ class MotionCost:
                 balance[chunk] = self._signed_powers @ loads[: len(self._powers)]
             np.abs(loads, out=loads)
             work[chunk] = self._powers @ loads[: len(self._powers)]
-            load[chunk] = loads.max(axis=0)
+            if self._limited is not None:
+                loads = loads[self._limited]
+            load[chunk] = loads.max(axis=0, initial=0.0)
         cost = effort if self._measure is CostMeasure.EFFORT else work
         if share != 1.0:
             cost = 0.5 * ((1.0 + share) * work + (1.0 - share) * balance)
@@ -190,6 +196,8 @@ class MotionCost:
     def compute_joint_loads(self, pi: Array) -> Array:
         """Computes each joint's largest torque relative to its limit, (num_joints, S); see ``compute``."""
         parts = np.abs(self._loads @ np.column_stack([pi, np.ones(len(pi))]).T)
+        if self._limited is not None:
+            parts[~self._limited] = 0.0
         loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
         return loads
 
