@@ -11,6 +11,7 @@ test can compare the pages with them without results.
 
 import json
 import re
+import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -21,7 +22,7 @@ from affordance.reporting.expressions import evaluate
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "docs" / "numbers.json"
 _MARK = re.compile(r"<!--=(?P<folder>[\w/]+): (?P<expression>[^|;]+?); (?P<format>[^|;>]+?)-->(?P<text>.*?)<!--/-->")
-# What of a run is kept with its values.
+# Entries of a run that are kept with its values.
 _RUN = ("repeats", "seed", "commit", "finished")
 
 
@@ -74,6 +75,11 @@ def collect(results: Path, kept: Mapping[str, Any]) -> dict[str, Any]:
         if path.is_file():
             metrics = json.loads(path.read_text(encoding="utf-8"))
             run = {name: metrics[name] for name in _RUN if name in metrics}
+            number = kept.get(mark.folder, {}).get("run", {}).get("repeats")
+            if number is not None and run["repeats"] != number:  # those of `make run` are fewer
+                sys.exit(
+                    f"{path}: is of {run['repeats']} repeats, the pages are of {number}: run with --repeats {number}"
+                )
             entry["run"] = run | {"affordance": metrics.get("versions", {}).get("affordance")}
             entry["values"][mark.expression] = evaluate(mark.expression, metrics)
         else:

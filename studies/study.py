@@ -54,7 +54,7 @@ class Findings(NamedTuple):
         return rendered._replace(tables=[*rendered.tables, *self.tables])
 
 
-# Function that runs a study in its folder, and yields findings, each of which replaces those before.
+# Function that runs a study in its folder, and yields findings, each of which replaces those before of its folder.
 type Work = Callable[[Path], Iterable[Findings]]
 
 
@@ -98,14 +98,16 @@ class Study:
         self.check(arguments)
         work = self.plan(arguments)
         folder = prepare_folder(arguments.out) / self.folder
+        last: dict[str, tuple[Findings, Path]] = {}
         for findings in work(folder):
-            section = findings.section or self.section
-            written = write_findings(findings, folder / findings.folder, section)
-        if section is None:
-            print(f"The numbers: {written}")
-            return 0
-        print_section(findings.render(section))
-        print(f"The report: {written}")
+            written = write_findings(findings, folder / findings.folder, findings.section or self.section)
+            last[findings.folder] = findings, written
+        for findings, written in last.values():
+            if (section := findings.section or self.section) is None:
+                print(f"The numbers: {written}")
+            else:
+                print_section(findings.render(section))
+                print(f"The report: {written}")
         return 0
 
 

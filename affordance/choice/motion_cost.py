@@ -147,8 +147,8 @@ class MotionCost:
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
         Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
-        # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that one
-        # matrix product gives work and load.
+        # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that
+        # one matrix product gives work and load.
         tau_max = np.tile(model.arm.limits.tau_max, len(moments))
         unit = np.where(np.isfinite(tau_max), tau_max, 1.0)
         torques = np.column_stack([Y.reshape(-1, NUM_PARAMETERS), tau_arm.ravel()])

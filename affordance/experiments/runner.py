@@ -93,6 +93,7 @@ def run_experiment(experiment: Experiment, plan: Any, folder: Path, *, repeats: 
         "run_shown": OBSERVER_SHOWN,
         "config": experiment,
         "setup": describe_setup(experiment),
+        "inputs": compute_key("", settings.arm.parent),
         "versions": list_versions(),
         "commit": commit,
         "wall_s": time.perf_counter() - start,

@@ -38,6 +38,8 @@ EXPERIMENTS = ("weight", "com", "reach", "hammer", "vision")
 DEFAULT_REPEATS = 200
 # Study of vision, which is part of "all".
 _VISION = "studies.seeing.experiment"
+# Sections that compare finished runs (studies/side_by_side): a new run makes them stale.
+_COMPARISONS = ("agreement", "vision_comparison")
 # Tasks that an experiment needs; if the import of an arm could not fit one, the experiment is not planned.
 _NEEDS = {"weight": ("objects",), "com": ("objects",), "reach": ("objects", "path"), "hammer": ("objects", "blow")}
 
@@ -151,7 +153,7 @@ def run_suite(
                 end_processes()
     except SeeingError as error:
         raise save_frame(error, prepare_folder(out) / "frames", type(error).__name__) from error
-    for name in attempts.left_out:
+    for name in (*attempts.left_out, *_COMPARISONS):
         remove_section(out / name)  # from another run, perhaps with other models
     note_left_out(out, attempts.left_out, done=[experiment.name for experiment, _ in planned])
     return SuiteResult(write_report(out), attempts.left_out)

@@ -14,7 +14,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
     add_out(parser)
     parser.add_argument(
-        "--pixels", type=Path, metavar="DIR", help="results of the same experiments, run with --vision pixels"
+        "--pixels",
+        type=Path,
+        metavar="DIR",
+        help="results of the same experiments, run with --vision pixels, to compare with those of --out instead",
     )
 
 
@@ -26,19 +29,19 @@ def plan(arguments: argparse.Namespace) -> Work:
             what is compared.
     """
     out: Path = arguments.out
-    found = [compare_tasks(out)]
     if arguments.pixels is not None:
-        found.append(compare_sources(out, arguments.pixels))
-        if found[-1] is None:
+        found = compare_sources(out, arguments.pixels)
+        if found is None:
             raise BadValueError("--pixels", "", f"is '{arguments.pixels}', which holds no experiment of {out}")
-    findings = [each for each in found if each is not None]
-    if not findings:
-        raise BadValueError("--out", "", f"is '{out}', must hold both {' and '.join(TASKS)}, or give --pixels")
-    return lambda folder: findings
+    else:
+        found = compare_tasks(out)
+        if found is None:
+            raise BadValueError("--out", "", f"is '{out}', must hold both {' and '.join(TASKS)}, or give --pixels")
+    return lambda folder: [found]
 
 
 STUDY = Study(
-    HELP="compare finished runs: choices for both tasks, and true features with pictures",
+    HELP="compare finished runs: choices for both tasks, or true features with pictures",
     add_arguments=add_arguments,
     plan=plan,
     folder="",

@@ -5,7 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import BadValueError
+from affordance.exceptions import AffordanceError, BadValueError
 from affordance.files.bounded import read_json
 
 
@@ -18,7 +18,9 @@ def blame_file(path: Path) -> Iterator[None]:
     """
     try:
         yield
-    except (AttributeError, KeyError, TypeError, ValueError, OverflowError, OSError) as error:
+    except AffordanceError:
+        raise
+    except Exception as error:  # a stranger's file may spoil anything
         raise BadValueError(path, "", f"is not what an experiment found ({error})") from error
 
 

@@ -99,7 +99,8 @@ def _list_conditions(path: Path, numbers: Mapping[str, Any], source: FeatureSour
         settings = dict(holder["settings"])
         if (given := settings.pop("feature_source")) != source.value:
             raise ValueError(f"its features are {given}, not {source.value}")
-        return {"repeats": numbers["repeats"], **config, **holder, "settings": settings}
+        shared = {name: numbers[name] for name in ("repeats", "inputs")}
+        return {**shared, **config, **holder, "settings": settings}
 
 
 def _read_curve(path: Path, numbers: Mapping[str, Any], curve: Curve) -> Array:

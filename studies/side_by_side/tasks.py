@@ -78,7 +78,12 @@ def compute_agreement(one: ToolChoices, other: ToolChoices) -> dict[str, Any]:
 def _list_conditions(path: Path, numbers: dict[str, Any]) -> dict[str, Any]:
     with blame_file(path):
         config = numbers["config"]
-        return {"repeats": numbers["repeats"], "experience": config["experience"], "novel": config["novel"]}
+        return {
+            "repeats": numbers["repeats"],
+            "inputs": numbers["inputs"],
+            "experience": config["experience"],
+            "novel": config["novel"],
+        }
 
 
 def _read_choices(metrics: Path, numbers: dict[str, Any]) -> dict[str, ToolChoices]:

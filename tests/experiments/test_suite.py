@@ -132,6 +132,14 @@ def test_report_forgets_what_was_left_out_once_it_is_done(made_up, tmp_path, mon
     assert not (tmp_path / "left_out.json").exists()
 
 
+def test_new_run_removes_the_comparison_of_former_runs(made_up, tmp_path):
+    for name in ("agreement", "vision_comparison"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "section.json").write_text("{}", encoding="utf-8")
+    suite.run_suite(["one"], tmp_path, models=MODELS, seed=0, repeats=1, jobs=1)
+    assert not list(tmp_path.glob("*/section.*"))
+
+
 def test_nothing_is_written_where_none_of_them_can_be_done(made_up, tmp_path, monkeypatch):
     monkeypatch.setattr(MadeUp, "plan", refuse_other)
     with pytest.raises(BadValueError, match="cannot be carried out"):

@@ -13,7 +13,7 @@ from affordance.experiments.runner import describe, describe_faults, describe_fe
 DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 COMMON = {"seed": (), "repeats": (), "run_shown": (), "wall_s": ()}
 # What metrics.json says of the run beside the numbers.
-OF_RUN = {*COMMON, "config", "setup", "versions", "commit", "finished"}
+OF_RUN = {*COMMON, "config", "setup", "inputs", "versions", "commit", "finished"}
 
 
 def find_documented_keys(*headings):

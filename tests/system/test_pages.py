@@ -20,6 +20,15 @@ def test_numbers_of_the_pages_are_those_of_the_results():
     assert named == {(folder, expression) for folder in kept for expression in kept[folder]["values"]}
 
 
+def test_results_of_another_number_of_observers_are_refused(tmp_path):
+    kept = fill_numbers.read_kept()
+    path = tmp_path / "weight" / "metrics.json"
+    path.parent.mkdir()
+    path.write_text('{"repeats": 3}', encoding="utf-8")
+    with pytest.raises(SystemExit, match="is of 3 repeats, the pages are of 200"):
+        fill_numbers.collect(tmp_path, kept)
+
+
 def test_results_are_of_one_program():
     """Every folder of results that a page shows was run at a seed and by a version that are kept."""
     for folder, entry in fill_numbers.read_kept().items():

@@ -10,14 +10,14 @@ from studies.side_by_side.sources import NAME
 GOOD = {"density_median": [3000.0, 8500.0], "drop_m": [0.2, 0.01]}
 
 
-def save(folder, source, numbers, *, experiment="weight", seed=0, repeats=2):
+def save(folder, source, numbers, *, experiment="weight", seed=0, repeats=2, inputs="as read"):
     """A finished run as far as it is read."""
     path = folder / experiment / "metrics.json"
     path.parent.mkdir(parents=True, exist_ok=True)
     config = {"seed": seed, "settings": {"feature_source": source, "faults": {"bias_sd": 0.0}}}
     if experiment == "reach":
         config = {"experience": config}
-    path.write_text(json.dumps({**numbers, "repeats": repeats, "config": config}), encoding="utf-8")
+    path.write_text(json.dumps({**numbers, "repeats": repeats, "inputs": inputs, "config": config}), encoding="utf-8")
     return path
 
 
@@ -58,6 +58,7 @@ def test_both_sources_of_features_stand_side_by_side(tmp_path, seen, met, shown)
         ({"source": "features"}, "its features are features, not pixels"),
         ({"seed": 1}, "seed: is 1, must be 0 as in"),
         ({"repeats": 20}, "repeats: is 20, must be 2 as in"),
+        ({"inputs": "others"}, "inputs: is 'others', must be 'as read' as in"),
         ({"experiment": "com"}, "which holds no experiment of"),
     ],
 )

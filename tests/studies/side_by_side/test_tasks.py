@@ -16,7 +16,7 @@ REACH = [[[0, 1], [0, 1]], [[1, 1], [1, 1]], [[0, 1], [NO_OPTION, 1]]]
 HAMMER = [[[1, 0], [0, 1]], [[0, 0], [1, 1]], [[1, 0], [1, 1]]]
 
 
-def save(out, task, chosen, correct, *, seed=0, tools=("stick", "hammer")):
+def save(out, task, chosen, correct, *, seed=0, tools=("stick", "hammer"), inputs="as read"):
     """A finished run as far as it is read: chosen grips by index (observers, tools, moments), and the correct one."""
     folder = out / task
     folder.mkdir(exist_ok=True)
@@ -27,6 +27,7 @@ def save(out, task, chosen, correct, *, seed=0, tools=("stick", "hammer")):
         },
         "repeats": len(chosen),
         "seed": seed,
+        "inputs": inputs,
         "config": {"experience": {"seed": seed, "settings": {"faults": {"bias_sd": 0.0}}}, "novel": ["as read"]},
     }
     (folder / "metrics.json").write_text(json.dumps(numbers), encoding="utf-8")
@@ -92,6 +93,7 @@ def test_nothing_is_compared_where_there_is_one_task(tmp_path, capsys):
     ("changes", "problem"),
     [
         ({"seed": 1}, "experience.seed: is 1, must be 0 as in"),
+        ({"inputs": "others"}, "inputs: is 'others', must be 'as read' as in"),
         ({"hammer": HAMMER[:2]}, "repeats: is 2, must be 3 as in"),
         ({"tools": ("stick", "axe")}, "tool: is stick, axe, must be stick, hammer"),
     ],
