@@ -75,11 +75,9 @@ def collect(results: Path, kept: Mapping[str, Any]) -> dict[str, Any]:
         if path.is_file():
             metrics = json.loads(path.read_text(encoding="utf-8"))
             run = {name: metrics[name] for name in _RUN if name in metrics}
-            number = kept.get(mark.folder, {}).get("run", {}).get("repeats")
-            if number is not None and run["repeats"] != number:  # those of `make run` are fewer
-                sys.exit(
-                    f"{path}: is of {run['repeats']} repeats, the pages are of {number}: run with --repeats {number}"
-                )
+            before, now = kept.get(mark.folder, {}).get("run", {}).get("repeats"), run.get("repeats")
+            if None not in (before, now) and now != before:  # those of `make run` are fewer
+                sys.exit(f"{path}: is of {now} repeats, the pages are of {before}: run with --repeats {before}")
             entry["run"] = run | {"affordance": metrics.get("versions", {}).get("affordance")}
             entry["values"][mark.expression] = evaluate(mark.expression, metrics)
         else:

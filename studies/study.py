@@ -4,6 +4,7 @@ A study is a folder with a section file and a module ``command.py`` that defines
 """
 
 import argparse
+import datetime
 import inspect
 import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -21,7 +22,8 @@ from affordance.plant.arm import ARM
 from affordance.reporting.figures import save_figure
 from affordance.reporting.report import write_report, write_section
 from affordance.reporting.section import Section, Table, render_section
-from affordance.runs.repeats import compute_key, prepare_folder, run_repeats
+from affordance.runs.commit import find_commit
+from affordance.runs.repeats import compute_key, list_versions, prepare_folder, run_repeats
 from affordance.settings import Settings
 
 
@@ -29,7 +31,8 @@ class Findings(NamedTuple):
     """Findings of a study.
 
     Attributes:
-        numbers: Content of metrics.json, which claims and templates of the section name.
+        numbers: Content of metrics.json, which claims and templates of the section name. Versions, commit and date of
+            the run are added to it.
         facts: Further values that the section names.
         figures: Functions that draw figures, by name of the file without suffix.
         details: Content of details.json, further numbers that explain; None for no file.
@@ -96,6 +99,7 @@ class Study:
             AffordanceError: An argument or a file is invalid.
         """
         self.check(arguments)
+        find_commit()  # kept: of what runs, not of what may lie there when it ends
         work = self.plan(arguments)
         folder = prepare_folder(arguments.out) / self.folder
         last: dict[str, tuple[Findings, Path]] = {}
@@ -197,7 +201,8 @@ def write_findings(findings: Findings, folder: Path, section: Path | None) -> Pa
     if section is not None:
         write_section(folder, findings.render(section))
     metrics = folder / "metrics.json"
-    write_json(metrics, findings.numbers)  # last: it marks a complete run
+    run = {"versions": list_versions(), "commit": find_commit(), "finished": f"{datetime.date.today():%Y-%m-%d}"}
+    write_json(metrics, {**findings.numbers, **run})  # last: it marks a complete run
     return metrics if section is None else write_report(folder.parent)
 
 

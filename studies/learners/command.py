@@ -12,7 +12,6 @@ from affordance.belief.learners import KAPPA
 from affordance.commands.options import add_run_options
 from affordance.experiments.protocol_runs import load_hold_experiment
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.runs.repeats import list_versions
 from studies.learners import decoy_again, honest_objects
 from studies.study import Findings, Study, Work, read_settings
 
@@ -50,7 +49,6 @@ def _work(
         "kappa": {learner.value: KAPPA[learner.pick] for learner in Learner if learner.pick is not None},
         "seed": weight.seed,
         "repeats": repeats,
-        "versions": list_versions(),
         "wall_s": time.perf_counter() - start,
     }
     _print_differences(numbers)

@@ -13,7 +13,6 @@ from affordance.belief.learner import Learner
 from affordance.commands.options import add_run_options, change_by_name
 from affordance.exceptions import BadValueError
 from affordance.experiments.shared.presented import PresentationExperiment
-from affordance.runs.repeats import list_versions
 from affordance.simulation.static_lifts import check_closed_form
 from studies.people.figure import draw_kappa_fit
 from studies.people.fit import (
@@ -77,7 +76,6 @@ def _work(
         "people": dict(zip(GROUPS, people, strict=True)),
         "seed": arguments.seed,
         "repeats": arguments.repeats,
-        "versions": list_versions(),
     }
     yield Findings(content, figures=figures)
 

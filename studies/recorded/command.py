@@ -15,7 +15,6 @@ from affordance.identification.evidence.unpaired_runs import fit_empty_arm
 from affordance.identification.recording.preparation import prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
-from affordance.runs.repeats import list_versions
 from studies.recorded.clones import (
     UR10E_LOAD,
     PandaData,
@@ -88,7 +87,6 @@ def _work(
         "panda": injected.details,
         "lbipe": weighed.details,
         "config": config,
-        "versions": list_versions(),
         "wall_s": time.perf_counter() - start,
     }
     figures = {

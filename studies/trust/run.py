@@ -17,7 +17,7 @@ from typing import Any
 from affordance.files.atomic import write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.reporting.figures import save_figure
-from affordance.runs.repeats import compute_key, list_versions
+from affordance.runs.repeats import compute_key
 from studies.study import Findings, format_table, read_kept, write_findings
 from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
 
@@ -148,7 +148,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     programs = {name: study.pop("program") for name, study in found.items() if study is not None}
     numbers["program"] = programs
     table = numbers.pop("faults_table")
-    numbers |= {"how": HOW, "versions": list_versions()}
+    numbers["how"] = HOW
     findings = Findings(
         numbers,
         list_facts(numbers),

@@ -12,8 +12,9 @@ from affordance.experiments.runner import describe, describe_faults, describe_fe
 
 DOCS = Path(__file__).parents[2] / "docs" / "results.md"
 COMMON = {"seed": (), "repeats": (), "run_shown": (), "wall_s": ()}
-# What metrics.json says of the run beside the numbers.
-OF_RUN = {*COMMON, "config", "setup", "inputs", "versions", "commit", "finished"}
+# Entries of every study's metrics.json, and of every experiment's, beside the numbers.
+OF_STUDY = {"versions", "commit", "finished"}
+OF_RUN = {*COMMON, *OF_STUDY, "config", "setup", "inputs"}
 
 
 def find_documented_keys(*headings):

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+from helpers.results_files import OF_STUDY
 
 from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
@@ -45,7 +46,9 @@ def test_last_findings_are_written_and_their_claims_printed(tmp_path, capsys):
     out = tmp_path / "out"
     study = build_study(tmp_path, lambda arguments: lambda folder: [Findings({"count": 4}, {"people": "four"})])
     assert run(study, "--out", out) == 0
-    assert json.loads((out / "invented" / "metrics.json").read_text()) == {"count": 4}
+    numbers = json.loads((out / "invented" / "metrics.json").read_text())
+    assert numbers.keys() == {"count", *OF_STUDY}
+    assert numbers["count"] == 4
     assert "Invented" in (out / "report.html").read_text(encoding="utf-8")
     many, few, summary, report = capsys.readouterr().out.splitlines()
     assert many.startswith("met     Many came. people 4")
