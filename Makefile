@@ -51,7 +51,7 @@ diagrams: $(VENV)/run.stamp ## redraw diagrams/ from the Diagrams that are run
 bench: $(VENV)/dev.stamp ## run the side-by-side benchmarks, one after the other
 	$(PYTHON) -m studies.speed.run
 
-trust: $(VENV)/dev.stamp ## calibration, faults, bad input, kills, cluster, soak and scaling: a quarter of an hour
+trust: $(VENV)/dev.stamp ## calibration, faults, errors of measurement, bad input, kills, cluster, soak and scaling: a quarter of an hour
 	$(PYTHON) -m studies.trust.run
 
 numbers: $(VENV)/dev.stamp ## fill the numbers of README and docs/ from results/

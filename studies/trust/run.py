@@ -19,7 +19,7 @@ from affordance.files.model_folder import MODELS
 from affordance.reporting.figures import save_figure
 from affordance.runs.repeats import compute_key
 from studies.study import Findings, format_table, read_kept, write_findings
-from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, soak
+from studies.trust import bad_input, calibration, cluster, fault_costs, kills, pictures, scaling, sensing, soak
 
 _LOG = logging.getLogger(__name__)
 
@@ -36,6 +36,7 @@ HOW = {
     "efficiency_vs_cramer_rao": "Cramer-Rao bound over the unrestricted posterior's variance, means over draws; of "
     "both noise models, the one further from 1",
     "faults": "by name; density_error is the median of |believed/true - 1| after six trials, p_correct as in reach",
+    "p_correct_by_sensing": "of reach, with settings changed, by moment",
     "bad_inputs_refused": "of bad_inputs_tried: exit status 2, one line that names file and key (of the arm only the "
     "file), nothing written",
     "kills_identical": "of kills with SIGKILL, of experiments in one and two processes: files after resuming equal "
@@ -60,6 +61,11 @@ def study_faults() -> dict[str, Any]:
     rows, costs = fault_costs.measure(FOLDER, jobs=JOBS)
     save_figure(pictures.draw_faults(costs), FOLDER, "faults")
     return {"faults": costs, "faults_table": format_table(fault_costs.HEADER, rows)}
+
+
+def study_sensing() -> dict[str, Any]:
+    """Measures correct choices under other errors of measurement."""
+    return {"p_correct_by_sensing": sensing.measure(FOLDER, jobs=JOBS)}
 
 
 def study_soak() -> dict[str, Any]:
@@ -89,6 +95,7 @@ def _study_failures(measure: Callable[[], tuple[list[list[str]], dict[str, Any]]
 STUDIES: dict[str, Callable[[], dict[str, Any]]] = {
     "calibration": study_calibration,
     "faults": study_faults,
+    "sensing": study_sensing,
     "bad_input": _study_failures(bad_input.measure),
     "kills": _study_failures(kills.measure),
     "cluster": _study_failures(cluster.measure),
@@ -108,6 +115,7 @@ KEYS: dict[str, tuple[str, ...]] = {
         "sbc_draws",
     ),
     "faults": ("faults", "faults_table"),
+    "sensing": ("p_correct_by_sensing",),
     "bad_input": ("bad_inputs_tried", "bad_inputs_refused"),
     "kills": ("kills", "kills_identical", "kill_moments"),
     "cluster": ("cluster_identical",),

@@ -5,8 +5,10 @@ import json
 import numpy as np
 import pytest
 
+from affordance.experiments.suite import load_experiment
+from affordance.proprioception.torque_noise import WhiteNoise
 from studies.study import Findings
-from studies.trust import calibration, run, scaling, soak
+from studies.trust import calibration, run, scaling, sensing, soak
 from studies.trust.fault_costs import NO_FAULT
 
 
@@ -138,4 +140,18 @@ def test_study_that_was_not_run_has_no_numbers(tmp_path):
 def test_unknown_study_is_refused(capsys):
     with pytest.raises(SystemExit):
         run.main(["astrology"])
-    assert "'astrology' is none of calibration, faults, bad_input" in capsys.readouterr().err
+    assert "'astrology' is none of calibration, faults, sensing, bad_input" in capsys.readouterr().err
+
+
+def test_errors_of_measurement_are_those_that_the_study_names():
+    settings = {name: load_experiment("reach", changes=changes).settings for name, changes in sensing.CHANGES.items()}
+    assert {name: round(3.0 / each.sample_period) for name, each in settings.items()} == {
+        "independent_5": 5,
+        "independent_30": 30,
+        "white": 30,
+        "weber_10": 30,
+        "weber_13": 30,
+    }
+    independent = [getattr(each.noise, "independent_samples", None) for each in settings.values()]
+    assert independent == [True, True, None, False, False]
+    assert isinstance(settings["white"].noise, WhiteNoise)
