@@ -21,7 +21,7 @@ from affordance.exceptions import BadArgumentError
 from affordance.files.html_table import build_table
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour, show_colour
-from affordance.objects.geometry import Geometry
+from affordance.objects.inertia import Geometry
 from affordance.objects.material import Material, MaterialLike
 from affordance.objects.materials import find_colour
 

@@ -13,8 +13,7 @@ from affordance.belief.object_belief import Memory
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import build_transform_map
+from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.load import load_arm

@@ -23,10 +23,9 @@ from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
+from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
-from affordance.objects.workshop import select_known
 from affordance.simulation.holds import gain_experience
 
 HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"

@@ -190,19 +190,3 @@ def check_path(name: str, value: Any) -> Path:
     if not isinstance(value, str | os.PathLike) or not str(value):
         raise BadArgumentError(name, "", f"is {show_value(value)}, must be a path, as text or pathlib.Path")
     return Path(value)
-
-
-def check_lengths(owner: str, **lengths: tuple[float, ...]) -> None:
-    """Checks the lengths of a solid.
-
-    Args:
-        owner: Name of the class.
-        **lengths: Lengths by the names of the class's fields, [m].
-
-    Raises:
-        BadArgumentError: A length is not finite and greater than 0.
-    """
-    for name, values in lengths.items():
-        if not all(isinstance(value, int | float | np.number) and 0 < value < math.inf for value in values):
-            shown = values if len(values) > 1 else values[0]
-            raise BadArgumentError(owner, name, f"is {shown}, must be finite and greater than 0")

@@ -1,12 +1,12 @@
 """Solids made of thin upright columns, as between a surface seen from above and one seen from below."""
 
-import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, store_read_only
+from affordance.objects.inertia import ArraySolid
 
 # Column ends within this distance of the farthest along a direction are averaged: a single column's end is noise, two
 # columns of half a millimetre are an end, [m].
@@ -14,7 +14,7 @@ _AS_FAR = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnSolid:
+class ColumnSolid(ArraySolid):
     """Solid of N square columns along Ez.
 
     Attributes:
@@ -33,29 +33,14 @@ class ColumnSolid:
         Raises:
             ValueError: There is no column, shapes are inconsistent, or the columns have no volume.
         """
-        for name in ("places", "areas", "ends"):
-            copy = np.array(getattr(self, name), dtype=float)
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
+        arrays = {name: np.array(getattr(self, name), dtype=float) for name in ("places", "areas", "ends")}
+        store_read_only(self, **arrays)
         count = len(self.areas)
         if not count or self.places.shape != (count, 2) or self.ends.shape != (count, 2):
             shapes = f"places are {self.places.shape}, areas {self.areas.shape} and ends {self.ends.shape}"
             raise ValueError(f"{shapes}, must be (N, 2), (N,) and (N, 2)")
         if not self.volume > 0.0:
             raise ValueError(f"the columns have a volume of {self.volume:g} m^3, must have more than 0")
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, ColumnSolid) and self._digest == other._digest
-
-    def __hash__(self) -> int:
-        return hash(self._digest)
-
-    @cached_property
-    def _digest(self) -> bytes:
-        content = hashlib.sha256(self.places.tobytes())
-        content.update(self.areas.tobytes())
-        content.update(self.ends.tobytes())
-        return content.digest()
 
     @property
     def sizes(self) -> Array:
@@ -68,22 +53,12 @@ class ColumnSolid:
         """Volume, [m^3]."""
         return float(self.areas @ (self.ends[:, 1] - self.ends[:, 0]))
 
-    def with_sizes(self, sizes: Array) -> "ColumnSolid":
-        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
-        if np.array_equal(sizes, self.sizes):
-            return self
-        x, y, z = sizes / self.sizes
+    def _stretch(self, factors: Array) -> "ColumnSolid":
+        x, y, z = factors
         return ColumnSolid(self.places * [x, y], self.areas * x * y, self.ends * z)
 
-    def centre(self) -> tuple["ColumnSolid", Array]:
-        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
-        J = self.unit_pseudo_inertia()
-        centroid = J[:3, 3] / J[3, 3]
-        return ColumnSolid(self.places - centroid[:2], self.areas, self.ends - centroid[2]), centroid
-
-    def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
-        return self._unit_pseudo_inertia.copy()
+    def _move(self, p: Array) -> "ColumnSolid":
+        return ColumnSolid(self.places + p[:2], self.areas, self.ends + p[2])
 
     @cached_property
     def _unit_pseudo_inertia(self) -> Array:
@@ -103,7 +78,3 @@ class ColumnSolid:
         reach = ends @ (direction_E / np.linalg.norm(direction_E))
         support: Array = ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
         return support
-
-    def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns infinity, as the columns' ends are flat, [m]."""
-        return np.inf

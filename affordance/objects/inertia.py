@@ -11,15 +11,19 @@ transformations go through the pseudo-inertia (Wensing, Kim & Slotine 2018)
     J = [[Sigma, m p], [m p^T, m]],    Sigma = integral(x x^T dm),    J_T = X_TE J_E X_TE^T
 """
 
-from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
-from typing import Protocol, runtime_checkable
+import hashlib
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any, ClassVar, Protocol, Self, runtime_checkable
 
 import numpy as np
 from pydrake.multibody.tree import SpatialInertia, UnitInertia
 
 from affordance.arrays import Array
-from affordance.files.constraints import Within, check_lengths
+from affordance.exceptions import BadArgumentError
+from affordance.files.constraints import Within
 
 NUM_PARAMETERS = 10
 # Bounds of real densities, from aerogel to beyond osmium, [kg/m^3].
@@ -29,8 +33,11 @@ DENSITIES = Within(1e-3, 1e6)
 
 
 @runtime_checkable
-class Shape(Hashable, Protocol):
-    """Solid whose inertia at unit density is known; only drawing code needs to know its kind."""
+class Shape(Protocol):
+    """Hashable solid whose inertia at unit density is known; only drawing code needs to know its kind."""
+
+    def __hash__(self) -> int:
+        return hash((type(self), self.sizes.tobytes()))
 
     @property
     def sizes(self) -> Array:
@@ -50,31 +57,88 @@ class Shape(Hashable, Protocol):
         """Finds the point of the solid farthest along a direction, from Eo, expressed in E, shape (3,), [m]."""
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Computes the radius of a sphere of equal Gaussian curvature at the support point, [m]; infinite if flat."""
+        """Computes the radius of a sphere of equal Gaussian curvature at the support point, [m]; infinite if flat.
+
+        Edges, corners and the sides of cylinders count as flat, and so do triangles, whatever they approximate.
+        """
+        return np.inf
+
+
+class Primitive(Shape):
+    """Solid with closed-form inertia, centred at Eo with axes along those of E; the fields of the class are lengths.
+
+    Raises:
+        BadArgumentError: A length is not finite and positive.
+    """
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __post_init__(self) -> None:
+        for each in fields(self):
+            length = getattr(self, each.name)
+            values = length if isinstance(length, tuple) else (length,)
+            if not all(isinstance(value, int | float | np.number) and 0 < value < np.inf for value in values):
+                problem = f"is {length}, must be finite and greater than 0"
+                raise BadArgumentError(type(self).__name__, each.name, problem)
+
+    @property
+    def sizes(self) -> Array:
+        """Lengths in the order of the fields, shape (num_sizes,), [m]."""
+        return np.hstack([getattr(self, each.name) for each in fields(self)])
+
+
+class ArraySolid(Shape):
+    """Solid given by arrays, which are the fields of the class; solids with equal arrays are equal."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, type(self)) and self._digest == other._digest
+
+    def __hash__(self) -> int:
+        return hash(self._digest)
+
+    @cached_property
+    def _digest(self) -> bytes:
+        return hashlib.sha256(b"".join(getattr(self, each.name).tobytes() for each in fields(self))).digest()
+
+    @abstractmethod
+    def _stretch(self, factors: Array) -> Self:
+        """Returns the solid stretched about Eo along Ex, Ey, Ez."""
+
+    @abstractmethod
+    def _move(self, p: Array) -> Self:
+        """Returns the solid displaced by p, shape (3,), [m]."""
+
+    @cached_property
+    @abstractmethod
+    def _unit_pseudo_inertia(self) -> Array:
+        """The pseudo-inertia, calculated once."""
+
+    def with_sizes(self, sizes: Array) -> Self:
+        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
+        return self if np.array_equal(sizes, self.sizes) else self._stretch(sizes / self.sizes)
+
+    def centre(self) -> tuple[Self, Array]:
+        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
+        J = self._unit_pseudo_inertia
+        centroid = J[:3, 3] / J[3, 3]
+        return self._move(-centroid), centroid
+
+    def unit_pseudo_inertia(self) -> Array:
+        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
+        return self._unit_pseudo_inertia.copy()
 
 
 @dataclass(frozen=True)
-class Ellipsoid:
-    """Solid ellipsoid centred at Eo, with axes along those of E.
+class Ellipsoid(Primitive):
+    """Solid ellipsoid.
 
     Attributes:
         semi_axes: Half the lengths along Ex, Ey, Ez, [m].
     """
 
     semi_axes: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        """Rejects impossible ellipsoids.
-
-        Raises:
-            BadArgumentError: A semi-axis is not finite and positive.
-        """
-        check_lengths("Ellipsoid", semi_axes=self.semi_axes)
-
-    @property
-    def sizes(self) -> Array:
-        """Lengths of the three semi-axes, shape (3,), [m]."""
-        return np.array(self.semi_axes)
 
     @property
     def volume(self) -> float:
@@ -118,6 +182,36 @@ def build_inertia_map(
     for shape, X_TE, index in zip(shapes, poses_TE, material_indices, strict=True):
         Phi[:, index] += parameters_from_pseudo_inertia(X_TE @ shape.unit_pseudo_inertia() @ X_TE.T)
     return Phi
+
+
+@dataclass(frozen=True)
+class Geometry:
+    """Inertia map of an object's shape: pi = Phi rho, with first-order uncertainty.
+
+    Attributes:
+        Phi: Inertia map, shape (10, M).
+        Phi_errors: Change of Phi by one standard deviation of each uncertain measurement, shape (G, 10, M).
+    """
+
+    Phi: Array
+    Phi_errors: Array
+
+    def compute_parameters(self, rho: Array, errors: Array) -> Array:
+        """Computes the inertial parameters of N objects, shape (N, 10).
+
+        Args:
+            rho: Densities, shape (N, M), [kg/m^3].
+            errors: Errors of the uncertain measurements, in units of their standard deviations, shape (N, G).
+        """
+        parameters: Array = rho @ self.Phi.T
+        if len(self.Phi_errors):
+            parameters += np.einsum("ng,gpm,nm->np", errors, self.Phi_errors, rho, optimize=True)
+        return parameters
+
+    def compute_covariance(self, rho: Array) -> Array:
+        """Computes the covariance of pi due to uncertain geometry at densities rho, (M,), shape (10, 10)."""
+        errors = self.Phi_errors @ rho  # (G, 10)
+        return errors.T @ errors
 
 
 def compute_point_parameters(p: Array) -> Array:

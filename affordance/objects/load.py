@@ -10,6 +10,7 @@ from pydantic import Field
 from affordance.exceptions import BadArgumentError, BadValueError
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import DataModel, load_model
+from affordance.files.model_folder import MODELS
 from affordance.objects.component_reader import Part, read_components
 from affordance.objects.material import Material
 from affordance.objects.materials import check_materials, load_materials
@@ -18,6 +19,8 @@ from affordance.objects.tool_entries import StrikeEntry, ToolEntry
 
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
+# Files of tools and of held objects, in the folder workshop/ of the models.
+_WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
 
 
 class _ToolsFile(DataModel):
@@ -62,6 +65,26 @@ def list_materials(path: StrPath) -> tuple[str, ...]:
         for name in (part.material, part.looks_like, *(part.materials or ()))
     ]
     return tuple(dict.fromkeys(name for name in named if name is not None))
+
+
+def load_workshop_materials(models: Path = MODELS) -> dict[str, Material]:
+    """Loads the materials that workshop tools are made of, by name, in the order of the materials file.
+
+    They are those that an observer who knows workshop tools recognises by sight.
+
+    Raises:
+        BadValueError: A file is wrong; the message gives file and reason.
+    """
+    return select_known(load_materials(models / "materials.yaml"), (), models)
+
+
+def select_known(
+    materials: Mapping[str, Material], tools: Sequence[Tool], models: Path = MODELS
+) -> dict[str, Material]:
+    """Selects the materials of the models' workshop tools and of some further tools, by name, in their order."""
+    names = {name for file in _WORKSHOP for name in list_materials(models / "workshop" / file)}
+    names |= {each.name for tool in tools for part in tool.components for each in (part.material, part.looks_like)}
+    return {name: material for name, material in materials.items() if name in names}
 
 
 def build_tools(

@@ -5,14 +5,14 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from affordance.arguments import check_colour
-from affordance.checked_fields import Checked, check_fields
+from affordance.checked_fields import Checked, CheckedFields
 from affordance.files.constraints import Within
 from affordance.objects.colour import Colour
 from affordance.objects.inertia import DENSITIES, DENSITY_MAX
 
 
 @dataclass(frozen=True)
-class Material:
+class Material(CheckedFields):
     """Material of a component.
 
     Attributes:
@@ -28,14 +28,6 @@ class Material:
     density: Annotated[float, DENSITIES]
     density_sd: Annotated[float, Within(0.0, DENSITY_MAX)] = 0.0
     source: str = ""
-
-    def __post_init__(self) -> None:
-        """Checks colour and densities.
-
-        Raises:
-            BadArgumentError: One of them is invalid.
-        """
-        check_fields(self)
 
 
 # Name of a material, a material, or a colour.

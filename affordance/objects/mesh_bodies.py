@@ -1,17 +1,19 @@
 """Bodies of a mesh file in metres, each with its colour in the file."""
 
 import functools
+import itertools
 import logging
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
+import manifold3d
 import numpy as np
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
 from affordance.files.mesh_reader import Triangles, read_triangles
 from affordance.objects.colour import Colour
-from affordance.objects.overlap import compute_overlap
 from affordance.objects.shells import MeshError, Shell, find_shells
 from affordance.objects.triangle_mesh import TriangleMesh
 
@@ -24,6 +26,8 @@ LENGTH_MIN, LENGTH_MAX = 1e-3, 1.0
 # Fraction of volume counted twice above which a warning is given: assemblies with threads, splines and press fits
 # drawn into each other have up to 1.1 %.
 _LARGE_OVERLAP = 0.02
+# Metres to millimetres, for which manifold3d's tolerances are made.
+_SCALE = 1e3
 
 
 class Body(NamedTuple):
@@ -92,6 +96,23 @@ def _load_bodies(path: Path, unit: str, _changed: int) -> Bodies:
         much = "surfaces run through themselves" if np.isnan(overlap) else f"{100 * overlap:.1f} % of the volume"
         _LOG.warning("%s: %s lies in two bodies at once, and is counted twice", path, much)
     return Bodies(tuple(_make_body(shell, vertices, triangles) for shell in found.shells))
+
+
+def compute_overlap(solids: Sequence[TriangleMesh]) -> float:
+    """Computes the volume that pairs of solids, in one frame, share, as a fraction of the sum of their volumes.
+
+    Returns: Fraction; NaN if a surface intersects itself, so that it does not bound a single body.
+    """
+    meshes = [manifold3d.Mesh64(_SCALE * solid.vertices, solid.faces.astype(np.uint64)) for solid in solids]
+    bodies = [manifold3d.Manifold(mesh) for mesh in meshes]
+    if any(body.status() != manifold3d.Error.NoError for body in bodies):
+        return float("nan")
+    shared = 0.0
+    for one, other in itertools.combinations(bodies, 2):
+        (low, high), (other_low, other_high) = (np.reshape(body.bounding_box(), (2, 3)) for body in (one, other))
+        if (np.maximum(low, other_low) < np.minimum(high, other_high)).all():
+            shared += (one ^ other).volume()
+    return float(shared / sum(body.volume() for body in bodies))
 
 
 def merge(bodies: Bodies) -> Body:

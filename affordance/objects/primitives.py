@@ -4,11 +4,12 @@ As in Drake, cylinders and capsules are along Ez, and a capsule's length is that
 """
 
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.files.constraints import check_lengths
+from affordance.objects.inertia import Primitive
 
 # Relative size below which a direction component is rounding error: otherwise the support point of a flat face would
 # jump to one of its corners.
@@ -16,7 +17,7 @@ _ALONG = 1e-9
 
 
 @dataclass(frozen=True)
-class Box:
+class Box(Primitive):
     """Solid box.
 
     Attributes:
@@ -24,19 +25,6 @@ class Box:
     """
 
     lengths: tuple[float, float, float]
-
-    def __post_init__(self) -> None:
-        """Rejects impossible boxes.
-
-        Raises:
-            BadArgumentError: A length is not finite and positive.
-        """
-        check_lengths(type(self).__name__, lengths=self.lengths)
-
-    @property
-    def sizes(self) -> Array:
-        """Lengths of the edges, shape (3,), [m]."""
-        return np.array(self.lengths)
 
     @property
     def volume(self) -> float:
@@ -56,13 +44,19 @@ class Box:
         """Finds the middle of the face, edge or corner farthest along a direction, shape (3,), [m]."""
         return 0.5 * self.sizes * _take_signs(direction_E)
 
-    def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns infinity, [m], as the faces are flat; edges and corners count as flat, too."""
-        return np.inf
+
+@dataclass(frozen=True)
+class _Round(Primitive):
+    radius: float
+    length: float
+
+    def with_sizes(self, sizes: Array) -> Self:
+        """Returns the solid with another radius and length, shape (2,), [m]."""
+        return type(self)(float(sizes[0]), float(sizes[1]))
 
 
 @dataclass(frozen=True)
-class Cylinder:
+class Cylinder(_Round):
     """Solid cylinder along Ez.
 
     Attributes:
@@ -70,30 +64,10 @@ class Cylinder:
         length: Length, [m].
     """
 
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        """Rejects impossible cylinders.
-
-        Raises:
-            BadArgumentError: Radius or length is not finite and positive.
-        """
-        check_lengths(type(self).__name__, radius=(self.radius,), length=(self.length,))
-
-    @property
-    def sizes(self) -> Array:
-        """Radius and length, shape (2,), [m]."""
-        return np.array([self.radius, self.length])
-
     @property
     def volume(self) -> float:
         """Volume, [m^3]."""
         return float(np.pi * self.radius**2 * self.length)
-
-    def with_sizes(self, sizes: Array) -> "Cylinder":
-        """Returns the cylinder with another radius and length, shape (2,), [m]."""
-        return Cylinder(float(sizes[0]), float(sizes[1]))
 
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre, (4, 4): Sigma = m diag(r^2/4, r^2/4, l^2/12)."""
@@ -102,15 +76,14 @@ class Cylinder:
 
     def find_support(self, direction_E: Array) -> Array:
         """Finds the surface point, or the middle of the face or line, farthest along a direction, shape (3,), [m]."""
-        return _point_across(self.radius, direction_E) + _point_along(0.5 * self.length, direction_E)
-
-    def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns infinity, [m], as the ends are flat and the side has a flat direction; rims count as flat, too."""
-        return np.inf
+        across = np.array([direction_E[0], direction_E[1], 0.0])
+        distance = float(np.linalg.norm(across))
+        end = _point_along(0.5 * self.length, direction_E)
+        return end + (self.radius * across / distance if distance > _ALONG * np.linalg.norm(direction_E) else 0.0)
 
 
 @dataclass(frozen=True)
-class Capsule:
+class Capsule(_Round):
     """Solid cylinder along Ez with a hemisphere on each end.
 
     Attributes:
@@ -118,30 +91,10 @@ class Capsule:
         length: Length of the cylinder, without the hemispheres, [m].
     """
 
-    radius: float
-    length: float
-
-    def __post_init__(self) -> None:
-        """Rejects impossible capsules.
-
-        Raises:
-            BadArgumentError: Radius or length is not finite and positive.
-        """
-        check_lengths(type(self).__name__, radius=(self.radius,), length=(self.length,))
-
-    @property
-    def sizes(self) -> Array:
-        """Radius and length, shape (2,), [m]."""
-        return np.array([self.radius, self.length])
-
     @property
     def volume(self) -> float:
         """Volume, [m^3]."""
         return float(np.pi * self.radius**2 * (self.length + 4.0 / 3.0 * self.radius))
-
-    def with_sizes(self, sizes: Array) -> "Capsule":
-        """Returns the capsule with another radius and length, shape (2,), [m]."""
-        return Capsule(float(sizes[0]), float(sizes[1]))
 
     def unit_pseudo_inertia(self) -> Array:
         """Computes the pseudo-inertia at 1 kg/m^3 about the centre, shape (4, 4).
@@ -172,9 +125,3 @@ def _take_signs(direction_E: Array) -> Array:
 
 def _point_along(half: float, direction_E: Array) -> Array:
     return np.array([0.0, 0.0, half * _take_signs(direction_E)[2]])
-
-
-def _point_across(radius: float, direction_E: Array) -> Array:
-    across = np.array([direction_E[0], direction_E[1], 0.0])
-    length = float(np.linalg.norm(across))
-    return radius * across / length if length > _ALONG * np.linalg.norm(direction_E) else np.zeros(3)

@@ -12,10 +12,10 @@ from typing import Protocol
 import numpy as np
 
 from affordance.arguments import check_kind, check_pose
-from affordance.arrays import Array
+from affordance.arrays import Array, store_read_only
 from affordance.exceptions import BadArgumentError
 from affordance.objects.colour import Colour
-from affordance.objects.inertia import Shape, build_inertia_map
+from affordance.objects.inertia import Shape, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.objects.material import Material
 
 # Largest mass: a greater one is a mistake in units, and simulating it may not terminate, [kg].
@@ -24,6 +24,8 @@ MASS_MAX = 1e4
 PLANE_TOLERANCE = 2e-4
 # Number of directions, 5 degrees apart, in which points are tested against a part's hull.
 _NUM_DIRECTIONS = 1600
+# Largest difference of moments per unit volume that counts as equal, [1, m, m^2].
+_EQUAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +44,7 @@ class StrikingFace:
 
     def __post_init__(self) -> None:
         """Stores read-only copies."""
-        for name in ("p_EQ", "normal_E"):
-            copy = np.array(getattr(self, name), dtype=float)
-            copy.setflags(write=False)
-            object.__setattr__(self, name, copy)
+        store_read_only(self, p_EQ=np.array(self.p_EQ, dtype=float), normal_E=np.array(self.normal_E, dtype=float))
 
     def express(self, X_TE: Array) -> tuple[Array, Array]:
         """Computes the middle p_TQ and the normal in T, given the pose X_TE of the part, shape (4, 4)."""
@@ -210,6 +209,22 @@ class Tool:
 def list_densities(tools: Iterable[Tool]) -> dict[Colour, float]:
     """Lists the true densities of non-decoy tools by visible colour, in the order of their components, [kg/m^3]."""
     return {part.looks_like.colour: part.material.density for tool in tools for part in tool.components}
+
+
+def is_symmetric(tool: Tool) -> bool:
+    """Returns True if the two grips of a tool have the same shape, so that shape alone favours neither.
+
+    With one prior for all materials, chance before any experience is then one half, for any task.
+    """
+    if len(tool.grips) != 2:
+        return False
+    shapes = []
+    for held in tool.list_gripped().values():
+        Js = [part.X_TE @ part.shape.unit_pseudo_inertia() @ part.X_TE.T for part in held.components]
+        rows = np.array([parameters_from_pseudo_inertia(J) for J in Js])
+        rows /= rows[:, 0].sum()
+        shapes.append(rows[np.lexsort(np.round(rows, 9).T[::-1])])
+    return np.allclose(shapes[0], shapes[1], rtol=0.0, atol=_EQUAL)
 
 
 class PosedShape(Protocol):

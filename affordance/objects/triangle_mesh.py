@@ -9,14 +9,14 @@ whose sums over all faces are those of the solid, whatever its form (Lien and Ka
 Applications 4:35-42, from memory).
 """
 
-import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
+from affordance.arrays import Array, store_read_only
+from affordance.objects.inertia import ArraySolid
 
 type Faces = NDArray[np.intp]
 
@@ -26,7 +26,7 @@ _SAME_FACE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class TriangleMesh:
+class TriangleMesh(ArraySolid):
     """Solid bounded by closed surfaces of triangles; an inner one, wound inwards, bounds a cavity.
 
     Attributes:
@@ -54,72 +54,31 @@ class TriangleMesh:
         open_edges = find_open_edges(faces)
         if len(open_edges):
             raise ValueError(f"the surface has {len(open_edges)} open edges, must be closed and wound one way")
-        for array in (vertices, faces):
-            array.setflags(write=False)
-        object.__setattr__(self, "vertices", vertices)
-        object.__setattr__(self, "faces", faces)
+        store_read_only(self, vertices=vertices, faces=faces)
         if not self.volume > 0.0:
             raise ValueError(f"the faces bound a volume of {self.volume:g} m^3, must be wound to bound more than 0")
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, TriangleMesh) and self._digest == other._digest
-
-    def __hash__(self) -> int:
-        return hash(self._digest)
-
-    @cached_property
-    def _digest(self) -> bytes:
-        """Hash of the contents, for comparison."""
-        content = hashlib.sha256(self.vertices.tobytes())
-        content.update(self.faces.tobytes())
-        return content.digest()
-
-    @cached_property
-    def _box(self) -> tuple[Array, Array]:
-        """Least and largest coordinates of the used corners, (3,) each, [m]."""
-        used = self.vertices[np.unique(self.faces)]
-        return used.min(axis=0), used.max(axis=0)
 
     @property
     def sizes(self) -> Array:
         """Lengths of the bounding box along Ex, Ey, Ez, shape (3,), [m]."""
-        low, high = self._box
-        return high - low
+        return np.ptp(self._hull_corners, axis=0)
 
     @property
     def volume(self) -> float:
         """Volume, [m^3]."""
         return float(self._unit_pseudo_inertia[3, 3])
 
-    def with_sizes(self, sizes: Array) -> "TriangleMesh":
-        """Returns the solid stretched about Eo to a box of other lengths, shape (3,), [m]; itself if equal."""
-        if np.array_equal(sizes, self.sizes):
-            return self
-        return TriangleMesh(self.vertices * (sizes / self.sizes), self.faces)
+    def _stretch(self, factors: Array) -> "TriangleMesh":
+        return TriangleMesh(self.vertices * factors, self.faces)
 
-    def move(self, X: Array) -> "TriangleMesh":
-        """Returns the solid moved by a pose, shape (4, 4)."""
-        return TriangleMesh(self.vertices @ X[:3, :3].T + X[:3, 3], self.faces)
-
-    def centre(self) -> tuple["TriangleMesh", Array]:
-        """Returns the solid with Eo in its centroid, and the centroid's position before, shape (3,), [m]."""
-        J = self._unit_pseudo_inertia
-        centroid = J[:3, 3] / J[3, 3]
-        return TriangleMesh(self.vertices - centroid, self.faces), centroid
-
-    def unit_pseudo_inertia(self) -> Array:
-        """Computes the pseudo-inertia at 1 kg/m^3 about Eo, expressed in E, shape (4, 4)."""
-        return self._unit_pseudo_inertia.copy()
+    def _move(self, p: Array) -> "TriangleMesh":
+        return TriangleMesh(self.vertices + p, self.faces)
 
     def find_support(self, direction_E: Array) -> Array:
         """Finds the mean of the corners that are farthest along a direction, shape (3,), [m]."""
         reach = self._hull_corners @ (direction_E / np.linalg.norm(direction_E))
         support: Array = self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
         return support
-
-    def compute_curvature_radius(self, direction_E: Array) -> float:
-        """Returns infinity, [m], as faces are flat; curved surfaces approximated by triangles are not considered."""
-        return np.inf
 
     @cached_property
     def _hull_corners(self) -> Array:

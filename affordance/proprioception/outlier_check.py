@@ -9,8 +9,7 @@ import enum
 import numpy as np
 
 from affordance.arrays import Array
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import DENSITY_MAX
+from affordance.objects.inertia import DENSITY_MAX, Geometry
 from affordance.proprioception.torque_noise import NoiseModel
 
 # A presentation less probable than this, given the belief before it, is a 5-sigma outlier (one-sided), the

@@ -14,8 +14,7 @@ from affordance.arrays import Array
 from affordance.belief.likelihood import Likelihood
 from affordance.checked_fields import CheckedFields, Setting
 from affordance.files.constraints import Within
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.runs.random_streams import Stream
 
 

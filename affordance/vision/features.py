@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.checked_fields import Setting, check_fields
+from affordance.checked_fields import CheckedFields, Setting
 from affordance.files.constraints import Within
 from affordance.objects.appearance import PartAppearance
 from affordance.objects.colour import Colour
@@ -23,7 +23,7 @@ _NONE = "the paper assumes none (IV-A)"
 
 
 @dataclass(frozen=True)
-class VisionError:
+class VisionError(CheckedFields):
     """Standard deviations of the errors of measured features.
 
     Attributes:
@@ -35,14 +35,6 @@ class VisionError:
     size: Annotated[float, Within(0.0, 1.0), Setting("1", _NONE)] = 0.0
     position: Annotated[float, Within(0.0, 1.0), Setting("m", _NONE)] = 0.0
     rotation: Annotated[float, Within(0.0, 3.0), Setting("rad", _NONE)] = 0.0
-
-    def __post_init__(self) -> None:
-        """Checks the standard deviations.
-
-        Raises:
-            BadArgumentError: A standard deviation is not finite, or out of bounds.
-        """
-        check_fields(self)
 
 
 class FeatureSource(enum.Enum):

@@ -11,8 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory, ObjectBelief
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import NUM_PARAMETERS, build_inertia_map, parameters_from_pseudo_inertia
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_inertia_map, parameters_from_pseudo_inertia
 from affordance.vision.features import ComponentFeatures
 
 # Step of the central differences of Phi: relative for sizes, in metres for positions, in radians for rotations.

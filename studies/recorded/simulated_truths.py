@@ -23,8 +23,7 @@ from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import compute_point_parameters
+from affordance.objects.inertia import Geometry, compute_point_parameters
 from studies.recorded.random_payloads import RandomPayload, draw_payload
 
 _LENGTH = 5.0  # [s]

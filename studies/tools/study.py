@@ -26,10 +26,9 @@ from affordance.choice.which_end import (
     rank_grips,
 )
 from affordance.control.timed_path import load_path
-from affordance.objects.load import load_tools
+from affordance.objects.load import load_tools, load_workshop_materials
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
-from affordance.objects.workshop import load_workshop_materials
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.holds import gain_experience

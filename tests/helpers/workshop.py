@@ -1,8 +1,7 @@
 """The tools of models/workshop, for tests."""
 
 from affordance.files.model_folder import MODELS
-from affordance.objects.load import load_tools
-from affordance.objects.workshop import load_workshop_materials
+from affordance.objects.load import load_tools, load_workshop_materials
 
 MATERIALS = load_workshop_materials()
 HAMMERS = {tool.name: tool for tool in load_tools(MODELS / "workshop" / "tools.yaml", MATERIALS)}

@@ -9,7 +9,7 @@ from affordance.files.model_folder import MODELS
 from affordance.objects.inertia import Ellipsoid
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
-from affordance.objects.symmetry import is_symmetric
+from affordance.objects.tool import is_symmetric
 
 STICK, *OTHERS = load_tools(MODELS / "tools" / "novel.yaml", load_materials(MODELS / "materials.yaml"))
 

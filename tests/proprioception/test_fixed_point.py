@@ -4,8 +4,7 @@ from scipy.optimize import brentq
 
 from affordance.belief.density_belief import DensityBelief
 from affordance.belief.likelihood import Likelihood
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import NUM_PARAMETERS
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry
 from affordance.proprioception.fixed_point import descend, find_fixed_point
 from affordance.proprioception.static_hold import StaticPercept
 from affordance.proprioception.torque_noise import WeberNoise

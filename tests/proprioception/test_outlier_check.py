@@ -1,8 +1,7 @@
 import numpy as np
 import pytest
 
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import DENSITY_MAX
+from affordance.objects.inertia import DENSITY_MAX, Geometry
 from affordance.proprioception.outlier_check import SampleStatus, check_reading, check_torque
 from affordance.proprioception.torque_noise import WeberNoise
 

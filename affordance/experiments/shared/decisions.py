@@ -21,8 +21,7 @@ from affordance.exceptions import BadValueError
 from affordance.experiments.shared.experience import Experience, ExperienceConfig
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.colour import Colour
-from affordance.objects.symmetry import is_symmetric
-from affordance.objects.tool import Tool
+from affordance.objects.tool import Tool, is_symmetric
 from affordance.proprioception.faults import NO_FAULTS
 from affordance.reporting import figures
 from affordance.reporting.formatting import count_observers

@@ -20,8 +20,7 @@ from affordance.exceptions import AffordanceError
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic, factor
 from affordance.identification.posterior.body_posterior import WeightedBodies, normalise
 from affordance.identification.posterior.log_cholesky import is_possible
-from affordance.objects.geometry import Geometry
-from affordance.objects.inertia import NUM_PARAMETERS, build_transform_map, compute_point_parameters
+from affordance.objects.inertia import NUM_PARAMETERS, Geometry, build_transform_map, compute_point_parameters
 from affordance.objects.tool import PosedShape
 
 _MAX_ITERATIONS = 50
