@@ -12,8 +12,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from affordance.exceptions import BadArgumentError, describe_choice, show_value
-from affordance.files.constraints import OneOf, check_path, complain, run_check
+from affordance.exceptions import BadArgumentError, show_value
+from affordance.files.constraints import OneOf, check_path, run_check
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,27 +30,6 @@ class Setting:
 
 
 @dataclasses.dataclass(frozen=True)
-class Among:
-    """Annotation of a field whose text is one of the given names.
-
-    Attributes:
-        names: Admissible names.
-    """
-
-    names: tuple[str, ...]
-
-    def check(self, value: Any) -> str:
-        """Returns the name after checking it.
-
-        Raises:
-            PydanticCustomError: The name is unknown.
-        """
-        if not isinstance(value, str) or value not in self.names:
-            raise complain(describe_choice(value, self.names))
-        return value
-
-
-@dataclasses.dataclass(frozen=True)
 class Checked:
     """Annotation of a field whose value is checked by a function.
 
@@ -64,7 +43,7 @@ class Checked:
 def check_fields(instance: Any) -> None:
     """Checks all fields of a dataclass by their annotations, and replaces them by the checked values.
 
-    Supported are annotations with a check (``Within``, ``Whole``, ``Among``, ``Checked``), members of an Enum or
+    Supported are annotations with a check (``Within``, ``Whole``, ``OneOf``, ``Checked``), members of an Enum or
     their texts, paths, truth values, and instances of a class; None where a field may be None.
 
     Raises:

@@ -15,11 +15,11 @@ from pydrake.systems.analysis import GetIntegrationSchemes, SimulatorConfig
 
 from affordance.belief.density_belief import PointEstimate, Prior
 from affordance.belief.learner import Learner
-from affordance.checked_fields import Among, Setting, check_fields
+from affordance.checked_fields import Setting, check_fields
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.problem import MpcSettings
 from affordance.exceptions import BadArgumentError
-from affordance.files.constraints import Within
+from affordance.files.constraints import OneOf, Within
 from affordance.plant.arm import ARM
 from affordance.proprioception.faults import NO_FAULTS, Faults
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
@@ -28,7 +28,7 @@ from affordance.vision.features import FeatureSource, VisionError
 _PERIOD = Within(1e-4, 60.0)
 _ACCURACY = Within(1e-12, 1.0)
 _STEP = Within(1e-9, 10.0)
-_SCHEME = Among(tuple(GetIntegrationSchemes()))
+_SCHEME = OneOf(tuple(GetIntegrationSchemes()))
 _INTEGRATION = "chosen by the table of docs/decisions/0007-integration.md"
 _CONTACT = "chosen by the table of docs/decisions/0013-nail.md"
 

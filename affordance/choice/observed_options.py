@@ -6,8 +6,8 @@ from affordance.arguments import Seed, check_kind, check_member, check_seed
 from affordance.choice.options import Option
 from affordance.objects.tool import Grip, Tool
 from affordance.runs.random_streams import Stream
+from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource, VisionError
-from affordance.vision.observe import observe
 
 
 def seed_observation(tool: Tool, seed: Seed) -> list[int]:

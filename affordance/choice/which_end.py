@@ -18,16 +18,16 @@ from affordance.objects.colour import Colour
 from affordance.objects.material import Material
 from affordance.objects.tool import Tool
 from affordance.settings import Settings
-from affordance.vision.drawing import measure_drawing
+from affordance.vision.features import measure_drawing
+from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand
 from affordance.vision.pixels.seen_tool import observe_tool
-from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
 
 # Names of the beliefs.
 BEFORE, AFTER, ONE_DENSITY, TRUE = "before", "after", "one_density", "true"
 NUM_SAMPLES = 4000
 
 
-def list_seen_options(tools: Sequence[Tool], stand: TurningStand, seed: int) -> list[Option]:
+def list_seen_options(tools: Sequence[Tool], stand: CameraSensor, seed: int) -> list[Option]:
     """Lists the options from two pictures of each tool.
 
     Raises:

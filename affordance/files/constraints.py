@@ -3,10 +3,12 @@
 import enum
 import math
 import os
+import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, override
 
 import numpy as np
 from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
@@ -17,6 +19,10 @@ from affordance.exceptions import BadArgumentError, describe_choice, show_value
 
 # Type of the errors that our own checks raise, with their problem as message.
 OURS = "ours"
+# Portable file names of POSIX (3.282, Portable Filename Character Set), short enough to get a suffix.
+_FILE_NAME = re.compile("[A-Za-z0-9][A-Za-z0-9_.-]{0,79}")
+# Names that are devices on Windows, with any suffix (Naming Files, Paths, and Namespaces, Microsoft).
+_RESERVED = {"con", "prn", "aux", "nul", *(f"{kind}{digit}" for kind in ("com", "lpt") for digit in range(10))}
 
 type StrPath = str | os.PathLike[str]
 
@@ -31,19 +37,44 @@ def complain(problem: str, at: str = "") -> PydanticCustomError:
     return PydanticCustomError(OURS, "{problem}", {"problem": problem, "at": at})
 
 
+class Constraint(ABC):
+    """Constraint on a value, as an annotation of a field of a pydantic model."""
+
+    @property
+    @abstractmethod
+    def schema(self) -> JsonSchemaValue:
+        """JSON schema of the value, for editors."""
+
+    @abstractmethod
+    def check(self, value: Any) -> Any:
+        """Returns the value if it is valid, in the form that the program uses.
+
+        Raises:
+            PydanticCustomError: The value is of the wrong kind, or out of bounds.
+        """
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.no_info_plain_validator_function(self.check)
+
+    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        return self.schema
+
+
 @dataclass(frozen=True)
-class Within:
-    """Constraint on a number: finite, and from ``low`` to ``high``."""
+class Within(Constraint):
+    """Constraint on a number, no text and no truth value: finite, and from ``low`` to ``high``."""
 
     low: float = -math.inf
     high: float = math.inf
 
-    def check(self, value: Any, at: str = "") -> float:
-        """Returns the number if it is valid.
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        bounds = {"minimum": self.low, "maximum": self.high}
+        return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
 
-        Raises:
-            PydanticCustomError: The value is not a number, or is out of bounds.
-        """
+    @override
+    def check(self, value: Any, at: str = "") -> float:
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise complain(f"is {show_value(value)}, must be a number", at)
         if not self.low <= value <= self.high:  # before float(), which an integer of 400 digits would overflow
@@ -59,116 +90,105 @@ class Within:
             raise complain(f"is {number}, must be finite", at)
         return number
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of numbers; neither texts nor booleans are accepted."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a number, for editors."""
-        bounds = {"minimum": self.low, "maximum": self.high}
-        return {"type": "number"} | {name: value for name, value in bounds.items() if math.isfinite(value)}
-
 
 @dataclass(frozen=True)
 class Whole(Within):
     """Constraint on a number: whole, and from ``low`` to ``high``."""
 
-    def check(self, value: Any, at: str = "") -> int:
-        """Returns the number if it is valid.
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return super().schema | {"type": "integer"}
 
-        Raises:
-            PydanticCustomError: The value is not a whole number, or is out of bounds.
-        """
+    @override
+    def check(self, value: Any, at: str = "") -> int:
         number = super().check(value, at)
         if not number.is_integer():
             raise complain(f"is {number:g}, must be a whole number", at)
         return int(number)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a whole number, for editors."""
-        return super().__get_pydantic_json_schema__(schema, handler) | {"type": "integer"}
-
 
 @dataclass(frozen=True)
-class Vector:
+class Vector(Constraint):
     """Constraint on a list: ``size`` numbers, each within bounds."""
 
     size: int
     each: Within
 
-    def check(self, value: Any, at: str = "") -> tuple[float, ...]:
-        """Returns the numbers if they are valid.
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"type": "array", "items": self.each.schema, "minItems": self.size, "maxItems": self.size}
 
-        Raises:
-            PydanticCustomError: The value is not such a list, or a number is out of bounds.
-        """
+    @override
+    def check(self, value: Any, at: str = "") -> tuple[float, ...]:
         if not isinstance(value, list) or len(value) != self.size:
             raise complain(f"is {show_value(value)}, must be a list of {self.size} numbers", at)
         return tuple(self.each.check(entry, f"{at}[{i}]") for i, entry in enumerate(value))
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of lists of numbers."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a list of numbers, for editors."""
-        entry = self.each.__get_pydantic_json_schema__(schema, handler)
-        return {"type": "array", "items": entry, "minItems": self.size, "maxItems": self.size}
-
 
 @dataclass(frozen=True)
-class Text:
+class Text(Constraint):
     """Constraint on a text: not empty, and at most ``longest`` characters."""
 
     longest: int = 20_000
 
-    def check(self, value: Any) -> str:
-        """Returns the text if it is valid.
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"type": "string", "minLength": 1, "maxLength": self.longest}
 
-        Raises:
-            PydanticCustomError: The value is not a text, is empty, or is too long.
-        """
+    @override
+    def check(self, value: Any) -> Any:
         if not isinstance(value, str) or not value.strip():
             raise complain(f"is {show_value(value)}, must be a non-empty text")
         if len(value) > self.longest:
             raise complain(f"has {len(value)} letters, must have at most {self.longest}")
         return value
 
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of texts."""
-        return core_schema.no_info_plain_validator_function(self.check)
 
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of a text, for editors."""
-        return {"type": "string", "minLength": 1, "maxLength": self.longest}
+@dataclass(frozen=True)
+class FileName(Text):
+    """Constraint on a text: the name of a file that stays in the folder that the program chooses, on every system."""
+
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"type": "string", "pattern": f"^{_FILE_NAME.pattern}$"}
+
+    @override
+    def check(self, value: Any) -> str:
+        text: str = super().check(value)
+        if not _FILE_NAME.fullmatch(text) or text.split(".")[0].lower() in _RESERVED:
+            raise complain(
+                f"is {show_value(value)}, must be the name of a file: letters, digits, '_', '-' and '.', at most 80, "
+                "a letter or digit first, and no name that Windows reserves"
+            )
+        return text
 
 
 @dataclass(frozen=True)
-class OneOf:
-    """Constraint on a text: the value of a member of an Enum."""
+class OneOf(Constraint):
+    """Constraint on a text: one of several names, or the value of a member of an Enum, which the member replaces."""
 
-    kind: type[enum.Enum]
+    kind: type[enum.Enum] | tuple[str, ...]
 
-    def check(self, value: Any) -> enum.Enum:
-        """Returns the member with that value.
+    @property
+    def _known(self) -> Mapping[str, Any]:
+        return {str(getattr(each, "value", each)): each for each in self.kind}
 
-        Raises:
-            PydanticCustomError: No member has that value.
-        """
-        known = {str(member.value): member for member in self.kind}
-        if isinstance(value, self.kind):
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"enum": list(self._known)}
+
+    @override
+    def check(self, value: Any) -> Any:
+        if isinstance(self.kind, type) and isinstance(value, self.kind):
             return value
-        if not isinstance(value, str) or value not in known:
-            raise complain(describe_choice(value, known))
-        return known[value]
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Builds a validator of values of the Enum."""
-        return core_schema.no_info_plain_validator_function(self.check)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Builds the JSON schema of the Enum, for editors."""
-        return {"enum": [member.value for member in self.kind]}
+        if not isinstance(value, str) or value not in self._known:
+            raise complain(describe_choice(value, self._known))
+        return self._known[value]
 
 
 def run_check(name: str, check: Callable[[Any], Any], value: Any, unit: str = "", key: str = "") -> Any:

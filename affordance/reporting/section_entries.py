@@ -7,16 +7,14 @@ Expressions are over the numbers of metrics.json; their syntax is checked when t
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Annotated, Any, override
 
-from pydantic import Field, GetJsonSchemaHandler, model_validator
+from pydantic import Field, model_validator
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema
 
 from affordance.exceptions import AffordanceError, show_value
-from affordance.files.constraints import Text, Whole, Within, complain
+from affordance.files.constraints import FileName, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
-from affordance.files.file_name import FileName
 from affordance.reporting.expressions import parse_expression
 
 Order = Annotated[int, Whole(0, 10_000)]
@@ -28,13 +26,9 @@ _COMPARISONS = ("above", "at_least", "at_most", "below", "is")
 class Expression(Text):
     """Annotation of a text that is an expression over numbers."""
 
+    @override
     def check(self, value: Any) -> str:
-        """Returns the text of the expression.
-
-        Raises:
-            PydanticCustomError: The text is not a valid expression.
-        """
-        text = super().check(value)
+        text: str = super().check(value)
         try:
             parse_expression(text)
         except AffordanceError as error:
@@ -46,12 +40,13 @@ class Expression(Text):
 class ExpressionOrNumber(Text):
     """Annotation of a value that is an expression over the numbers, a number, or true or false."""
 
-    def check(self, value: Any) -> Any:
-        """Returns the value.
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"type": ["string", "number", "boolean"]}
 
-        Raises:
-            PydanticCustomError: The value is neither an expression nor a finite number.
-        """
+    @override
+    def check(self, value: Any) -> Any:
         if isinstance(value, str) and value.strip():
             return Expression().check(value)
         if not isinstance(value, bool | int | float):
@@ -63,10 +58,6 @@ class ExpressionOrNumber(Text):
         if not finite:
             raise complain(f"is {show_value(value)}, must be finite")
         return value
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
-        """Returns the JSON schema for editors."""
-        return {"type": ["string", "number", "boolean"]}
 
 
 type Bound = Annotated[Any, ExpressionOrNumber()]

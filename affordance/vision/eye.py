@@ -1,4 +1,8 @@
-"""Eye of an observer: the function that gives the features of an object that is looked at."""
+"""Eye of an observer: the function that gives the features of an object that is looked at.
+
+Their source is either the true features with errors of given standard deviation, or colour and depth pictures of the
+object on its stand and nothing else.
+"""
 
 import importlib
 from collections.abc import Callable
@@ -13,15 +17,27 @@ type Eye = Callable[[Tool, np.random.Generator], tuple[ComponentFeatures, ...]]
 
 
 def open_eye(source: FeatureSource, error: VisionError) -> Eye:
-    """Returns the eye that settings name.
+    """Returns the eye that settings name; arguments as for ``observe``."""
+    return lambda tool, rng: observe(tool, source, error, rng)
 
-    The camera and its pipeline are loaded for pictures only; whoever is given true features does without them.
+
+def observe(
+    tool: Tool, source: FeatureSource, error: VisionError, rng: np.random.Generator
+) -> tuple[ComponentFeatures, ...]:
+    """Measures the features of an object.
 
     Args:
+        tool: Object to be observed.
         source: Source of the features: the true ones with an error, or pictures.
         error: Standard deviations of the errors, if the source is the true features.
+        rng: Random generator of the errors, or of the noise of the pictures.
+
+    Raises:
+        SeeingError: The features cannot be extracted from the pictures.
     """
     if source is FeatureSource.FEATURES:
-        return lambda tool, rng: measure_features(tool, error, rng)
-    observe = importlib.import_module("affordance.vision.observe").observe
-    return lambda tool, rng: observe(tool, source, error, rng)
+        return measure_features(tool, error, rng)
+    # The camera and its pipeline are loaded for pictures only.
+    see = importlib.import_module("affordance.vision.pixels.seen_tool").see
+    features: tuple[ComponentFeatures, ...] = see(tool, rng)
+    return features

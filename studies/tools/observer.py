@@ -14,7 +14,7 @@ from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.simulation.holds import simulate_holds
 from affordance.vision.features import ComponentFeatures
-from affordance.vision.pixels.turning_stand import get_turning_stand
+from affordance.vision.pixels.camera_sensor import get_turning_stand
 from studies.tools.data_set import DataSet, Half
 from studies.tools.first_touch import (
     STEEL,

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
+from affordance.vision.pixels.camera_sensor import CameraSensor, get_turning_stand, present
 from affordance.vision.pixels.columns import build_columns
 from affordance.vision.pixels.seen_tool import detect_tool
-from affordance.vision.pixels.turning_stand import TurningStand, get_turning_stand
 from studies.tools.study import ToolsResult
 from studies.tools.uncommon import CheckedMass, CheckedMotion
 
@@ -31,7 +31,7 @@ def save_pictures(result: ToolsResult, folder: Path) -> None:
     save_figure(draw_uncommon(result, stand), folder, "uncommon")
 
 
-def draw_seen(tools: Sequence[Tool], stand: TurningStand, seed: int) -> Figure:
+def draw_seen(tools: Sequence[Tool], stand: CameraSensor, seed: int) -> Figure:
     """Draws for each tool one of its pictures, the colours detected in it, and the height of its columns."""
     figure = Figure(figsize=(11.0, 1.9 * len(tools)))
     table = figure.subplots(len(tools), 3, squeeze=False, width_ratios=(1.0, 1.0, 1.25))
@@ -74,7 +74,7 @@ def _draw_columns(axes: Axes, solids: Sequence[ColumnSolid]) -> None:
     axes.set_title("columns between both sides", fontsize=9)
 
 
-def draw_uncommon(result: ToolsResult, stand: TurningStand) -> Figure:
+def draw_uncommon(result: ToolsResult, stand: CameraSensor) -> Figure:
     """Draws the paper's figure 1: the two objects, their masses as seen and as held, and the work of the motions."""
     tools, motions, masses = result.uncommon
     figure = Figure(figsize=(11.0, 5.6))
@@ -83,7 +83,7 @@ def draw_uncommon(result: ToolsResult, stand: TurningStand) -> Figure:
         axes = figure.add_subplot(grid[0, number])
         rows, columns = np.nonzero(stand.render_labels(tool)[0] >= 0)
         axes.imshow(
-            stand.render(tool)[0].colour[
+            stand.render(present(tool)[0]).colour[
                 rows.min() - _ROOM : rows.max() + _ROOM, columns.min() - _ROOM : columns.max() + _ROOM
             ]
         )

@@ -18,11 +18,10 @@ from affordance.exceptions import SeeingError
 from affordance.objects.colour import Colour
 from affordance.objects.material import Material
 from affordance.objects.tool import Tool
-from affordance.vision.drawing import measure_drawing
-from affordance.vision.features import ComponentFeatures
+from affordance.vision.features import ComponentFeatures, measure_drawing
+from affordance.vision.pixels.camera_sensor import CameraSensor
 from affordance.vision.pixels.looks import COLOUR_SD, Look
 from affordance.vision.pixels.seen_tool import Method, detect_tool
-from affordance.vision.pixels.turning_stand import TurningStand
 
 
 class Source(enum.Enum):
@@ -42,7 +41,7 @@ _METHODS = {
 
 
 def measure_all(
-    tool: Tool, stand: TurningStand, rng: np.random.Generator, sources: Sequence[Source]
+    tool: Tool, stand: CameraSensor, rng: np.random.Generator, sources: Sequence[Source]
 ) -> dict[Source, tuple[ComponentFeatures, ...]]:
     """Measures a held tool by each source; all sources of sight share the same pictures.
 
@@ -90,7 +89,7 @@ class Outcome(NamedTuple):
         return not self.problem and self.purity >= MIN_PURITY
 
 
-def examine(tool: Tool, stand: TurningStand, materials: Mapping[str, Material], rng: np.random.Generator) -> Outcome:
+def examine(tool: Tool, stand: CameraSensor, materials: Mapping[str, Material], rng: np.random.Generator) -> Outcome:
     """Takes two pictures of a tool, and compares the detected materials with the true ones."""
     photographs = stand.take_pictures(tool, rng)
     try:

@@ -32,7 +32,7 @@ from affordance.objects.tool import Tool
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
 from affordance.simulation.holds import gain_experience
-from affordance.vision.pixels.turning_stand import get_turning_stand
+from affordance.vision.pixels.camera_sensor import get_turning_stand
 from studies.tools.blows import CheckedBlow, check_blows
 from studies.tools.data_set import DataSet, Deviation, Half, measure_parity
 from studies.tools.first_touch import Prediction, Score, Truth, score

@@ -24,8 +24,8 @@ from affordance.settings import Settings
 from affordance.simulation.holds import feel
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
+from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource
-from affordance.vision.observe import observe
 from affordance.vision.visual_prior import predict_object
 from studies.tools.blows import hold_by
 

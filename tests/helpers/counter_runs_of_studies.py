@@ -26,7 +26,7 @@ from affordance.proprioception.faults import Faults
 from affordance.robots.importer import ImportOptions
 from affordance.settings import DEFAULT_SETTINGS
 from affordance.simulation import holds as tool_holds
-from affordance.vision.pixels.turning_stand import get_turning_stand
+from affordance.vision.pixels.camera_sensor import get_turning_stand
 from helpers.counter_runs import Numbers
 from helpers.generated_records import record_tool
 from helpers.generated_runs import PAYLOAD, Truth, build_robot, generate_run

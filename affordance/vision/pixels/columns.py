@@ -13,7 +13,7 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.objects.column_solid import ColumnSolid
 from affordance.vision.pixels.rgbd import Camera, Labels
-from affordance.vision.pixels.silhouette import spread_nearest
+from affordance.vision.pixels.segmentation import spread_nearest
 from affordance.vision.pixels.surface import Surface
 
 # Distance between columns: the pixel size of a camera of 1280 columns at 0.6 m, [m].

@@ -107,6 +107,18 @@ def build_strain(numbers: Array) -> Array:
     return E
 
 
+def express_fit(fit: Fit, X_TC: Array) -> Fit:
+    """Expresses a fit in another frame T, given the pose X_TC of its frame C, (4, 4)."""
+    R = X_TC[:3, :3]
+    turn = np.zeros((NUM_NUMBERS, NUM_NUMBERS))
+    turn[:3, :3] = R
+    for column in range(6):
+        E = R @ build_strain(np.eye(6)[column]) @ R.T
+        turn[3:, 3 + column] = [E[place] for place in INDICES]
+    ellipsoid = SeenEllipsoid(R @ fit.ellipsoid.centre + X_TC[:3, 3], R @ fit.ellipsoid.shape_matrix @ R.T)
+    return fit._replace(ellipsoid=ellipsoid, covariance=turn @ fit.covariance @ turn.T)
+
+
 class Sighting(NamedTuple):
     """Intersections of N rays with an ellipsoid.
 

@@ -15,8 +15,7 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.objects.colour import Colour, compute_tints, convert_to_lab
 from affordance.vision.pixels.rgbd import Labels
-from affordance.vision.pixels.segmentation import find_mode
-from affordance.vision.pixels.silhouette import spread_nearest
+from affordance.vision.pixels.segmentation import find_mode, keep_large, spread_nearest
 from affordance.vision.pixels.surface import Surface
 
 # Tints further apart than this belong to two materials: colours ten units apart differ visibly, [CIELAB].
@@ -147,11 +146,7 @@ def _find_core(surface: Surface) -> Mask:
 def _open(mask: Mask, side: int, least: int) -> Mask:
     """Returns the pieces of a mask that are as wide as a disc and have at least ``least`` pixels."""
     disc = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (side, side))
-    opened = cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc)
-    count, pieces, statistics, _ = cv2.connectedComponentsWithStats(opened, connectivity=8)
-    large = [number for number in range(1, count) if statistics[number, cv2.CC_STAT_AREA] >= least]
-    kept: Mask = np.isin(pieces, large)
-    return kept
+    return keep_large(cv2.morphologyEx(mask.astype(np.uint8), cv2.MORPH_OPEN, disc), least)[0]
 
 
 def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:

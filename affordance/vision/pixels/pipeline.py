@@ -17,10 +17,10 @@ from affordance.vision.pixels.ellipsoid_fit import (
     UndeterminedError,
     View,
     build_strain,
+    express_fit,
     fit_ellipsoid,
     trace_rays,
 )
-from affordance.vision.pixels.fit_frame import express_fit
 from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import Rig, compute_shading
 from affordance.vision.pixels.segmentation import Segmentation, find_window, segment

@@ -13,17 +13,25 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.exceptions import SeeingError
 from affordance.objects.column_solid import ColumnSolid
 from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.tool import Tool
 from affordance.vision.features import ComponentFeatures
+from affordance.vision.pixels.camera_sensor import (
+    CameraSensor,
+    Photograph,
+    find_presented_pose,
+    get_camera_sensor,
+    get_turning_stand,
+    needs_turning,
+)
 from affordance.vision.pixels.columns import View, build_columns, build_mirrored_columns
 from affordance.vision.pixels.looks import COLOUR_SD, Look, find_looks
 from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
 from affordance.vision.pixels.silhouette import find_silhouette
 from affordance.vision.pixels.surface import measure_surface
-from affordance.vision.pixels.turning_stand import Photograph, TurningStand, find_presented_pose
 
 
 class Method(enum.Enum):
@@ -108,7 +116,7 @@ def detect_tool(photographs: Sequence[Photograph], rig: Rig, noise: SensorNoise)
 
 
 def observe_tool(
-    tool: Tool, stand: TurningStand, rng: np.random.Generator, method: Method = Method.TWO_VIEWS
+    tool: Tool, stand: CameraSensor, rng: np.random.Generator, method: Method = Method.TWO_VIEWS
 ) -> tuple[ComponentFeatures, ...]:
     """Observes an object on the stand and returns the features of its parts.
 
@@ -119,6 +127,20 @@ def observe_tool(
     used = photographs if method is Method.TWO_VIEWS else photographs[:1]
     seen = detect_tool(used, stand.rig, stand.noise)
     return give_strikes(seen.compute_features(method, find_presented_pose(tool)), tool)
+
+
+def see(tool: Tool, rng: np.random.Generator) -> tuple[ComponentFeatures, ...]:
+    """Returns the features of an object from one picture if it is made of ellipsoids, else from two.
+
+    Raises:
+        SeeingError: The features cannot be extracted from the pictures; the message names the object.
+    """
+    try:
+        if needs_turning(tool):
+            return observe_tool(tool, get_turning_stand(), rng)
+        return get_camera_sensor().observe(tool, rng)
+    except SeeingError as failure:
+        raise type(failure)(f"{tool.name}: {failure.reason}", failure.colour, failure.depth) from failure
 
 
 def describe_solid(look: Look, shape: Shape, X_PE: Array, X_TP: Array, error: SolidError) -> ComponentFeatures:

@@ -136,21 +136,44 @@ def find_object(picture: Picture, stand_depth: float, noise: SensorNoise) -> Mas
     # never.
     near = picture.depth < threshold
     mask = cv2.medianBlur(near.astype(np.uint8), 3)
-    num_regions, regions, statistics, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
-    sizes = statistics[1:, cv2.CC_STAT_AREA]
-    if num_regions < 2:
+    if not mask.any():
         raise NothingSeenError(f"nothing is nearer than the stand, {stand_depth:g} m from the camera", *picture)
-    large = 1 + np.flatnonzero(sizes >= MIN_PIXELS)
-    if not len(large):
-        reason = f"what is nearer than the stand covers {sizes.max()} pixels, must cover at least {MIN_PIXELS}"
+    found, largest = keep_large(mask, MIN_PIXELS)
+    if not found.any():
+        reason = f"what is nearer than the stand covers {largest} pixels, must cover at least {MIN_PIXELS}"
         raise TooSmallError(reason, *picture)
-    found: Mask = np.isin(regions, large)
-    edge = np.concatenate([found[0], found[-1], found[:, 0], found[:, -1]])
-    if edge.any():
-        raise OutOfViewError(
-            f"the object covers {int(edge.sum())} pixels of the picture's edge, must cover none", *picture
-        )
+    check_edge(found, picture)
     return found
+
+
+def keep_large(mask: NDArray[Any], least: int) -> tuple[Mask, int]:
+    """Returns the connected pieces of a mask with at least ``least`` pixels, and the size of the largest piece."""
+    _, pieces, statistics, _ = cv2.connectedComponentsWithStats(mask.astype(np.uint8), connectivity=8)
+    sizes = statistics[1:, cv2.CC_STAT_AREA]
+    kept: Mask = np.isin(pieces, 1 + np.flatnonzero(sizes >= least))
+    return kept, int(sizes.max(initial=0))
+
+
+def check_edge(mask: Mask, picture: Picture) -> None:
+    """Rejects an object that reaches beyond the picture.
+
+    Raises:
+        OutOfViewError: The object reaches the picture's edge.
+    """
+    count = int(np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]]).sum())
+    if count:
+        raise OutOfViewError(f"the object covers {count} pixels of the picture's edge, must cover none", *picture)
+
+
+def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
+    """Gives every pixel the value of the nearest known one, (height, width); at least one must be known."""
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    owner = np.zeros(int(nearest.max()) + 1, dtype=np.intp)
+    owner[nearest[known]] = np.flatnonzero(known)
+    spread: NDArray[T] = values.ravel()[owner[nearest]]
+    return spread
 
 
 def find_window(mask: Mask, room: int) -> tuple[slice, slice]:
@@ -216,11 +239,7 @@ def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:
     seeds = np.zeros(mask.shape, dtype=np.int32)
     for number, region in enumerate(regions):
         seeds[region & mask] = number + 1
-    free = (seeds == 0).astype(np.uint8)
-    _, nearest = cv2.distanceTransformWithLabels(free, cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL)
-    owner = np.zeros(int(nearest.max()) + 1, dtype=np.int32)
-    owner[nearest[free == 0]] = seeds[free == 0]
-    owners = owner[nearest]
+    owners = spread_nearest(seeds, seeds > 0)
     return [mask & (owners == number + 1) for number in range(len(regions))]
 
 

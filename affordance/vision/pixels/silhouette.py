@@ -6,12 +6,11 @@ outline is drawn by colour, which is sharper than depth: halfway between the sta
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from affordance.arrays import Array, Mask
-from affordance.exceptions import NothingSeenError, OutOfViewError
+from affordance.exceptions import NothingSeenError
 from affordance.vision.pixels.rgbd import Picture
-from affordance.vision.pixels.segmentation import check_picture
+from affordance.vision.pixels.segmentation import check_edge, check_picture, keep_large, spread_nearest
 from affordance.vision.pixels.sensor_noise import STAND_ERROR, SensorNoise
 
 # Standard deviation of the blur that denoises colours before they are compared with the stand's, [pixels].
@@ -56,27 +55,11 @@ def find_silhouette(picture: Picture, stand_depth: float, noise: SensorNoise) ->
         # Blur and mixed pixels extend the mask to less than half of the object's own difference.
         outside = (difference < 0.5 * spread_nearest(difference, core)) & ~core & ~near
         found &= ~outside
-    count, regions, statistics, _ = cv2.connectedComponentsWithStats(found.astype(np.uint8), connectivity=8)
-    large = [number for number in range(1, count) if statistics[number, cv2.CC_STAT_AREA] >= _MIN_PIXELS]
-    if not large:
+    mask, _ = keep_large(found, _MIN_PIXELS)
+    if not mask.any():
         raise NothingSeenError(f"nothing differs from the stand, {stand_depth:g} m from the camera", *picture)
-    mask: Mask = np.isin(regions, large)
-    edge = np.concatenate([mask[0], mask[-1], mask[:, 0], mask[:, -1]])
-    if edge.any():
-        reason = f"the object covers {int(edge.sum())} pixels of the picture's edge, must cover none"
-        raise OutOfViewError(reason, *picture)
+    check_edge(mask, picture)
     return mask
-
-
-def spread_nearest[T: np.generic](values: NDArray[T], known: Mask) -> NDArray[T]:
-    """Gives every pixel the value of the nearest known one, (height, width); at least one must be known."""
-    _, nearest = cv2.distanceTransformWithLabels(
-        (~known).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    owner = np.zeros(int(nearest.max()) + 1, dtype=np.intp)
-    owner[nearest[known]] = np.flatnonzero(known)
-    spread: NDArray[T] = values.ravel()[owner[nearest]]
-    return spread
 
 
 def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:

@@ -12,7 +12,7 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import compute_shading
-from affordance.vision.pixels.silhouette import spread_nearest
+from affordance.vision.pixels.segmentation import find_window, spread_nearest
 
 # Sides of the windows over which depth is averaged, for itself and for its slope, [pixels]: over 81 readings the
 # slope of one face is known to 0.1.
@@ -43,12 +43,7 @@ class Surface(NamedTuple):
 
 def measure_surface(picture: Picture, mask: Mask, camera: Camera) -> Surface:
     """Measures depth and colour within a mask, which must not be empty."""
-    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
-    room = 2 * _SLOPE_SIDE
-    window = (
-        slice(max(0, int(rows[0]) - room), int(rows[-1]) + room + 1),
-        slice(max(0, int(columns[0]) - room), int(columns[-1]) + room + 1),
-    )
+    window = find_window(mask, room=2 * _SLOPE_SIDE)
     mask, depth = mask[window], picture.depth[window]
     corner = np.array([window[1].start, window[0].start], dtype=float)
     # One in four readings next to the outline is of the background.

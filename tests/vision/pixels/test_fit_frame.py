@@ -2,8 +2,7 @@ import numpy as np
 from helpers.synthetic_pictures import make_ellipsoid
 from scipy.spatial.transform import Rotation
 
-from affordance.vision.pixels.ellipsoid_fit import Fit, deform
-from affordance.vision.pixels.fit_frame import express_fit
+from affordance.vision.pixels.ellipsoid_fit import Fit, deform, express_fit
 
 ROD = make_ellipsoid([0.1, 0.02, 0.015], [0.1, 0.0, 0.0])
 

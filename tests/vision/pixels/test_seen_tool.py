@@ -10,6 +10,7 @@ from affordance.exceptions import NothingSeenError, OutOfViewError
 from affordance.objects.inertia import Ellipsoid, build_inertia_map
 from affordance.objects.primitives import Box
 from affordance.objects.tool import Component, StrikingFace, Tool
+from affordance.vision.pixels.camera_sensor import TURNING_RIG, CameraSensor, needs_turning
 from affordance.vision.pixels.looks import find_looks
 from affordance.vision.pixels.seen_tool import (
     ERRORS,
@@ -21,9 +22,8 @@ from affordance.vision.pixels.seen_tool import (
 )
 from affordance.vision.pixels.silhouette import find_silhouette
 from affordance.vision.pixels.surface import measure_surface
-from affordance.vision.pixels.turning_stand import TurningStand, needs_turning
 
-STAND = TurningStand()
+STAND = CameraSensor(TURNING_RIG)
 
 
 def make_tool(*parts):
