@@ -9,15 +9,15 @@ import importlib
 import logging
 import sys
 from collections.abc import Sequence
-from typing import Protocol, cast
+from typing import Any, NoReturn, Protocol, cast
 
-from affordance.commands.parser import OneLineParser
 from affordance.commands.study import FORMER, STUDIES
 from affordance.drake.system_libraries import provide_libraries
-from affordance.exceptions import AffordanceError, BadValueError, describe_choice
-from affordance.files.clone import import_study
+from affordance.exceptions import AffordanceError, BadValueError, describe_choice, show_value, suggest
+from affordance.files.model_folder import import_study
 from affordance.version import __version__
 
+_NUMBERS: dict[Any, str] = {int: "a whole number", float: "a number"}
 # Commands in the order of the help; a dash in a name is an underscore in its module.
 COMMANDS = (
     "run",
@@ -34,6 +34,47 @@ COMMANDS = (
 EXPERIMENTS = ("all", "weight", "com", "reach", "hammer", "vision")
 # Commands that need no library of the system.
 _FREE = ("doctor",)
+
+
+class OneLineParser(argparse.ArgumentParser):
+    """Argument parser whose errors are one line, without the usage in front."""
+
+    def error(self, message: str) -> NoReturn:
+        """Prints an error and exits with status 2."""
+        self.exit(2, f"{self.prog}: {message.removeprefix('argument ')}\n")
+
+    def parse(self, words: Sequence[str]) -> argparse.Namespace:
+        """Parses arguments; an unknown one is reported with the nearest known one."""
+        found, unknown = self.parse_known_args(words)
+        if unknown:
+            self.error(self._describe_unknown(unknown[0]))
+        return found
+
+    def _describe_unknown(self, word: str) -> str:
+        if not word.startswith("-"):
+            return f"is given {word!r}, which is one argument too many"
+        name = word.partition("=")[0]
+        known = [
+            option
+            for action in self._actions
+            if action.help is not argparse.SUPPRESS
+            for option in action.option_strings
+            if option.startswith("--")
+        ]
+        return f"{name}: is no option (known: {', '.join(known)}){suggest(name, known)}"
+
+    def _check_value(self, action: argparse.Action, value: Any) -> None:
+        if action.choices is not None and value not in action.choices:
+            raise argparse.ArgumentError(action, describe_choice(value, map(str, action.choices)))
+
+    def _get_value(self, action: argparse.Action, arg_string: str) -> Any:
+        try:
+            return super()._get_value(action, arg_string)
+        except argparse.ArgumentError as error:
+            if action.type not in _NUMBERS:
+                raise
+            problem = f"is {show_value(arg_string)}, must be {_NUMBERS[action.type]}"
+            raise argparse.ArgumentError(action, problem) from error
 
 
 class Command(Protocol):

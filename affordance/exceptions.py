@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,10 @@ class AffordanceError(Exception):
     def __str__(self) -> str:
         return _on_one_line(super().__str__())
 
+    def __post_init__(self) -> None:
+        # Of errors with parts: their arguments, so that they can be passed between processes.
+        self.args = tuple(getattr(self, each.name) for each in fields(self))  # type: ignore[arg-type]
+
 
 def show_value(value: Any) -> str:
     """Formats a value in at most 60 characters."""
@@ -31,13 +36,17 @@ def show_value(value: Any) -> str:
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
+def suggest(value: object, known: Iterable[str]) -> str:
+    """Suggests the known name that is nearest to a value; empty if none is near."""
+    near = difflib.get_close_matches(str(value)[:_SHOWN], list(known), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
 def describe_choice(value: object, known: Iterable[str]) -> str:
     """Describes a value that is not among the known names, and suggests the nearest of them."""
     names = list(known)
-    near = difflib.get_close_matches(str(value)[:_SHOWN], names, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
     shown = repr(value) if len(repr(value)) <= _SHOWN else f"{repr(value)[:_SHOWN]}..."
-    return f"is {shown}, must be one of {', '.join(names)}{hint}"
+    return f"is {shown}, must be one of {', '.join(names)}{suggest(value, names)}"
 
 
 def name_object(name: str) -> str:
@@ -45,6 +54,7 @@ def name_object(name: str) -> str:
     return name if name.split(" ", 1)[0].lower() in _DETERMINERS else f"the {name}"
 
 
+@dataclass(eq=False, repr=False)
 class BadValueError(AffordanceError):
     """Error of a value in a file or on the command line: missing, of the wrong kind or out of bounds.
 
@@ -54,12 +64,9 @@ class BadValueError(AffordanceError):
         problem: Description of the value and the bound that it violates.
     """
 
-    def __init__(self, source: Path | str, key: str, problem: str) -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(source, key, problem)
-        self.source = source
-        self.key = key
-        self.problem = problem
+    source: Path | str
+    key: str
+    problem: str
 
     def __str__(self) -> str:
         return _on_one_line(": ".join(part for part in (str(self.source), self.key, self.problem) if part))
@@ -79,6 +86,7 @@ class InfeasibleError(BadValueError):
     """Error of a task that an arm cannot do, though its files are valid."""
 
 
+@dataclass(eq=False, repr=False)
 class ModelFileError(AffordanceError):
     """Error of a robot description (SDF, URDF, directives): it cannot be loaded, or lacks parts that an arm needs.
 
@@ -87,16 +95,14 @@ class ModelFileError(AffordanceError):
         problem: Description of the fault.
     """
 
-    def __init__(self, path: Path | str, problem: str) -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(path, problem)
-        self.path = path
-        self.problem = problem
+    path: Path | str
+    problem: str
 
     def __str__(self) -> str:
         return _on_one_line(f"{self.path}: {self.problem}")
 
 
+@dataclass(eq=False, repr=False)
 class UnavailableError(AffordanceError):
     """Error of a part of the program that does not work on this machine, for want of an optional dependency.
 
@@ -105,16 +111,14 @@ class UnavailableError(AffordanceError):
         problem: Description of the missing dependency, as reported by the part.
     """
 
-    def __init__(self, part: str, problem: str) -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(part, problem)
-        self.part = part
-        self.problem = problem
+    part: str
+    problem: str
 
     def __str__(self) -> str:
         return _on_one_line(f"{self.part} unavailable here ({self.problem}); affordance doctor says how to get it")
 
 
+@dataclass(eq=False, repr=False)
 class NoPlanError(AffordanceError):
     """Error of a controller that finds no motion within position and velocity limits.
 
@@ -123,17 +127,15 @@ class NoPlanError(AffordanceError):
         place: Place in words; empty if it is unknown.
     """
 
-    def __init__(self, time: float, place: str = "") -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(time, place)
-        self.time = time
-        self.place = place
+    time: float
+    place: str = ""
 
     def __str__(self) -> str:
         near = f", near {self.place}" if self.place else ""
         return _on_one_line(f"no plan keeps the joints' position and velocity limits at t = {self.time:.3f} s{near}")
 
 
+@dataclass(eq=False, repr=False)
 class StallError(AffordanceError):
     """Error of a simulation whose integrator exceeds its number of steps.
 
@@ -144,13 +146,10 @@ class StallError(AffordanceError):
         touches: Names of the bodies in contact, in pairs.
     """
 
-    def __init__(self, tool: str, time: float, num_steps: int, touches: tuple[tuple[str, str], ...]) -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(tool, time, num_steps, touches)
-        self.tool = tool
-        self.time = time
-        self.num_steps = num_steps
-        self.touches = touches
+    tool: str
+    time: float
+    num_steps: int
+    touches: tuple[tuple[str, str], ...]
 
     def __str__(self) -> str:
         touching = " and ".join(f"{one} on {other}" for one, other in self.touches) or "nothing touching"
@@ -158,6 +157,7 @@ class StallError(AffordanceError):
         return _on_one_line(f"the simulated blow with {name_object(self.tool)} {problem}")
 
 
+@dataclass(eq=False, repr=False)
 class SeeingError(AffordanceError):
     """Error of a picture in which the features of an object cannot be detected.
 
@@ -168,13 +168,10 @@ class SeeingError(AffordanceError):
         frame: Path of the saved picture; empty if it was not saved.
     """
 
-    def __init__(self, reason: str, colour: NDArray[Any], depth: NDArray[Any], frame: str = "") -> None:
-        """Stores its parts as arguments, so that the error can be passed between processes."""
-        super().__init__(reason, colour, depth, frame)
-        self.reason = reason
-        self.colour = colour
-        self.depth = depth
-        self.frame = frame
+    reason: str
+    colour: NDArray[Any]
+    depth: NDArray[Any]
+    frame: str = ""
 
     def __str__(self) -> str:
         saved = f" (picture saved as {self.frame})" if self.frame else ""

@@ -5,7 +5,6 @@ of its numbers are then those of that model. The arm is not set by name: it belo
 """
 
 import dataclasses
-import difflib
 import enum
 import inspect
 import re
@@ -17,7 +16,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from affordance.checked_fields import Setting, list_field_types
-from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice, suggest
 from affordance.proprioception.torque_noise import WeberNoise, WhiteNoise
 from affordance.settings import DEFAULT_SETTINGS, Settings
 
@@ -144,9 +143,7 @@ def _describe_unknown(name: str, known: Sequence[str]) -> str:
     siblings = [each for each in known if each.partition(".")[0] == name.partition(".")[0]]
     if siblings:
         return describe_choice(name, siblings)
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"is no setting{hint} (affordance settings lists all)"
+    return f"is no setting{suggest(name, known)} (affordance settings lists all)"
 
 
 def _flatten(changes: Mapping[str, Any], prefix: str) -> Iterator[tuple[str, Any]]:

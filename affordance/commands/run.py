@@ -9,8 +9,7 @@ from affordance.belief.learner import Learner
 from affordance.commands.options import add_arm_arguments, add_run_options, check_bounds, read_options
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.experiments.suite import DEFAULT_REPEATS, EXPERIMENTS, run_suite
-from affordance.files.clone import has_studies
-from affordance.files.model_folder import MODELS
+from affordance.files.model_folder import MODELS, has_studies
 from affordance.named_settings import parse_changes
 from affordance.protocols.protocol import SUFFIXES, find_number_of_observers, list_shipped
 from affordance.robots.kept import import_kept

@@ -2,7 +2,7 @@
 
 import argparse
 
-from affordance.files.clone import import_study
+from affordance.files.model_folder import import_study
 
 # Modules that define STUDY (studies/study.py).
 STUDIES = {

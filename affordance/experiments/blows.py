@@ -19,7 +19,7 @@ from affordance.experiments.shared.decisions import NUM_PRIOR_CHOICES
 from affordance.experiments.shared.experience import ExperienceConfig
 from affordance.files.netcdf import LabelledArray
 from affordance.objects.tool import Tool
-from affordance.reporting.blow_figures import draw_renderings
+from affordance.reporting.figures import draw_renderings
 from affordance.reporting.renderings import Pose, render_close_ups, render_poses
 from affordance.reporting.replay import Scene, write_replay
 from affordance.runs.random_streams import Stream

@@ -33,7 +33,7 @@ from affordance.objects.tool import Tool
 from affordance.plant.arm_model import ArmModel
 from affordance.plant.effective_mass import EffectiveMass
 from affordance.plant.load import load_arm
-from affordance.reporting.blow_figures import draw_blow
+from affordance.reporting.figures import draw_blow
 from affordance.settings import Settings
 from affordance.simulation.blow import Blow, simulate_blow
 from affordance.simulation.diagram import TrialDiagram

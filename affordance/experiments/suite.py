@@ -16,9 +16,8 @@ from affordance.experiments.definition import Experiment
 from affordance.experiments.runner import run_experiment
 from affordance.experiments.shared.checks import check_stuck_joint
 from affordance.files.atomic import remove_leftovers
-from affordance.files.clone import import_study
 from affordance.files.constraints import StrPath, check_path
-from affordance.files.model_folder import MODELS
+from affordance.files.model_folder import MODELS, import_study
 from affordance.named_settings import NO_CHANGES, Changes, change_settings
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
@@ -28,7 +27,7 @@ from affordance.robots.changes import read_lacks
 from affordance.runs.cluster import use_cluster
 from affordance.runs.repeats import check_folder, end_processes, prepare_folder
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.vision.pixels.failed_frames import save_frame
+from affordance.vision.pixels.rgbd import save_frame
 
 _LOG = logging.getLogger(__name__)
 

@@ -1,11 +1,15 @@
 """Reading of external files with a bound on their size, which depends on the kind of file.
 
 Sizes are checked before reading, so that an oversized file costs nothing. Each bound is a generous multiple of the
-usual size, and small enough that reading a file takes some minutes and some gigabytes at most.
+usual size, and small enough that reading a file takes some minutes and some gigabytes at most. Every mistake gives
+a one-line error.
 """
 
+import csv
 import json
+import math
 import stat
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -84,3 +88,30 @@ def check_size(path: Path, most: int) -> None:
 
 def _complain(path: Path, size: int, most: int) -> BadValueError:
     return BadValueError(path, "", f"has {size / _MB:.3g} MB, must have at most {most / _MB:g} MB")
+
+
+def read_csv(path: Path, most: int = SETTINGS) -> list[list[str]]:
+    """Reads the rows of a table of at most ``most`` bytes, starting with the row of column names.
+
+    Raises:
+        BadValueError: The file cannot be read, is larger, or is not such a table.
+    """
+    try:
+        return list(csv.reader(StringIO(read_text(path, most)), strict=True))
+    except csv.Error as error:
+        raise BadValueError(path, "", f"is not a table of comma-separated values: {error}") from error
+
+
+def read_number(path: Path, row: int, column: str, text: str) -> float:
+    """Parses a cell as a finite number.
+
+    Raises:
+        BadValueError: The cell is not a finite number.
+    """
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        raise BadValueError(path, f"row {row}, {column}", f"is {text!r}, must be a finite number")
+    return value

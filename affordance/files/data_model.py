@@ -14,7 +14,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
-from affordance.exceptions import BadValueError, describe_choice, show_value
+from affordance.exceptions import BadValueError, describe_choice, show_value, suggest
 from affordance.files.constraints import OURS
 from affordance.files.yaml_reader import read_yaml
 
@@ -64,7 +64,8 @@ def _translate(path: Path, key: str, content: Any, model: type[BaseModel], error
     elif first["type"] == "missing":
         problem = "is missing" + _suggest(place, found)
     elif first["type"] in ("extra_forbidden", "invalid_key"):
-        problem = _describe_unknown(str(place[-1]), list_keys(model, place[:-1]))
+        known = list_keys(model, place[:-1])
+        problem = f"is not a key known here (known: {', '.join(known)}){suggest(place[-1], known)}"
     else:
         problem = f"is {show_value(first['input'])}, {_describe_bound(first)}"
         if first["type"] == "too_short" and isinstance(first["input"], Mapping):
@@ -120,12 +121,6 @@ def _suggest(place: Sequence[int | str], found: Sequence[ErrorDetails]) -> str:
     others = [str(each["loc"][-1]) for each in found if each["type"] == "extra_forbidden"]
     near = difflib.get_close_matches(str(place[-1]), others, n=1)
     return f"; is {near[0]!r} misspelt?" if near else ""
-
-
-def _describe_unknown(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    return f"is not a key known here (known: {', '.join(known)}){hint}"
 
 
 def _describe_bound(error: ErrorDetails) -> str:

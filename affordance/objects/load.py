@@ -1,26 +1,218 @@
-"""Reader of tools from the YAML files of the models."""
+"""Reader of tools and their solid parts (ellipsoids, boxes, cylinders, capsules, meshes) from YAML files."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from pydantic import Field
 
-from affordance.exceptions import BadArgumentError, BadValueError
+from affordance.exceptions import BadArgumentError, BadValueError, describe_choice
 from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import DataModel, load_model
 from affordance.files.model_folder import MODELS
-from affordance.objects.component_reader import Part, read_components
+from affordance.objects.colour import (
+    COLOUR_FORM,
+    Colour,
+    find_nearest_colour,
+    is_colour,
+    is_same_colour,
+    parse_colour,
+    show_colour,
+)
+from affordance.objects.inertia import Ellipsoid, Shape
 from affordance.objects.material import Material
 from affordance.objects.materials import check_materials, load_materials
+from affordance.objects.mesh_bodies import UNITS, Bodies, Body, load_bodies, merge
+from affordance.objects.primitives import Box, Capsule, Cylinder
 from affordance.objects.tool import PLANE_TOLERANCE, Component, Grip, StrikingFace, Tool, find_struck_part
-from affordance.objects.tool_entries import StrikeEntry, ToolEntry
+from affordance.objects.tool_entries import ComponentEntry, StrikeEntry, ToolEntry, build_pose
 
+# Value in place of a colour: the colour in the mesh file.
+_OF_FILE = "file"
+
+# Constructors of solids, by the key that gives their lengths.
+_PRIMITIVES: Mapping[str, Callable[[Sequence[float]], Shape]] = {
+    "semi_axes": lambda size: Ellipsoid((size[0], size[1], size[2])),
+    "box": lambda size: Box((size[0], size[1], size[2])),
+    "cylinder": lambda size: Cylinder(size[0], size[1]),
+    "capsule": lambda size: Capsule(size[0], size[1]),
+}
+_KINDS = (*_PRIMITIVES, "mesh")
+
+
+# Keys for primitives, and those for meshes.
+_OF_PRIMITIVES = ("position", "rpy_deg", "material", "colour", "looks_like")
+_OF_MESHES = ("unit", "shell", "materials", *_OF_PRIMITIVES)
 # Least length of a vector that defines a direction, [1].
 _MIN_LENGTH = 0.01
 # Files of tools and of held objects, in the folder workshop/ of the models.
 _WORKSHOP = ("tools.yaml", "uncommon.yaml", "blanks.yaml", "hps.yaml")
+
+
+@dataclass(frozen=True)
+class Part:
+    """Entry of a tool's components, and its place in the file.
+
+    Attributes:
+        path: Path of the file.
+        key: Key of the entry in the file.
+        entry: Parsed entry.
+        materials: Materials by name.
+    """
+
+    path: Path
+    key: str
+    entry: ComponentEntry
+    materials: Mapping[str, Material]
+
+    def error(self, name: str, problem: str) -> BadValueError:
+        """Builds the error about a key of the entry."""
+        return BadValueError(self.path, f"{self.key}.{name}", problem)
+
+    def find_material(self, key: str, name: str | None) -> Material:
+        """Finds the material that is named at a key.
+
+        Raises:
+            BadValueError: The name is missing or unknown.
+        """
+        if name is None:
+            raise self.error(key, "is missing")
+        if name not in self.materials:
+            raise self.error(key, describe_choice(name, self.materials))
+        return self.materials[name]
+
+
+def read_components(part: Part, folder: Path) -> tuple[Component, ...]:
+    """Builds one component, or one for each body of a mesh.
+
+    Args:
+        part: Entry of the file.
+        folder: Folder to which paths of mesh files are relative.
+
+    Raises:
+        BadValueError: A value or the mesh file is invalid; the message says which and how.
+    """
+    entry = part.entry
+    kinds = [kind for kind in _KINDS if getattr(entry, kind) is not None]
+    if len(kinds) > 1:
+        raise part.error(kinds[1], f"is given with {kinds[0]}, only one of {', '.join(_KINDS)} must be given")
+    if not kinds:
+        raise part.error(_KINDS[0], f"is missing: one of {', '.join(_KINDS)} must be given")
+    kind = kinds[0]
+    known = _OF_MESHES if kind == "mesh" else _OF_PRIMITIVES
+    for name in sorted(entry.model_fields_set - {kind, *known}):
+        raise part.error(name, f"is not a key of a {kind} (known: {', '.join(sorted(known))})")
+    if kind == "mesh":
+        return _read_mesh(part, folder)
+    if entry.position is None:
+        raise part.error("position", "is missing")
+    X_TE = build_pose(entry.position, entry.rpy_deg)
+    ((material, looks_like),) = _read_materials(part, [None])
+    return (Component(_PRIMITIVES[kind](getattr(entry, kind)), X_TE, material, looks_like),)
+
+
+def _read_mesh(part: Part, folder: Path) -> tuple[Component, ...]:
+    entry = part.entry
+    assert entry.mesh is not None
+    if entry.unit is None:
+        raise part.error("unit", "is missing")
+    if entry.unit not in UNITS:
+        raise part.error("unit", f"is {entry.unit!r}, must be one of {', '.join(UNITS)}")
+    found = load_bodies(folder / entry.mesh, entry.unit)
+    X_TF = np.eye(4) if entry.position is None else build_pose(entry.position, entry.rpy_deg)
+    bodies = _choose_bodies(part, found)
+    colours = [body.colour for body in bodies]
+    pairs = _read_list(part, found, colours) if entry.materials is not None else _read_materials(part, colours)
+    components = []
+    for body, (material, looks_like) in zip(bodies, pairs, strict=True):
+        X_FE = np.eye(4)
+        X_FE[:3, 3] = body.p_FEo
+        components.append(Component(body.solid, X_TF @ X_FE, material, looks_like))
+    return tuple(components)
+
+
+def _choose_bodies(part: Part, found: Bodies) -> tuple[Body, ...]:
+    """Chooses the requested body, all bodies if materials or colours are given by shell, or all merged into one."""
+    entry = part.entry
+    if entry.shell is not None:
+        if entry.shell >= found.num_shells:
+            raise part.error("shell", f"is {entry.shell}, must be from 0 to {found.num_shells - 1}")
+        for body in found.bodies:
+            if body.number == entry.shell:
+                return (body,)
+        raise part.error("shell", f"is {entry.shell}, the wall of a cavity; the shell around it must be given")
+    by_shell = entry.materials is not None or entry.material is None
+    return found.bodies if by_shell or len(found.bodies) == 1 else (merge(found),)
+
+
+def _read_list(part: Part, found: Bodies, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
+    """Reads materials by shell, cavities included, and the appearance of each body."""
+    names = part.entry.materials or []
+    if len(names) != found.num_shells:
+        problem = f"has {len(names)} entries, must have {found.num_shells}: one a shell, in the order of the file"
+        raise part.error("materials", problem)
+    pairs = []
+    for body, colour in zip(found.bodies, colours, strict=True):
+        material = part.find_material(f"materials[{body.number}]", names[body.number])
+        for cavity in body.cavities:
+            if names[cavity] != names[body.number]:
+                problem = f"is {names[cavity]!r}, the wall of a cavity in shell {body.number}"
+                raise part.error(f"materials[{cavity}]", f"{problem}, must be its {names[body.number]!r}")
+        pairs.append((material, _read_look(part, material, colour)))
+    return pairs
+
+
+def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
+    """Finds the material and the appearance of each body, by ``material``, or by ``colour`` alone.
+
+    Args:
+        part: Entry of the file.
+        colours: Colours of the bodies in the mesh file; None where it gives none.
+    """
+    entry = part.entry
+    if entry.material is None and entry.colour is not None:
+        pairs = []
+        for colour in _read_colours(part, colours):
+            matching = [each for each in part.materials.values() if is_same_colour(each.colour, colour)]
+            if len(matching) != 1:
+                nearest = find_nearest_colour(colour, {each.name: each.colour for each in part.materials.values()})
+                problem = f"{show_colour(colour)} is the colour of {len(matching)} materials, must be that of one"
+                raise part.error("colour", f"{problem}; the nearest is {nearest}")
+            pairs.append((matching[0], matching[0]))
+        return pairs
+    material = part.find_material("material", entry.material)
+    return [(material, _read_look(part, material, colour)) for colour in colours]
+
+
+def _read_look(part: Part, material: Material, colour: Colour | None) -> Material:
+    """Finds the material whose colour a part shows: its own, another's, or a pseudo-material of a given colour."""
+    if part.entry.looks_like is not None:
+        return part.find_material("looks_like", part.entry.looks_like)
+    if part.entry.colour is not None:
+        (shown,) = _read_colours(part, [colour])
+        return Material(show_colour(shown), shown, material.density, material.density_sd, "the colour of the part")
+    return material
+
+
+def _read_colours(part: Part, colours: Sequence[Colour | None]) -> list[Colour]:
+    if part.entry.colour != _OF_FILE:
+        return [_parse_colour(part)] * len(colours)
+    known = []
+    for number, colour in enumerate(colours):
+        if colour is None:
+            problem = f"is {_OF_FILE}, and the file shows none of part {number} (images as textures are not read)"
+            raise part.error("colour", f"{problem}; a colour or material must be given")
+        known.append(colour)
+    return known
+
+
+def _parse_colour(part: Part) -> Colour:
+    text = part.entry.colour or ""
+    if not is_colour(text):
+        raise part.error("colour", f"is {text!r}, {COLOUR_FORM}")
+    return parse_colour(text)
 
 
 class _ToolsFile(DataModel):

@@ -9,7 +9,7 @@ from affordance.exceptions import describe_choice
 from affordance.files.constraints import OneOf, Text, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.protocols import ALL
-from affordance.reporting.section_entries import Expression
+from affordance.reporting.claims import Expression
 
 
 class Measure(enum.StrEnum):

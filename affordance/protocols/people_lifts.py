@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError, describe_choice
-from affordance.files.bounded import RESULTS
-from affordance.files.csv_table import read_csv, read_number
+from affordance.files.bounded import RESULTS, read_csv, read_number
 from affordance.protocols.block_entries import BlockEntry
 from affordance.protocols.object_entries import ProtocolObjects
 

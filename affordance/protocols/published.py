@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from affordance.exceptions import BadValueError
-from affordance.files.csv_table import read_csv, read_number
+from affordance.files.bounded import read_csv, read_number
 
 _COLUMNS = ("quantity", "value", "low", "high", "unit", "source")
 

@@ -9,8 +9,8 @@ from pydantic import Field
 from affordance.exceptions import describe_choice
 from affordance.files.constraints import Text, complain
 from affordance.files.data_model import DataModel
+from affordance.reporting.claims import Claim, Order, ReportFigure
 from affordance.reporting.section import PlainReport
-from affordance.reporting.section_entries import Claim, Order, ReportFigure
 
 # Prose of the program's own protocols and studies: templates, which are trusted.
 _SECTIONS = Path(__file__).parents[1] / "experiments" / "sections"

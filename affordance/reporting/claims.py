@@ -1,21 +1,27 @@
-"""Judgement of claims: each is met if the numbers of an experiment meet all its criteria.
+"""Claims of a report's section, their schema in files, and their judgement by the numbers of an experiment.
 
-A criterion compares an expression over the numbers with a bound. It is kept apart from the prose, so that it can be
-read on its own and tested with numbers that contradict it.
+A claim is met if all its criteria are, each of which compares an expression over the numbers of metrics.json with a
+bound. It is kept apart from the prose, so that it can be read on its own and tested with numbers that contradict it.
+Section files of the program and reports of protocols have the same entries; only in the former are texts templates.
 """
 
+import math
 import operator
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, NamedTuple
+from dataclasses import dataclass
+from typing import Annotated, Any, NamedTuple, override
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
+from pydantic.json_schema import JsonSchemaValue
 
-from affordance.exceptions import AffordanceError
-from affordance.reporting.expressions import comes_of_numbers, evaluate
+from affordance.exceptions import AffordanceError, show_value
+from affordance.files.constraints import FileName, Text, Whole, Within, complain
+from affordance.files.data_model import DataModel
+from affordance.reporting.expressions import comes_of_numbers, evaluate, parse_expression
 from affordance.reporting.formatting import format_beside
-from affordance.reporting.section_entries import Claim, Criterion
 
+Order = Annotated[int, Whole(0, 10_000)]
 # Most entries of a list that are shown.
 _SHOWN = 100
 
@@ -27,6 +33,125 @@ COMPARISONS: Mapping[str, tuple[Callable[[Any, Any], Any], str]] = {
     "below": (operator.lt, "below"),
     "is": (operator.eq, ""),
 }
+
+
+@dataclass(frozen=True)
+class Expression(Text):
+    """Annotation of a text that is an expression over numbers."""
+
+    @override
+    def check(self, value: Any) -> str:
+        text: str = super().check(value)
+        try:
+            parse_expression(text)
+        except AffordanceError as error:
+            raise complain(str(error)) from error
+        return text
+
+
+@dataclass(frozen=True)
+class ExpressionOrNumber(Text):
+    """Annotation of a value that is an expression over the numbers, a number, or true or false."""
+
+    @property
+    @override
+    def schema(self) -> JsonSchemaValue:
+        return {"type": ["string", "number", "boolean"]}
+
+    @override
+    def check(self, value: Any) -> Any:
+        if isinstance(value, str) and value.strip():
+            return Expression().check(value)
+        if not isinstance(value, bool | int | float):
+            raise complain(f"is {show_value(value)}, must be an expression or a number")
+        try:
+            finite = math.isfinite(value)
+        except OverflowError:  # a whole number of 400 digits
+            finite = False
+        if not finite:
+            raise complain(f"is {show_value(value)}, must be finite")
+        return value
+
+
+type Bound = Annotated[Any, ExpressionOrNumber()]
+
+
+class Criterion(DataModel):
+    """Bound on an expression; every entry of a list must meet it.
+
+    What is missing, infinite, NaN or a list without entries, as value, as bound or on the way to them, meets none.
+    """
+
+    name: Annotated[str, Text(), Field(description="Meaning of the expression in words.")]
+    value: Bound
+    above: Bound = None
+    at_least: Bound = None
+    at_most: Bound = None
+    below: Bound = None
+    is_: Annotated[Bound, Field(alias="is")] = None
+    unit: Annotated[str, Field(description="Unit of value and bound as shown.")] = ""
+    scale: Annotated[float, Within(), Field(description="Factor from SI to that unit.")] = 1.0
+    digits: Annotated[int, Whole(0, 12)] = 2
+
+    @model_validator(mode="before")
+    @classmethod
+    def check_bound(cls, content: Any) -> Any:
+        """Refuses a criterion without a bound.
+
+        Raises:
+            PydanticCustomError: There is no bound.
+        """
+        if isinstance(content, dict) and not any(name in content for name in COMPARISONS):
+            raise complain(f"has no bound, must have one of {', '.join(COMPARISONS)}")
+        return content
+
+    @property
+    def bounds(self) -> Mapping[str, str | float | bool]:
+        """Bounds by comparison; each is an expression too."""
+        bounds = {name: getattr(self, "is_" if name == "is" else name) for name in COMPARISONS}
+        return {name: bound for name, bound in bounds.items() if bound is not None}
+
+
+class Claim(DataModel):
+    """Statement with its source, and the criteria by which the numbers confirm or contradict it."""
+
+    key: Annotated[str, Text()]
+    source: Annotated[str, Text(), Field(description="Source of the claim; 'ours' for a claim of the author's own.")]
+    text: Annotated[str, Text()]
+    criteria: Annotated[list[Criterion], Field(min_length=1)]
+
+
+class ReportFigure(DataModel):
+    """Figure of the report with its caption."""
+
+    file: Annotated[str, FileName(), Field(description="File name in the folder of results, as 'heights.png'.")]
+    caption: Annotated[str, Text()]
+
+
+class TableEntry(DataModel):
+    """Table of a section file; rows are lines, whose cells stand between bars."""
+
+    caption: Annotated[str, Text()]
+    header: Annotated[list[str], Field(min_length=1)]
+    rows: Annotated[str, Text()]
+
+
+class SectionClaim(Claim):
+    """Claim of a section file, made only where an expression is true."""
+
+    given: Bound = True
+
+
+class SectionEntry(DataModel):
+    """Section file, whose texts are templates."""
+
+    order: Order | None = None
+    title: Annotated[str, Text()]
+    summary: Annotated[str, Text()]
+    figures: list[ReportFigure] = Field(default_factory=list)
+    claims: list[SectionClaim] = Field(default_factory=list)
+    tables: list[TableEntry] = Field(default_factory=list)
+    remarks: list[Annotated[str, Text()]] = Field(default_factory=list)
 
 
 class CriterionResult(NamedTuple):

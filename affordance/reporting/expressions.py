@@ -6,30 +6,95 @@ texts can only be compared, and no result is larger than its operands.
 """
 
 import ast
-import difflib
 import operator
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
-from affordance.exceptions import AffordanceError
-from affordance.reporting.expression_operations import (
-    ARITHMETIC,
-    COMPARE,
-    DIVISIONS,
-    FUNCTIONS,
-    OF_LISTS,
-    UNARY,
-    take,
-)
+from affordance.exceptions import AffordanceError, suggest
 
+# Letters of all texts of a list.
+_MOST_LETTERS = 10_000_000
 # Most characters and most nested operations; the longest of our own has 70 characters and 3 levels.
 _LONGEST, _DEEPEST = 1000, 60
 # Whole numbers beyond are no exact doubles.
 _LARGEST = 2**53
+
+
+def take(value: Any) -> Any:
+    """A value of which others are calculated: lists as arrays, of numbers or of texts."""
+    if isinstance(value, list | tuple):
+        # NumPy gives each text of a list the room of the longest.
+        if len(value) * max((len(each) for each in value if isinstance(each, str)), default=0) > _MOST_LETTERS:
+            raise ValueError("its texts are too long to be compared")
+        value = np.array(value)
+    if isinstance(value, np.ndarray) and value.dtype.kind not in "biufU":
+        raise TypeError("its entries are no numbers")
+    return value
+
+
+def _list_values(mapping: Any) -> Any:
+    if not isinstance(mapping, Mapping):
+        raise TypeError("values() wants numbers by name")
+    return take(list(mapping.values()))
+
+
+def _reduce_by(reduce: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    """The function of a list that has an entry; NaN of one that has none."""
+    return lambda values: reduce(values) if np.size(values) else np.float64(np.nan)
+
+
+def _divide_by(divide: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    """The division of doubles, of which a division by zero is infinite or NaN, as are those of no whole numbers."""
+    return lambda value, by: divide(value, by if np.all(by) else np.asarray(by, dtype=float)[()])
+
+
+# What expressions may call, with the number of arguments.
+FUNCTIONS: Mapping[str, tuple[Callable[..., Any], int]] = {
+    "abs": (np.abs, 1),
+    "all": (_reduce_by(np.all), 1),
+    "any": (_reduce_by(np.any), 1),
+    "diff": (np.diff, 1),
+    "len": (len, 1),
+    "log": (np.log, 1),
+    "max": (_reduce_by(np.max), 1),
+    "maximum": (np.maximum, 2),
+    "mean": (_reduce_by(np.mean), 1),
+    "min": (_reduce_by(np.min), 1),
+    "minimum": (np.minimum, 2),
+    "ptp": (_reduce_by(np.ptp), 1),
+    "sqrt": (np.sqrt, 1),
+    "sum": (_reduce_by(np.sum), 1),
+    "values": (_list_values, 1),
+}
+# Functions of what is no number.
+OF_LISTS = ("len", "values")
+ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: _divide_by(operator.truediv),
+    ast.FloorDiv: _divide_by(operator.floordiv),
+    ast.Mod: _divide_by(operator.mod),
+    ast.Pow: np.float_power,  # of doubles: whole numbers would grow without end
+}
+DIVISIONS = (ast.Div, ast.FloorDiv, ast.Mod)
+UNARY: Mapping[type[ast.unaryop], Callable[[Any], Any]] = {
+    ast.UAdd: operator.pos,
+    ast.USub: operator.neg,
+    ast.Not: operator.not_,
+}
+COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+}
 
 
 def find_names(expression: str | float | bool) -> frozenset[str]:
@@ -150,9 +215,7 @@ def _is_known(node: ast.expr) -> bool:
 
 def _list_problems_of_call(name: str, count: int, *, has_others: bool) -> Iterator[str]:
     if name not in FUNCTIONS:
-        near = difflib.get_close_matches(name, FUNCTIONS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
-        yield f"it calls {name!r}, must be one of {', '.join(FUNCTIONS)}{hint}"
+        yield f"it calls {name!r}, must be one of {', '.join(FUNCTIONS)}{suggest(name, FUNCTIONS)}"
     elif has_others or count != FUNCTIONS[name][1]:
         wanted = FUNCTIONS[name][1]
         yield f"{name} takes {wanted} argument{'' if wanted == 1 else 's'} and nothing else"
@@ -224,8 +287,7 @@ def _compute(node: ast.expr | None, numbers: Mapping[str, Any], parts: list[Any]
 def _take_entry(value: Any, index: Any) -> Any:
     if isinstance(value, Mapping):
         if index not in value:
-            near = difflib.get_close_matches(str(index)[:100], [str(name) for name in value], n=1)
-            raise LookupError(f"it has no {index!r}" + (f"; did you mean {near[0]!r}?" if near else ""))
+            raise LookupError(f"it has no {index!r}{suggest(index, map(str, value))}")
         return take(value[index])
     if not isinstance(value, np.ndarray):
         raise TypeError("a single number or text has no entries")

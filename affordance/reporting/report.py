@@ -8,14 +8,13 @@ import json
 import logging
 import re
 from collections.abc import Collection, Mapping, Sequence
-from importlib.resources import files
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import jinja2
 from pydantic import TypeAdapter, ValidationError
 
 from affordance.files.atomic import quarantine, write_json, write_text
+from affordance.files.template import render_template
 from affordance.named_settings import show_setting
 from affordance.reporting.section import Section
 
@@ -78,12 +77,11 @@ def write_report(folder: Path) -> Path:
             quarantine(path, f"is left out of the report: it is not a section ({_describe(error)})")
     sections.sort(key=lambda section: (section["order"], section["anchor"]))
     claims = [claim for section in sections for claim in section["claims"]]
-    environment = jinja2.Environment(undefined=jinja2.StrictUndefined, autoescape=True, trim_blocks=True)
-    template = environment.from_string(
-        (files("affordance.reporting") / "templates/report.html.j2").read_text("utf-8")
-    )
     runs = read_runs([path.parent for path in sorted(folder.glob(f"*/{_SECTION}"))])
-    page = template.render(
+    page = render_template(
+        "affordance.reporting",
+        "report.html.j2",
+        escapes=True,
         sections=sections,
         heading=_find_heading(sections),
         left_out=_read_left_out(folder),

@@ -22,9 +22,8 @@ import numpy as np
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice, name_object
 from affordance.files.data_model import load_model
 from affordance.reporting import formatting
-from affordance.reporting.claims import ClaimResult, judge_claims
+from affordance.reporting.claims import Claim, ClaimResult, ReportFigure, SectionEntry, judge_claims
 from affordance.reporting.expressions import evaluate, find_names
-from affordance.reporting.section_entries import Claim, ReportFigure, SectionEntry
 
 _METRES_TO_CM = 100.0
 # Order of a section that gives none.

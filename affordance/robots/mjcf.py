@@ -13,8 +13,13 @@ from xml.etree.ElementTree import Element
 
 from affordance.exceptions import BadValueError, describe_choice
 from affordance.robots.description import Description, Inertial, JointNotes, Mimic, Visual, find_joint_fault
-from affordance.robots.mjcf_actuators import check_drives, read_efforts, read_limit
-from affordance.robots.mjcf_expansion import expand_includes, write_out_defaults
+from affordance.robots.mjcf_expansion import (
+    check_drives,
+    expand_includes,
+    read_efforts,
+    read_limit,
+    write_out_defaults,
+)
 from affordance.robots.xml_reader import Numbers, remove_children
 
 _OF_SITES = ("name", "pos", "quat", "euler", "axisangle", "xyaxes", "zaxis")

@@ -1,14 +1,16 @@
-"""Expansion of an MJCF model, as MuJoCo does before anything else: included files and default classes.
+"""Expansion of an MJCF model: included files, default classes, and the torque limits that its actuators imply.
 
 A class inherits from the class it is nested in, and all actuators of a class share one set of attributes, whatever
 their tags. The class of an element is its own, otherwise the nearest ``childclass`` above it, otherwise the main one.
 """
 
+import math
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError, describe_choice
-from affordance.robots.xml_reader import read_xml
+from affordance.exceptions import BadValueError, describe_choice, suggest
+from affordance.robots.xml_reader import Numbers, read_xml
 
 # Deepest nesting of files; models are split by robot, gripper and scene, so deeper nesting is a mistake.
 _DEEPEST = 8
@@ -31,6 +33,8 @@ _ACTUATOR = "actuator"
 _OF_BODIES = ("joint", "geom", "site")
 
 type _Attributes = dict[str, dict[str, str]]
+# Attributes that make an actuator's force depend on more than its control, so that the control range is no bound.
+_FEEDBACK = ("kp", "kv")
 
 
 def expand_includes(path: Path, root: Element) -> tuple[Path, ...]:
@@ -125,3 +129,87 @@ def _read_classes(root: Element) -> dict[str, _Attributes]:
     for element in root.findall("default"):
         add(element, found[_MAIN])
     return found
+
+
+def read_efforts(root: Element, numbers: Numbers) -> dict[str, float]:
+    """Reads the torque limit of every joint whose actuators are limited, [N m].
+
+    An actuator is limited by the weaker end of its force range and, where its force is a multiple of its control, by
+    that of its control range, times its gear; the limits of all actuators of a joint add up.
+
+    Raises:
+        BadValueError: A range or gear is invalid.
+    """
+    efforts: dict[str, float] = {}
+    for actuator, joint in _list_drives(root):
+        key = f"actuator {actuator.get('name', joint)}"
+        gear = abs(numbers.parse_one(_take_first(actuator.get("gear")), f"{key}.gear", 1.0))
+        limits = [read_limit(actuator.attrib, "force", numbers, key)]
+        gain = _find_gain(actuator, numbers, key)
+        if gain is not None:
+            limits.append(gain * read_limit(actuator.attrib, "ctrl", numbers, key))
+        if math.isfinite(min(limits)):
+            efforts[joint] = efforts.get(joint, 0.0) + gear * min(limits)
+    return efforts
+
+
+def check_drives(root: Element, joints: Collection[str], numbers: Numbers) -> None:
+    """Makes sure that every actuator of a joint drives one that there is.
+
+    Raises:
+        BadValueError: One does not.
+    """
+    for actuator, joint in _list_drives(root):
+        if joint not in joints:
+            problem = f"is {joint!r}, which is no joint of the file{suggest(joint, joints)}"
+            raise BadValueError(numbers.path, f"actuator {actuator.get('name', joint)}.joint", problem)
+
+
+def _list_drives(root: Element) -> Iterator[tuple[Element, str]]:
+    """Actuators of joints, with the name of the joint."""
+    for actuator in root.iterfind("actuator/*"):
+        joint = actuator.get("joint") or actuator.get("jointinparent")
+        if actuator.tag in ACTUATORS and joint:
+            yield actuator, joint
+
+
+def read_limit(attributes: Mapping[str, str], name: str, numbers: Numbers, key: str) -> float:
+    """Reads the limit of a range such as ``forcerange``, which ``forcelimited`` can switch off.
+
+    Args:
+        attributes: Attributes of the element.
+        name: Name of the limited quantity, such as ``force``.
+        numbers: Parser of the values.
+        key: Place of the element in the file.
+
+    Returns: Smaller magnitude of the range's two ends, infinite for no limit.
+
+    Raises:
+        BadValueError: The range is not two numbers in ascending order.
+    """
+    text = attributes.get(f"{name}range")
+    low, high = numbers.parse(text, f"{key}.{name}range", 2, (0.0, 0.0))
+    if low > high:
+        raise BadValueError(numbers.path, f"{key}.{name}range", f"is from {low:g} to {high:g}, must rise")
+    if low == high or attributes.get(f"{name}limited") == "false":
+        return math.inf
+    return min(abs(low), abs(high))
+
+
+def _find_gain(actuator: Element, numbers: Numbers, key: str) -> float | None:
+    """Computes force over control where the force is proportional to the control; None elsewhere."""
+    if actuator.tag == "motor":
+        return 1.0
+    plain = (
+        actuator.tag == "general"
+        and actuator.get("gaintype", "fixed") == "fixed"
+        and actuator.get("biastype", "none") == "none"
+        and not any(name in actuator.attrib for name in _FEEDBACK)
+    )
+    if not plain:
+        return None
+    return abs(numbers.parse_one(_take_first(actuator.get("gainprm")), f"{key}.gainprm", 1.0))
+
+
+def _take_first(text: str | None) -> str:
+    return " ".join((text or "").split()[:1])

@@ -1,6 +1,5 @@
 """Report of an import, as text and as a page with pictures of the posture: what was taken, assumed and left out."""
 
-import html
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -10,6 +9,7 @@ from matplotlib.figure import Figure
 
 from affordance.exceptions import UnavailableError
 from affordance.files.atomic import write_atomic, write_text
+from affordance.files.template import render_template
 from affordance.objects.load import load_tools
 from affordance.objects.materials import load_materials
 from affordance.plant.arm import ARM
@@ -30,11 +30,6 @@ _NO_ROTOR = 1e-3
 # Static payload over arm mass above which torque limits look like placeholders; the largest of twenty robots is 4.1.
 _MANY_WEIGHTS = 5.0
 _MANY = 12
-_STYLE = (
-    "body { font: 16px/1.55 system-ui, sans-serif; max-width: 62rem; margin: 2rem auto; padding: 0 1rem } "
-    "img { max-width: 100% } table { border-collapse: collapse } td, th { text-align: left; padding: 0.3rem 0.8rem; "
-    "border-bottom: 1px solid #ddd; vertical-align: top } td.number { text-align: right }"
-)
 
 
 class Part(NamedTuple):
@@ -59,7 +54,10 @@ def write_report(models: Path, imported: ImportedArm, fitted: Fitted | None, loo
     figure = draw_posture(models)
     write_atomic(models / PICTURE, lambda path: figure.savefig(path, dpi=130))
     write_text(models / TEXT, _write_text(title, parts))
-    write_text(models / PAGE, _write_page(title, parts))
+    page = render_template(
+        "affordance.robots", "report.html.j2", escapes=True, title=title, picture=PICTURE, parts=parts
+    )
+    write_text(models / PAGE, page)
 
 
 def _list_parts(imported: ImportedArm, fitted: Fitted | None, looks: Sequence[str]) -> list[Part]:
@@ -252,22 +250,3 @@ def _write_text(title: str, parts: Sequence[Part]) -> str:
                 ),
             ]
     return "\n".join(lines) + "\n"
-
-
-def _write_page(title: str, parts: Sequence[Part]) -> str:
-    body = [f"<h1>{html.escape(title)}</h1>", f'<img src="{PICTURE}" alt="the arm in its home posture">']
-    for part in parts:
-        body.append(f"<h2>{html.escape(part.heading)}</h2>")
-        body.append("<ul>" + "".join(f"<li>{html.escape(sentence)}</li>" for sentence in part.sentences) + "</ul>")
-        for number, row in enumerate(part.table):
-            cell = "td" if number else "th"
-            cells = "".join(f"<{cell}>{html.escape(value)}</{cell}>" for value in row)
-            body.append(("" if number else "<table>") + f"<tr>{cells}</tr>")
-        if part.table:
-            body.append("</table>")
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8">'
-        f"<title>{html.escape(title)}</title><style>{_STYLE}</style></head>\n<body>\n"
-        + "\n".join(body)
-        + "\n</body></html>\n"
-    )

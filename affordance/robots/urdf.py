@@ -1,13 +1,12 @@
 """Reader of URDF files: the part that Drake needs, and the part that Drake ignores."""
 
-import difflib
 import math
 from collections.abc import Collection
 from pathlib import Path
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
-from affordance.exceptions import BadValueError, describe_choice
+from affordance.exceptions import BadValueError, describe_choice, suggest
 from affordance.robots.description import (
     MOMENTS,
     SHAPES,
@@ -83,9 +82,8 @@ def _read_connection(joint: Element, path: Path, key: str, links: Collection[str
     ends = {end: get_attribute(joint.find(end), "link") or "" for end in ("parent", "child")}
     for end, link in ends.items():
         if link not in links and link != _WORLD:
-            near = difflib.get_close_matches(link, links, n=1)
-            hint = f"; did you mean {near[0]!r}?" if near else ""
-            raise BadValueError(path, f"{key}.{end}.link", f"is {link!r}, which is no link of the file{hint}")
+            problem = f"is {link!r}, which is no link of the file{suggest(link, links)}"
+            raise BadValueError(path, f"{key}.{end}.link", problem)
     if ends["parent"] == ends["child"]:
         raise BadValueError(path, key, f"connects the link {ends['parent']} to itself, must connect two")
     return frozenset(ends.values())

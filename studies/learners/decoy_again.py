@@ -22,7 +22,7 @@ from affordance.experiments.shared.presented import PresentationExperiment
 from affordance.files.model_files import list_arm_files
 from affordance.objects.tool import Tool
 from affordance.reporting.figures import FONT_SIZE, LINE_STYLES, OBJECT_COLOURS, tidy
-from affordance.reporting.kinds_figure import draw_kinds
+from affordance.reporting.lift_figures import draw_kinds
 from affordance.reporting.statistics import compute_excursion, estimate_mean
 from affordance.runs.random_streams import Stream
 from affordance.simulation.trial import Observer, get_runner

@@ -9,9 +9,8 @@ from affordance.files.data_model import check_content
 from affordance.files.model_folder import MODELS
 from affordance.files.yaml_reader import read_yaml
 from affordance.protocols.protocol import find_protocol, load_protocol
-from affordance.reporting.claims import judge_claims
+from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.expressions import find_names
-from affordance.reporting.section_entries import Claim
 
 _HEADLINES = Path(__file__).parent / "headlines.yaml"
 EXPERIMENTS = ("weight", "com", "reach", "hammer")

@@ -18,7 +18,7 @@ from affordance.experiments.shared.experience import Experience
 from affordance.experiments.suite import DEFAULT_REPEATS
 from affordance.files.atomic import write_text
 from affordance.files.model_folder import MODELS
-from affordance.reporting.section_entries import Claim
+from affordance.reporting.claims import Claim
 from affordance.reporting.statistics import Estimate
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from studies.robustness.assumptions import (

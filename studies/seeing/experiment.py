@@ -40,8 +40,7 @@ from affordance.reporting.camera_figures import CameraView, draw_camera_views
 from affordance.settings import DEFAULT_SETTINGS, Settings
 from affordance.vision.features import FeatureSource
 from affordance.vision.pixels.camera_sensor import get_camera_sensor
-from affordance.vision.pixels.failed_frames import save_frame
-from affordance.vision.pixels.rgbd import Picture
+from affordance.vision.pixels.rgbd import Picture, save_frame
 from affordance.vision.pixels.rig import build_rig_diagram, render
 from studies.seeing.comparison import NOTHING, compare
 from studies.seeing.figure import draw_calibration

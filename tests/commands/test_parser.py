@@ -4,8 +4,8 @@ import argparse
 
 import pytest
 
+from affordance.cli import OneLineParser
 from affordance.commands.options import add_repeats, check_bounds
-from affordance.commands.parser import OneLineParser
 from affordance.exceptions import BadValueError
 
 

@@ -18,9 +18,8 @@ from helpers.section_files import find_sections
 
 from affordance.files.model_folder import MODELS
 from affordance.protocols.protocol import load_protocol
-from affordance.reporting.claims import judge_claims
+from affordance.reporting.claims import Claim, judge_claims
 from affordance.reporting.section import load_claims
-from affordance.reporting.section_entries import Claim
 from studies.robustness.claims import EXPERIMENTS, TASKS, list_claims
 
 SECTIONS = find_sections()

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError
-from affordance.reporting.claims import COMPARISONS, judge_claims
-from affordance.reporting.section_entries import Claim, Criterion
+from affordance.reporting.claims import COMPARISONS, Claim, Criterion, judge_claims
 
 
 def judge(value, bounds, numbers, **shown):

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from affordance.exceptions import AffordanceError, BadValueError
+from affordance.reporting.claims import Claim, Criterion, ReportFigure
 from affordance.reporting.section import PlainReport, check_names, render_report
-from affordance.reporting.section_entries import Claim, Criterion, ReportFigure
 
 FACTS = {"repeats": 2, "camera_caption": "", "faults": "", "few_observers": "They are few."}
 NUMBERS = {

@@ -8,10 +8,9 @@ import re
 
 import pytest
 
-from affordance.reporting.claims import ClaimResult, CriterionResult
+from affordance.reporting.claims import ClaimResult, CriterionResult, ReportFigure
 from affordance.reporting.report import remove_section, write_report, write_section
 from affordance.reporting.section import Section, Table
-from affordance.reporting.section_entries import ReportFigure
 
 
 def make_section(order, title, met=True):

@@ -5,8 +5,8 @@ import pytest
 import yaml
 
 from affordance.exceptions import AffordanceError
+from affordance.reporting.claims import ReportFigure
 from affordance.reporting.section import Table, load_claims, render_section
-from affordance.reporting.section_entries import ReportFigure
 
 FILE = """
 order: 4

@@ -12,7 +12,7 @@ from affordance.cli import main
 from affordance.commands.options import add_out, add_seed, add_set
 from affordance.commands.study import STUDIES
 from affordance.exceptions import BadValueError
-from affordance.files.clone import import_study
+from affordance.files.model_folder import import_study
 from studies.study import Findings, Study, keep_result, read_kept, run_kept
 
 SECTION = """

@@ -23,7 +23,7 @@ from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource, VisionError, measure_features
 from affordance.vision.pixels import camera_sensor
 from affordance.vision.pixels.camera_sensor import CameraSensor, get_camera_sensor
-from affordance.vision.pixels.failed_frames import save_frame
+from affordance.vision.pixels.rgbd import save_frame
 from affordance.vision.visual_prior import predict_object
 
 PIXELS = dataclasses.replace(DEFAULT_SETTINGS, feature_source=FeatureSource.PIXELS)

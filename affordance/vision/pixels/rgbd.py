@@ -1,4 +1,4 @@
-"""Colour and depth pictures, and the camera that takes them.
+"""Colour and depth pictures, the camera that takes them, and files of those in which nothing was detected.
 
 Frame C is the camera's: Cx points right in the picture, Cy down, Cz along the view. A pixel (u, v), column and row,
 is seen along the ray ((u - centre_x) / focal_length, (v - centre_y) / focal_length, 1) from Co; depth is the
@@ -6,12 +6,16 @@ coordinate along Cz, [m], not the distance along the ray. A missing reading is 0
 """
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.exceptions import SeeingError
+from affordance.files.atomic import write_atomic
 
 Labels = NDArray[np.int32]
 
@@ -57,3 +61,31 @@ class Picture(NamedTuple):
 
     colour: NDArray[np.uint8]
     depth: Array
+
+
+def save_frame(error: SeeingError, folder: Path, name: str) -> SeeingError:
+    """Saves the picture of an error, and returns the error with the path of the file.
+
+    NAME.npz holds ``colour`` and ``depth`` unchanged; NAME.png shows them side by side, near bright and far dark.
+
+    Args:
+        error: Error of the detection, with its picture.
+        folder: Folder that receives the files; created if needed.
+        name: Name of the files, without suffix.
+    """
+    path = folder / f"{name}.npz"
+    write_atomic(path, lambda temporary: np.savez_compressed(temporary, colour=error.colour, depth=error.depth))
+    if error.colour.ndim == 3 and error.colour.shape[:2] == error.depth.shape and error.colour.shape[2] == 3:
+        image = np.hstack([error.colour[:, :, ::-1].astype(np.uint8), _show_depth(error.depth)])
+        write_atomic(path.with_suffix(".png"), lambda temporary: cv2.imwrite(str(temporary), image))
+    return type(error)(error.reason, error.colour, error.depth, str(path))
+
+
+def _show_depth(depth: Array) -> NDArray[np.uint8]:
+    """Returns depth as shades of grey, (height, width, 3); black where there is no reading."""
+    read = np.isfinite(depth) & (depth > 0.0)
+    grey = np.zeros((*depth.shape, 1), dtype=np.uint8)
+    if read.any():
+        low, high = depth[read].min(), depth[read].max()
+        grey[read, 0] = np.rint(255.0 - 205.0 * (depth[read] - low) / max(high - low, 1e-6)).astype(np.uint8)
+    return np.repeat(grey, 3, axis=2)

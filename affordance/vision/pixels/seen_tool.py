@@ -30,8 +30,7 @@ from affordance.vision.pixels.columns import View, build_columns, build_mirrored
 from affordance.vision.pixels.looks import COLOUR_SD, Look, find_looks
 from affordance.vision.pixels.rig import Rig
 from affordance.vision.pixels.sensor_noise import SensorNoise
-from affordance.vision.pixels.silhouette import find_silhouette
-from affordance.vision.pixels.surface import measure_surface
+from affordance.vision.pixels.surface import find_silhouette, measure_surface
 
 
 class Method(enum.Enum):

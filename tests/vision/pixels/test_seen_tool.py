@@ -20,8 +20,7 @@ from affordance.vision.pixels.seen_tool import (
     observe_tool,
     place_at,
 )
-from affordance.vision.pixels.silhouette import find_silhouette
-from affordance.vision.pixels.surface import measure_surface
+from affordance.vision.pixels.surface import find_silhouette, measure_surface
 
 STAND = CameraSensor(TURNING_RIG)
 

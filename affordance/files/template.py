@@ -1,0 +1,29 @@
+"""Rendering of the program's own templates, which lie in the folder ``templates`` of a package."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jinja2
+
+
+def render_template(
+    package: str, name: str, *, escapes: bool, filters: Mapping[str, Callable[..., str]] | None = None, **values: Any
+) -> str:
+    """Renders a template.
+
+    Args:
+        package: Package with the folder, ``affordance.reporting``.
+        name: File name of the template.
+        escapes: True to escape all values for HTML.
+        filters: Filters of the template by name.
+        **values: Values of the template by name.
+    """
+    environment = jinja2.Environment(
+        loader=jinja2.PackageLoader(package),
+        undefined=jinja2.StrictUndefined,
+        autoescape=escapes,
+        trim_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters.update(filters or {})
+    return environment.get_template(name).render(values)
