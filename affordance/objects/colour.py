@@ -39,15 +39,13 @@ def convert_to_lab(colours: NDArray[np.floating]) -> Array:
     if not np.size(colours):  # OpenCV rejects it
         return np.zeros(np.shape(colours))
     flat = np.ascontiguousarray(colours, dtype=np.float32).reshape(1, -1, 3)
-    lab: Array = cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
-    return lab
+    return cv2.cvtColor(flat, cv2.COLOR_RGB2Lab).astype(float).reshape(np.shape(colours))
 
 
 def compute_tints(colours: NDArray[np.floating]) -> Array:
     """Computes the shading-invariant part of colours (..., 3): a*, b* with one channel just saturated, (..., 2)."""
     brightest = np.maximum(colours.max(axis=-1, keepdims=True), 1.0 / 255.0)
-    tints: Array = convert_to_lab(colours / brightest)[..., 1:]
-    return tints
+    return convert_to_lab(colours / brightest)[..., 1:]
 
 
 # Two colours within this distance of each other in every channel, of [0, 1], are the same colour: 5 of 255 steps,

@@ -76,5 +76,4 @@ class ColumnSolid(ArraySolid):
         """Finds the mean of the columns' ends that are farthest along a direction, shape (3,), [m]."""
         ends = np.vstack([np.column_stack([self.places, z]) for z in self.ends.T])
         reach = ends @ (direction_E / np.linalg.norm(direction_E))
-        support: Array = ends[reach >= reach.max() - _AS_FAR].mean(axis=0)
-        return support
+        return ends[reach >= reach.max() - _AS_FAR].mean(axis=0)

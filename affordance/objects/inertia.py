@@ -157,8 +157,7 @@ class Ellipsoid(Primitive):
     def find_support(self, direction_E: Array) -> Array:
         """Finds the point whose outward normal is the direction: a^2 d / |a d|, for semi-axes a, shape (3,), [m]."""
         stretched = self.sizes * direction_E
-        support: Array = self.sizes * stretched / np.linalg.norm(stretched)
-        return support
+        return self.sizes * stretched / np.linalg.norm(stretched)
 
     def compute_curvature_radius(self, direction_E: Array) -> float:
         """Computes the radius for semi-axes a, b, c and a unit vector d: a b c / |a d|^2, [m]."""

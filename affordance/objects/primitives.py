@@ -119,8 +119,7 @@ class Capsule(_Round):
 
 def _take_signs(direction_E: Array) -> Array:
     """Computes the signs of a direction's components, with 0 for those that are rounding error, (3,)."""
-    signs: Array = np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
-    return signs
+    return np.sign(direction_E) * (np.abs(direction_E) > _ALONG * np.linalg.norm(direction_E))
 
 
 def _point_along(half: float, direction_E: Array) -> Array:

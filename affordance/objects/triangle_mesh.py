@@ -77,8 +77,7 @@ class TriangleMesh(ArraySolid):
     def find_support(self, direction_E: Array) -> Array:
         """Finds the mean of the corners that are farthest along a direction, shape (3,), [m]."""
         reach = self._hull_corners @ (direction_E / np.linalg.norm(direction_E))
-        support: Array = self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
-        return support
+        return self._hull_corners[reach >= reach.max() - _SAME_FACE].mean(axis=0)
 
     @cached_property
     def _hull_corners(self) -> Array:
@@ -108,8 +107,7 @@ def integrate_faces(vertices: Array, faces: Faces) -> Array:
     J[3, 3] = d.sum()
     X = np.eye(4)
     X[:3, 3] = middle
-    moved: Array = X @ J @ X.T
-    return moved
+    return X @ J @ X.T
 
 
 def find_open_edges(faces: Faces) -> NDArray[np.intp]:

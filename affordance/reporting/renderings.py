@@ -181,5 +181,4 @@ def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
         place[axis] = 0.5 * (least + most)
         depths.append((most - least) / (2.0 * seen))
     place[2] = min(depths)
-    p_WC: Array = axes @ place
-    return p_WC
+    return axes @ place

@@ -84,30 +84,26 @@ class ArmStatics:
     def compute_hand(self, q: Array) -> Array:
         """Computes the pose of the hand, X_WH, (4, 4)."""
         self.plant.SetPositions(self.context, q)
-        pose: Array = self.hand.CalcPoseInWorld(self.context).GetAsMatrix4()
-        return pose
+        return self.hand.CalcPoseInWorld(self.context).GetAsMatrix4()
 
     def compute_shoulder(self) -> Array:
         """Computes the position of the shoulder in the posture last set, (3,), [m]."""
-        place: Array = self.shoulder.CalcPoseInWorld(self.context).translation()
-        return place
+        return self.shoulder.CalcPoseInWorld(self.context).translation()
 
     def compute_jacobian(self, q: Array, p_HQ: Array) -> Array:
         """Computes the Jacobian of the velocity of a point of the hand, (3, num_joints)."""
         self.plant.SetPositions(self.context, q)
         world = self.plant.world_frame()
-        J: Array = self.plant.CalcJacobianTranslationalVelocity(
+        return self.plant.CalcJacobianTranslationalVelocity(
             self.context, JacobianWrtVariable.kV, self.hand, p_HQ, world, world
         )
-        return J
 
     def compute_torques(self, q: Array, mass: float) -> Array:
         """Computes static torques with a mass in the hand, centred at TEST_DISTANCE, (num_joints,), [N m]."""
         J = self.compute_jacobian(q, np.array([TEST_DISTANCE, 0.0, 0.0]))
         gravity = self.plant.gravity_field().gravity_vector()
         own = -self.plant.CalcGravityGeneralizedForces(self.context)
-        torques: Array = own - J.T @ (mass * gravity)
-        return torques
+        return own - J.T @ (mass * gravity)
 
     def compute_payload(self, q: Array) -> tuple[float, str]:
         """Finds the largest mass held at rest, centred at TEST_DISTANCE, [kg], and the limiting joint."""

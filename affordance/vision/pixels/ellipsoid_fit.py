@@ -259,8 +259,7 @@ def _compute_bias(ellipsoid: SeenEllipsoid, pixels: Array, depth: Array, lateral
         trace_rays(ellipsoid, camera.compute_rays(pixels + lateral_sd[:, None] * step), camera.focal_length).depth
         for step in np.sqrt(2.0) * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]])
     ]
-    bias: Array = np.mean(neighbours, axis=0) - depth
-    return bias
+    return np.mean(neighbours, axis=0) - depth
 
 
 class _Problem:

@@ -156,8 +156,7 @@ def _grow(seeds: Labels, fallback: Labels, mask: Mask) -> Labels:
     seeded[np.unique(pieces[seeds != _UNKNOWN])] = True
     bare = mask & ~seeded[pieces]
     seeds = np.where(bare, fallback, seeds)
-    grown: Labels = np.where(mask, spread_nearest(seeds, seeds != _UNKNOWN), _UNKNOWN).astype(np.int32)
-    return grown
+    return np.where(mask, spread_nearest(seeds, seeds != _UNKNOWN), _UNKNOWN).astype(np.int32)
 
 
 def _measure_look(surfaces: Sequence[Surface], regions: Sequence[Mask]) -> Look:

@@ -171,7 +171,6 @@ def _find_outline(mask: Mask, excluded: Mask) -> Array:
     below = (mask[1:] != mask[:-1]) & ~(excluded[1:] | excluded[:-1])
     row_border, column_border = np.nonzero(border)
     row_below, column_below = np.nonzero(below)
-    points: Array = np.concatenate(
+    return np.concatenate(
         [np.column_stack([column_border + 0.5, row_border]), np.column_stack([column_below, row_below + 0.5])]
     )
-    return points

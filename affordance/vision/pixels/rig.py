@@ -112,8 +112,7 @@ class Rig:
 
     def compute_camera_pose(self, tool: Tool) -> Array:
         """Computes the pose X_TC of the camera relative to an object as it is presented, shape (4, 4)."""
-        X_TC: Array = np.linalg.inv(self.place(tool)) @ self.X_WC
-        return X_TC
+        return np.linalg.inv(self.place(tool)) @ self.X_WC
 
 
 DEFAULT_RIG = Rig()

@@ -230,8 +230,7 @@ def find_mode(points: Array, bin_width: float = _TINT_BIN) -> Array:
     counts = np.zeros(shape)
     np.add.at(counts, tuple(index.T), 1.0)
     peak = np.unravel_index(np.argmax(cv2.GaussianBlur(counts, (5, 5), 1.0)), counts.shape)
-    mode: Array = low + (np.array(peak) + 0.5) * bin_width
-    return mode
+    return low + (np.array(peak) + 0.5) * bin_width
 
 
 def _grow(regions: list[Mask], mask: Mask) -> list[Mask]:

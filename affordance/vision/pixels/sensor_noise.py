@@ -43,13 +43,11 @@ class SensorNoise:
     def compute_axial_sd(self, depth: Array, angle: Array) -> Array:
         """Computes the axial standard deviation of a reading, [m], at depths [m] and surface angles [rad]."""
         tilt = angle / (0.5 * np.pi - angle)
-        sd: Array = self.depth_scale * (0.0012 + 0.0019 * (depth - 0.4) ** 2 + 0.0001 / np.sqrt(depth) * tilt**2)
-        return sd
+        return self.depth_scale * (0.0012 + 0.0019 * (depth - 0.4) ** 2 + 0.0001 / np.sqrt(depth) * tilt**2)
 
     def compute_lateral_sd(self, angle: Array) -> Array:
         """Computes the lateral standard deviation of a reading's position, [pixels], at surface angles [rad]."""
-        sd: Array = self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
-        return sd
+        return self.depth_scale * (0.8 + 0.035 * angle / (0.5 * np.pi - angle))
 
     @property
     def outline_shift(self) -> float:
@@ -83,8 +81,7 @@ class SensorNoise:
         noise = (
             rng.standard_normal(colour.shape, dtype=np.float32) * np.sqrt(signal) / np.float32(self.signal_to_noise)
         )
-        disturbed: NDArray[np.uint8] = np.rint(255.0 * np.clip(signal + noise, 0.0, 1.0)).astype(np.uint8)
-        return disturbed
+        return np.rint(255.0 * np.clip(signal + noise, 0.0, 1.0)).astype(np.uint8)
 
     def _disturb_depth(self, depth: Array, camera: Camera, rng: np.random.Generator) -> Array:
         angle = measure_angles(depth, camera)

@@ -81,8 +81,7 @@ def _find_near(depth: Array, stand_depth: float, noise: SensorNoise) -> Mask:
     sd = float(noise.compute_axial_sd(np.array(stand_depth), np.zeros(()))) / np.sqrt(_DEPTH_SIDE**2 / 2.0)
     near = cv2.blur(filled, (_DEPTH_SIDE, _DEPTH_SIDE)) < stand_depth - STAND_ERROR - _DEPTH_SDS * sd
     side = _DEPTH_SIDE // 2 * 2 - 1
-    mask: Mask = cv2.erode(near.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
-    return mask
+    return cv2.erode(near.astype(np.uint8), np.ones((side, side), np.uint8)).astype(bool)
 
 
 class Surface(NamedTuple):
