@@ -75,7 +75,7 @@ def test_the_report_says_what_was_taken_assumed_left_out_and_lacks(tmp_path: Pat
         "largest static payload there: ",
     ):
         assert said in text
-        assert said.split("<")[0].replace("'", "&#x27;") in (folder / "report.html").read_text()
+        assert said.split("<")[0].replace("'", "&#39;") in (folder / "report.html").read_text()
     assert (folder / "posture.png").stat().st_size > 10_000
 
 
