@@ -10,6 +10,7 @@ from affordance.arguments import check_kind, check_number
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
+from affordance.identification.doubts import find_doubts
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
@@ -73,7 +74,7 @@ def identify(
         deviation_sd: Standard deviation of an object's density about its material's mean, [kg/m^3].
         settings: Settings of nuisances, filters and samples.
 
-    Returns: The posterior of the payload.
+    Returns: The posterior of the payload, with the reasons not to trust it, if there are any.
 
     Raises:
         BadArgumentError: An argument is of the wrong kind or out of bounds.
@@ -105,7 +106,8 @@ def identify(
         deviation_sd=deviation_sd,
         settings=settings,
     )
-    return replace(belief, calibration=calibration, reference_mass=reference_mass)
+    belief = replace(belief, calibration=calibration, reference_mass=reference_mass)
+    return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 
 def see_tool(tool: Tool, memory: Memory, prior: Prior) -> SeenObject:
@@ -167,3 +169,5 @@ def _check_kinds(loaded: Run, empty: Sequence[Run]) -> None:
         for name, (given, needed) in pairs.items():
             if given != needed:
                 raise BadValueError(run.source, name, f"is {given}, must be {needed} as the loaded run's")
+        if np.array_equal(run.signal, loaded.signal):
+            raise BadValueError(run.source, "", f"has the samples of {loaded.source}, must be another recording")

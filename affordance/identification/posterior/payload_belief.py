@@ -21,6 +21,8 @@ _UNSEEN = 0.8
 _VAGUE = 0.4
 # Effective sample size below which the tails of an interval are unreliable.
 _FEW_SAMPLES = 100.0
+# Probability below which an object is not what it looks like.
+_SURPRISE = 0.001
 QUANTITIES = ("mass", "c_x", "c_y", "c_z", "I_xx", "I_yy", "I_zz", "I_xy", "I_xz", "I_yz")
 UNITS = ("kg", *["m"] * 3, *["kg m^2"] * 6)
 _MASS, _COM, _MOMENTS, _PRODUCTS = slice(0, 1), slice(1, 4), slice(4, 7), slice(7, 10)
@@ -63,6 +65,7 @@ class PayloadBelief:
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
         likelihood: Likelihood of the densities of those parts; None without a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
+        doubts: Reasons not to trust the result, a sentence each; empty if it fits.
     """
 
     source: str
@@ -83,6 +86,7 @@ class PayloadBelief:
     seen: ObjectBelief | None = None
     likelihood: Likelihood | None = None
     p_value: float | None = None
+    doubts: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         x, y, z = self.centre_of_mass
@@ -138,6 +142,16 @@ class PayloadBelief:
         """Mean centre of mass p_TTcm, shape (3,), [m]."""
         return self.marginals.mean[_COM]
 
+    @property
+    def is_trusted(self) -> bool:
+        """True if there is no reason to doubt the result."""
+        return not self.doubts
+
+    @property
+    def teaches(self) -> bool:
+        """True if a memory should learn from the run: it is trusted, and the object is what it looks like."""
+        return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= _SURPRISE)
+
     @cached_property
     def unseen(self) -> tuple[str, ...]:
         """Quantities that this motion left undetermined, a sentence each."""
@@ -171,7 +185,7 @@ class PayloadBelief:
         sentences = []
         if self.bodies.effective_size < _FEW_SAMPLES:
             sentences.append(f"only {self.bodies.effective_size:.0f} samples count: take intervals with caution")
-        if self.p_value is not None and self.p_value < 0.001:
+        if self.p_value is not None and self.p_value < _SURPRISE:
             sentences.append(
                 f"the object is not what it looks like (p = {self.p_value:.1g}), or more of it is unseen than assumed"
             )
@@ -187,6 +201,8 @@ class PayloadBelief:
         pairs50, pairs90 = np.column_stack([m.low50, m.high50]), np.column_stack([m.low90, m.high90])
         moments = slice(4, 10)
         content: dict[str, Any] = {
+            "trusted": self.is_trusted,
+            "doubts": list(self.doubts),
             "source": self.source,
             "analysis": self.analysis,
             "mass_kg": self.mass,

@@ -69,6 +69,9 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
+    # Without the line from the first to the last value: a part of a motion ends where it did not begin, and that jump
+    # would count as motion of all frequencies.
+    v = v - np.linspace(v[0], v[-1], len(v))
     power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
     share = np.cumsum(power, axis=0) / power.sum(axis=0)
     frequencies = np.fft.rfftfreq(len(times), 1.0 / run.rate)

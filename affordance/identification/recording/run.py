@@ -19,6 +19,10 @@ from affordance.identification.settings import SignalKind
 
 GRAVITY = (0.0, 0.0, -9.81)  # as Drake's default
 _MIN_ROWS = 20
+# Largest gap, [s], and as a multiple of the typical step: motion is interpolated across it.
+_GAP, _GAP_STEPS = 0.25, 5.0
+# Length of gravity on Earth, [m/s^2], as drivers round it.
+_EARTH = (9.7, 9.9)
 _STEP_BOUNDS = (1e-5, 0.5)  # from 100 kHz to 2 Hz, [s]
 # Bounds beyond the motion of arms of any size (two turns either way, four turns a second) and beyond their signals.
 _BOUNDS = {
@@ -32,6 +36,8 @@ _BOUNDS = {
 _HINTS = {"q": "are these degrees?", "v": "are these degrees a second?", "current": "are these milliamperes?"}
 # Factor to which a measured rate must match the change of its quantity; degrees for radians are off by 57.
 _RATE_FACTOR = 5.0
+# Largest part of a quantity by which its integrated rate may differ; noise of a rate is far below it.
+_RATE_APART = 0.3
 _LEAST_MOTION = 0.05  # range below which a joint may record only noise, [rad, rad/s]
 WRENCH_COLUMNS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
@@ -106,6 +112,7 @@ class Run:
         if len(self.times) < _MIN_ROWS:
             raise BadValueError(self.source, "", f"has {len(self.times)} samples, must have at least {_MIN_ROWS}")
         self._check_times()
+        self._check_gravity()
         for name, values in given.items():
             self._check_values(name, values)
         if self.v is not None:
@@ -180,6 +187,18 @@ class Run:
         if not low <= typical <= high:
             problem = f"advances by {typical:g} s a row, must be from {low:g} to {high:g} (set units.time)"
             raise self.error_at(1, "time", problem)
+        longest = int(np.argmax(steps))
+        bound = max(_GAP, _GAP_STEPS * typical)
+        if steps[longest] > bound:
+            problem = f"jumps by {steps[longest]:.3g} s, must be at most {bound:.3g} s; cut the table there"
+            raise self.error_at(longest + 1, "time", problem)
+
+    def _check_gravity(self) -> None:
+        length = float(np.linalg.norm(self.description.gravity))
+        low, high = _EARTH
+        if not low <= length <= high:
+            problem = f"has a length of {length:.4g} m/s^2, must be from {low:g} to {high:g}"
+            raise BadValueError(self.source, "gravity", problem)
 
     def _check_values(self, name: str, values: Array) -> None:
         bound, unit = _BOUNDS[name]
@@ -195,21 +214,26 @@ class Run:
         raise self.error_at(row, label, f"is {value:g}, must be from {-bound:.4g} to {bound:.4g} {unit}{hint}")
 
     def _check_rate(self, name: str, rate: Array, of_name: str, of: Array) -> None:
-        """Rejects rates in other units than their quantity, judged by the joint that moves most."""
-        joint = int(np.argmax(np.ptp(self.q, axis=0)))
-        # A constant offset of the rate is removed from both.
-        moved = np.ptp(_remove_line(of[:, joint], self.times))
-        total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
-        summed = np.ptp(_remove_line(total, self.times))
-        if moved < _LEAST_MOTION:
-            return
-        ratio = float(summed / moved)
-        if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
-            hint = "; are these degrees? then say so under units" if ratio > 1.0 else ""
-            problem = (
-                f"is {ratio:.3g} times the rate of {of_name}_{joint + 1}, must be from {1.0 / _RATE_FACTOR:g} to"
-            )
-            raise BadValueError(self.source, f"column {name}_{joint + 1}", f"{problem} {_RATE_FACTOR:g} times{hint}")
+        """Rejects rates in other units than their quantity, or of another joint or time, at each joint that moves."""
+        for joint in np.argsort(-np.ptp(self.q, axis=0), kind="stable"):
+            # A constant offset of the rate is removed from both.
+            values = _remove_line(of[:, joint], self.times)
+            total: Array = cumulative_trapezoid(rate[:, joint], self.times, initial=0)
+            summed = _remove_line(total, self.times)
+            if np.ptp(values) < _LEAST_MOTION:
+                continue
+            ratio = float(np.ptp(summed) / np.ptp(values))
+            column, quantity = f"column {name}_{joint + 1}", f"{of_name}_{joint + 1}"
+            if not 1.0 / _RATE_FACTOR <= ratio <= _RATE_FACTOR:
+                hint = "; are these degrees? then say so under units" if ratio > 1.0 else ""
+                problem = f"is {ratio:.3g} times the rate of {quantity}, must be from {1.0 / _RATE_FACTOR:g} to"
+                raise BadValueError(self.source, column, f"{problem} {_RATE_FACTOR:g} times{hint}")
+            apart = float(np.std(summed - values) / np.std(values))
+            if apart > _RATE_APART:
+                problem = f"differs by {100.0 * apart:.0f} % from the rate of {quantity}, must by at most"
+                raise BadValueError(
+                    self.source, column, f"{problem} {100.0 * _RATE_APART:g} %; are columns or times exchanged?"
+                )
 
 
 def resample(times: Array, recorded: Array, values: Array) -> Array:
