@@ -33,6 +33,8 @@ from affordance.plant.arm_model import ArmModel, compute_payload_regressor
 
 # Largest number of rounds of body and noise.
 _MAX_ROUNDS = 10
+# Probability of the samples below which another object is held than the camera saw; five standard deviations.
+_ANOTHER = 3e-7
 # Number of samples, few enough that a belief takes some milliseconds.
 _NUM_SAMPLES = 500
 
@@ -181,7 +183,8 @@ class PayloadIdentifier(SampledSystem):
             except NotTheSeenObjectError:
                 pass  # another object is held: the camera is ignored
             else:
-                return LoadBelief(parts.bodies, parts)
+                if parts.p_value >= _ANOTHER:
+                    return LoadBelief(parts.bodies, parts)
         return LoadBelief(draw_bodies(likelihood, self._solid, mode, rng, _NUM_SAMPLES), None)
 
     def _draw_prior(self, rng: np.random.Generator) -> WeightedBodies:

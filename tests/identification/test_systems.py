@@ -100,7 +100,7 @@ def test_what_a_camera_saw_is_used_and_materials_learn_on_line(robot, gains, rng
     other = generate_run(robot, 30.0 * hammer.parameters, truth=_TRUTH, rng=rng, duration=8.0)
     other_evidence = pair_runs(robot, runs[0], other, DEFAULT_SETTINGS)
     simulator, identifier, context = _replay(robot, gains, other_evidence, seen.place(np.eye(4)))
-    simulator.AdvanceTo(4.0)
+    simulator.AdvanceTo(2.0)
     unlike = identifier.GetOutputPort("belief").Eval(context)
     assert unlike.parts is None  # another object is held
     assert unlike.bodies.weights @ unlike.bodies.pi[:, 0] > 10.0 * hammer.mass

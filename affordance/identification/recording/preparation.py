@@ -19,6 +19,10 @@ from affordance.identification.settings import IdentificationSettings
 _ORDER = 4
 # Share of the velocity's power that lies within its bandwidth.
 _POWER = 0.999
+# Least power of a joint's velocity, relative to the largest, for its bandwidth to count.
+_FAINT = 0.02
+# Largest bandwidth as a multiple of that of the motion faded in and out.
+_FADED = 4.0
 # Least cut-off, [Hz], as slower filters would leave nothing of a run of some seconds; and largest one as a share of
 # half the rate, above which everything would pass.
 _SLOWEST, _FASTEST = 0.5, 0.8
@@ -69,14 +73,22 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
-    # Without the line from the first to the last value: a part of a motion ends where it did not begin, and that jump
-    # would count as motion of all frequencies.
-    v = v - np.linspace(v[0], v[-1], len(v))
-    power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
-    share = np.cumsum(power, axis=0) / power.sum(axis=0)
-    frequencies = np.fft.rfftfreq(len(times), 1.0 / run.rate)
-    bandwidth = max(float(frequencies[np.argmax(column >= _POWER)]) for column in share.T)
+    # Without the line from the first to the last value, and at most some times the bandwidth of the motion faded in and
+    # out: a part of a motion ends otherwise than it begins, and such a jump has all frequencies.
+    bandwidth = _find_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
+    faded = _find_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
+    bandwidth = min(bandwidth, _FADED * faded)
     return min(max(settings.cutoff_factor * bandwidth, _SLOWEST), highest)
+
+
+def _find_bandwidth(v: Array, rate: float) -> float:
+    """Finds the frequency below which nearly all power of the velocities of moving joints lies, [Hz]."""
+    power = np.abs(np.fft.rfft(v - v.mean(axis=0), axis=0)) ** 2
+    total = power.sum(axis=0)
+    share = np.cumsum(power, axis=0) / total
+    frequencies = np.fft.rfftfreq(len(v), 1.0 / rate)
+    moving = share.T[total >= _FAINT * total.max()]  # noise is a large part of the others
+    return max(float(frequencies[np.argmax(column >= _POWER)]) for column in moving)
 
 
 def prepare(
