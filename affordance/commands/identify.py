@@ -17,7 +17,6 @@ from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
-from affordance.identification.posterior.calibration import HalfCheck, check_calibration
 from affordance.identification.posterior.part_posterior import SeenObject
 from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief, list_payload_settings
 from affordance.identification.recording.robot_chain import RobotChain
@@ -95,20 +94,17 @@ def run(arguments: argparse.Namespace) -> int:
         deviation_sd=prior.deviation_sd,
         settings=settings,
     )
-    halves = check_calibration(belief, settings)
     content = belief.to_dict() | {"payload_settings": list_payload_settings(belief.parameters)}
-    if halves is not None:
-        content["halves"] = halves._asdict()
     if arguments.out is not None:
         _write(arguments.out, belief, content)
     learned = arguments.learned or arguments.memory
     if belief.seen is not None and learned is not None:
         write_memory(learned, belief.seen.memory)
-    print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief, halves))
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief))
     return 0
 
 
-def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
+def describe(belief: PayloadBelief) -> str:
     """Formats the belief for a terminal."""
     m = belief.marginals
     lines = [f"{belief.source}: {belief.analysis}", ""]
@@ -117,7 +113,7 @@ def describe(belief: PayloadBelief, halves: HalfCheck | None = None) -> str:
     for i, (name, unit) in enumerate(zip(names, UNITS, strict=True)):
         intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
         lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
-    if halves is not None and belief.reference_mass is not None:
+    if (halves := belief.halves) is not None:
         masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
         lines += ["", f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})"]
     for title, sentences in (

@@ -15,7 +15,6 @@ import numpy as np
 from affordance.arrays import Array, Mask
 from affordance.identification.evidence.evidence import restore_compensated
 from affordance.identification.evidence.gains import Gains
-from affordance.identification.posterior.calibration import check_calibration
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
@@ -32,8 +31,8 @@ _FILE_FACTOR = 2.0
 _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
 # Largest residual relative to the signal of the arm's own weight. Where runs are paired it is 0.01 to 0.03; where the
 # empty arm was fitted to other motions, up to 0.25 in windows of 8 s; where it is only as its file says, the file's
-# own error is part of it.
-_RESIDUAL = {"paired": 0.15, "fitted": 0.4, "file": 1.0}
+# own error is part of it. By whether the signal is a difference, and of repeated motions.
+_RESIDUAL = {(True, True): 0.15, (True, False): 0.4, (False, False): 1.0}
 # Largest shift of a gain from what was known before the run, in standard deviations.
 _GAIN_SHIFT = 5.0
 # Least ratio of the noise of the fit to that of a fit with the opposite signal.
@@ -128,8 +127,8 @@ def _judge_signals(
         where = f"{run.source}, {name}"
         if own.explained[j] < bound:
             yield (
-                f"{where}: the arm's own weight explains {100.0 * own.explained[j]:.0f} % of the signal, at least "
-                f"{100.0 * bound:.0f} % is usual: joints, gravity, times or the robot's file are not those of the run"
+                f"{where}: the arm's own weight explains {100.0 * own.explained[j]:.0f} % of the signal, at "
+                f"least {100.0 * bound:.0f} % is usual: joints, gravity, times or the robot's file are not those of the run"
             )
         elif ratio <= 0.0:
             yield (
@@ -138,8 +137,8 @@ def _judge_signals(
             )
         elif not 1.0 / _FILE_FACTOR <= ratio <= _FILE_FACTOR and not is_loaded:
             yield (
-                f"{where}: the arm's own weight says {own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}: "
-                "the signal, its unit, the gains, the weighed mass or the robot's file are others"
+                f"{where}: the arm's own weight says {own.gain[j]:.3g} {unit} per N m, the load "
+                f"{belief.gains[j, 0]:.3g}: the signal, its unit, the gains, the weighed mass or the robot's file are others"
             )
 
 
@@ -149,7 +148,9 @@ def _judge_fit(
     """Judges gains and residual of the fit."""
     evidence = belief.fit.evidence
     if belief.calibration is None:
-        shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(np.maximum(before.covariance[:, 0, 0], 1e-30))
+        shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(
+            np.maximum(before.covariance[:, 0, 0], 1e-30)
+        )
         for j in np.flatnonzero(settings.gains & (shift > _GAIN_SHIFT)):
             yield (
                 f"{robot.joint_names[j]}: the load says a gain {shift[j]:.0f} standard deviations away from what was "
@@ -157,7 +158,7 @@ def _judge_fit(
             )
     torque_sd = evidence.arm_torque.std(axis=0)
     judged = torque_sd >= _JUDGED * _compute_strength(robot)
-    bound = _RESIDUAL["file" if not evidence.is_difference else "fitted" if "fitted" in belief.analysis else "paired"]
+    bound = _RESIDUAL[evidence.is_difference, evidence.is_repeated]
     share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * torque_sd, 1e-30)
     for j in np.flatnonzero(judged & (share > bound)):
         yield (
@@ -166,17 +167,15 @@ def _judge_fit(
         )
     if evidence.is_difference:
         opposite = replace(evidence, samples=evidence.samples._replace(signal=-evidence.samples.signal))
-        fit = fit_payload(
-            opposite, build_channel_prior(evidence, before, settings), SolidPrior.for_hand(), settings
-        )
+        fit = fit_payload(opposite, build_channel_prior(evidence, before, settings), SolidPrior.for_hand(), settings)
         better = np.log(belief.fit.long_run_variance / fit.long_run_variance)[judged]
         ratio = float(np.exp(better.mean())) if better.size else 0.0
         if ratio > _OPPOSITE:
             yield (
-                f"{loaded.source}: the opposite of the load explains the runs {ratio:.3g} times as well: the empty and "
-                "the loaded run, or signs, are exchanged"
+                f"{loaded.source}: the opposite of the load explains the runs {ratio:.3g} times as well: the empty "
+                "and the loaded run, or signs, are exchanged"
             )
-    halves = check_calibration(belief, settings)
+    halves = belief.halves
     if halves is not None and not halves.inside.any() and np.abs(halves.error).max() > _HALVES:
         found = " and ".join(f"{mass:.3g}" for mass in halves.mass)
         yield f"gains of one half give {found} kg in the other, {belief.reference_mass:g} kg was weighed"

@@ -16,7 +16,7 @@ from affordance.identification.evidence.gains import Gains, arrange_gains, build
 from affordance.identification.evidence.paired_runs import build_paired_evidence
 from affordance.identification.evidence.unpaired_runs import build_file_evidence, build_unpaired_evidence
 from affordance.identification.evidence.wrist_sensor import build_wrist_evidence
-from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, estimate_gains
+from affordance.identification.posterior.calibration import SCALE_SD, calibrate_gains, check_halves, estimate_gains
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.part_posterior import SeenObject, find_box
 from affordance.identification.posterior.payload_belief import PayloadBelief
@@ -107,6 +107,8 @@ def identify(
         settings=settings,
     )
     belief = replace(belief, calibration=calibration, reference_mass=reference_mass)
+    if calibration is not None and reference_mass is not None:
+        belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
     return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 

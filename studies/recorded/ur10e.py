@@ -10,8 +10,8 @@ from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.identify import Runs, identify
-from affordance.identification.posterior.calibration import HalfCheck, calibrate_gains, check_halves
-from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.posterior.calibration import calibrate_gains, check_halves
+from affordance.identification.posterior.payload_belief import HalfCheck, PayloadBelief
 from affordance.identification.settings import IdentificationSettings
 from studies.recorded.clones import UR10E_LOAD, Ur10eData
 from studies.recorded.empty_hand import weigh_empty_hand

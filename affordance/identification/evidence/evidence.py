@@ -83,6 +83,7 @@ class Evidence:
         samples: Samples of all channels; the empty arm is subtracted, or modelled by tau_arm.
         arm_torque: Torque of the arm alone, for the sign of the load, shape (N, C), [N m].
         is_difference: True if the signal is what the load added to the same motion.
+        is_repeated: True if a run of that motion with an empty hand was subtracted; False if a model of the arm was.
         least_variance: Lower bound of the long-run variance by earlier runs, shape (C,), or (1,) for all channels,
             [signal unit squared].
         phantom: Mean of the phantom payload, which an empty hand appears to hold, shape (10,).
@@ -100,6 +101,7 @@ class Evidence:
     samples: ChannelSamples
     arm_torque: Array
     is_difference: bool
+    is_repeated: bool = False
     least_variance: Array = field(default_factory=lambda: np.zeros(1))
     phantom: Array = field(default_factory=lambda: np.zeros(NUM_PARAMETERS))
     phantom_covariance: Array = field(default_factory=lambda: np.zeros((NUM_PARAMETERS, NUM_PARAMETERS)))

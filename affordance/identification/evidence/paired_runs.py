@@ -74,6 +74,7 @@ def pair_runs(robot: RobotChain, empty: Run, loaded: Run, settings: Identificati
     return replace(
         evidence,
         prepared=both._replace(times=both.times + alignment.lag),
+        is_repeated=True,
         notes=(f"joint angles of both runs agree to {1e3 * alignment.difference:.2g} mrad",),
     )
 

@@ -5,7 +5,6 @@ half of a run are checked by the mass in the other.
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,7 +17,7 @@ from affordance.identification.evidence.payload_likelihood import ChannelPrior
 from affordance.identification.evidence.unpaired_runs import WHOLE_FRICTION
 from affordance.identification.posterior.inference import infer
 from affordance.identification.posterior.log_cholesky import compute_jacobian
-from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.posterior.payload_belief import HalfCheck
 from affordance.identification.posterior.payload_fit import PayloadFit, fit_payload
 from affordance.identification.posterior.solid_prior import SolidPrior
 from affordance.identification.recording.preparation import PreparedRun
@@ -36,24 +35,6 @@ _ROTOR_INERTIA = 1.0
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
 _STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
-
-
-class HalfCheck(NamedTuple):
-    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first.
-
-    Attributes:
-        mass: Means of the mass, [kg].
-        sd: Standard deviations of the mass, [kg].
-        error: Relative errors of the mass.
-        inside: 1 where the 90 % interval contains the reference mass, else 0.
-        centre_of_mass: Means of the centre of mass, shape (2, 3), [m].
-    """
-
-    mass: Array
-    sd: Array
-    error: Array
-    inside: Array
-    centre_of_mass: Array
 
 
 def calibrate_gains(evidence: Evidence, reference_mass: float | None, settings: IdentificationSettings) -> Gains:
@@ -120,13 +101,6 @@ def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings:
         least_variance=np.zeros(robot.num_joints),
         source=f"{source}{100 * share.min():.0f} to {100 * share.max():.0f} %; a weighed load makes that 2 %",
     )
-
-
-def check_calibration(belief: PayloadBelief, settings: IdentificationSettings) -> HalfCheck | None:
-    """Checks the gains that were found along with a belief; None if they were not found with a weighed load."""
-    if belief.calibration is None or belief.reference_mass is None:
-        return None
-    return check_halves(belief.fit.evidence, belief.reference_mass, settings)
 
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:

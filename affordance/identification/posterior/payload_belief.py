@@ -42,6 +42,24 @@ class Marginals(NamedTuple):
     high90: Array
 
 
+class HalfCheck(NamedTuple):
+    """Masses of both halves, each with gains of the other half, shape (2,) each, the first half first.
+
+    Attributes:
+        mass: Means of the mass, [kg].
+        sd: Standard deviations of the mass, [kg].
+        error: Relative errors of the mass.
+        inside: 1 where the 90 % interval contains the reference mass, else 0.
+        centre_of_mass: Means of the centre of mass, shape (2, 3), [m].
+    """
+
+    mass: Array
+    sd: Array
+    error: Array
+    inside: Array
+    centre_of_mass: Array
+
+
 @dataclass(frozen=True)
 class PayloadBelief:
     """Posterior of a payload at the tip T.
@@ -62,6 +80,7 @@ class PayloadBelief:
         fit: Fit of the run, for figures and checks.
         calibration: Gains found in this run with a weighed load; None if they come from elsewhere.
         reference_mass: Mass of the load by a scale, [kg]; None if unknown.
+        halves: Check of that calibration by both halves of the run; None without one.
         seen: Posterior of the parts that a camera saw, with an updated memory; None without a camera.
         likelihood: Likelihood of the densities of those parts; None without a camera.
         p_value: Probability of a run at least as improbable if the object is what it looks like; None without it.
@@ -83,6 +102,7 @@ class PayloadBelief:
     fit: PayloadFit
     calibration: Gains | None = None
     reference_mass: float | None = None
+    halves: HalfCheck | None = None
     seen: ObjectBelief | None = None
     likelihood: Likelihood | None = None
     p_value: float | None = None
@@ -234,6 +254,8 @@ class PayloadBelief:
             "reference_mass_kg": self.reference_mass,
             "surprise_p": self.p_value,
         }
+        if self.halves is not None:
+            content["halves"] = self.halves._asdict()
         if self.seen is not None:
             low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
             content["densities_kg_m3"] = [

@@ -73,8 +73,8 @@ def find_cutoff(run: Run, settings: IdentificationSettings) -> float:
     highest = _FASTEST * run.rate / 2.0
     if not v.shape[1]:
         return min(max(2.0, _SLOWEST), highest)
-    # Without the line from the first to the last value, and at most some times the bandwidth of the motion faded in and
-    # out: a part of a motion ends otherwise than it begins, and such a jump has all frequencies.
+    # Without the line from the first to the last value, and at most some times the bandwidth of the motion faded in
+    # and out: a part of a motion ends otherwise than it begins, and such a jump has all frequencies.
     bandwidth = _find_bandwidth(v - np.linspace(v[0], v[-1], len(v)), run.rate)
     faded = _find_bandwidth((v - v.mean(axis=0)) * np.hanning(len(v))[:, None], run.rate)
     bandwidth = min(bandwidth, _FADED * faded)
