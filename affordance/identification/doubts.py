@@ -6,6 +6,7 @@ whose torque by the arm's own weight varies, along the run, by a tenth or more o
 joint over all postures; the others may show little but friction.
 """
 
+import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -13,7 +14,8 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arrays import Array, Mask
-from affordance.identification.evidence.evidence import restore_compensated
+from affordance.exceptions import BadValueError
+from affordance.identification.evidence.evidence import Evidence, build_joint_evidence, restore_compensated
 from affordance.identification.evidence.gains import Gains
 from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.posterior.payload_fit import build_channel_prior, fit_payload
@@ -24,8 +26,11 @@ from affordance.identification.recording.run import Run
 from affordance.identification.settings import IdentificationSettings, SignalKind
 
 _JUDGED, _NUM_POSTURES = 0.1, 50  # see the module
-# Factor to which a robot's file knows the torques of the arm's own weight (a UR10e's: 1.1 to 1.3 at judged joints).
-_FILE_FACTOR = 2.0
+# Factor to which a robot's file knows the torques of the arm's own weight: two standard deviations of the gains that
+# it gives (gain_common_sd and gain_own_sd of the settings). A UR10e's file is 1.1 to 1.3 off at judged joints.
+_FILE_FACTOR = 1.6
+# Gains of currents, from the geared motors of the largest arms to servos, with a factor of ten to spare, [A/(N m)].
+_CURRENT_GAINS = (2e-3, 20.0)
 # Least share of an empty arm's signal that its own weight explains beyond friction, and of a loaded arm's, whose load
 # is not in the file. On recordings of a UR10e and a Panda it is .97 and more in windows of 10 s and more.
 _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
@@ -33,13 +38,17 @@ _EXPLAINED, _EXPLAINED_LOADED = 0.9, 0.6
 # empty arm was fitted to other motions, up to 0.25 in windows of 8 s; where it is only as its file says, the file's
 # own error is part of it. By whether the signal is a difference, and of repeated motions.
 _RESIDUAL = {(True, True): 0.15, (True, False): 0.4, (False, False): 1.0}
-# Largest shift of a gain from what was known before the run, in standard deviations.
-_GAIN_SHIFT = 5.0
-# Least ratio of the noise of the fit to that of a fit with the opposite signal.
-_OPPOSITE = 2.0
+# Largest shift of a gain from what was known before the run, and of a weighed mass, in standard deviations.
+_SHIFT = 5.0
+# Factor by which another reading of the runs must lower the errors' variance, in the mean over joints, to be the
+# better one; and rate of the samples by which they are compared, [Hz].
+_BETTER, _ENOUGH_RATE = 2.0, 25.0
 # Relative error of the mass by both halves of a run at which gains are refuted if no interval contains the mass.
 _HALVES = 0.05
 _FEWEST = 50  # samples of a joint that are needed to judge it
+# Time over which a moving joint's signal may stay at one value, to the last digit, [s].
+_STUCK = 1.0
+_MOVES = 0.05  # range of a joint's angle above which it moves, [rad]
 
 
 class OwnWeight(NamedTuple):
@@ -109,6 +118,7 @@ def find_doubts(
         return ()
     doubts: list[str] = []
     for run in (*empty, loaded):
+        doubts += _find_stuck(run)
         if not run.description.compensates_arm:
             doubts += _judge_signals(robot, run, run is loaded, belief, settings)
     doubts += _judge_fit(robot, loaded, belief, before, settings)
@@ -123,22 +133,23 @@ def _judge_signals(
     bound = _EXPLAINED_LOADED if is_loaded else _EXPLAINED
     unit = run.description.kind.unit
     for j in np.flatnonzero(own.judged):
-        name, ratio = robot.joint_names[j], own.gain[j] / belief.gains[j, 0]
-        where = f"{run.source}, {name}"
+        ratio, explained = own.gain[j] / belief.gains[j, 0], 100.0 * own.explained[j]
+        where = f"{run.source}, {robot.joint_names[j]}"
         if own.explained[j] < bound:
             yield (
-                f"{where}: the arm's own weight explains {100.0 * own.explained[j]:.0f} % of the signal, at "
-                f"least {100.0 * bound:.0f} % is usual: joints, gravity, times or the robot's file are not those of the run"
+                f"{where}: the arm's own weight explains {explained:.0f} % of the signal, at least "
+                f"{100 * bound:.0f} % is usual: joints, gravity, times or the robot's file are not those of the run"
             )
         elif ratio <= 0.0:
             yield (
-                f"{where}: the signal falls where the arm's own weight pulls more ({own.gain[j]:.3g} {unit} per N m): "
-                "signs, gravity or joints are wrong"
+                f"{where}: the signal falls where the arm's own weight pulls more ({own.gain[j]:.3g} {unit} per N "
+                "m): signs, gravity or joints are wrong"
             )
         elif not 1.0 / _FILE_FACTOR <= ratio <= _FILE_FACTOR and not is_loaded:
+            found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
-                f"{where}: the arm's own weight says {own.gain[j]:.3g} {unit} per N m, the load "
-                f"{belief.gains[j, 0]:.3g}: the signal, its unit, the gains, the weighed mass or the robot's file are others"
+                f"{where}: the arm's own weight says {found}: the signal, its unit, the gains, the weighed mass or "
+                "the robot's file are others"
             )
 
 
@@ -147,11 +158,23 @@ def _judge_fit(
 ) -> Iterator[str]:
     """Judges gains and residual of the fit."""
     evidence = belief.fit.evidence
+    unit = evidence.kind.unit
+    for name, gain in zip(robot.joint_names, belief.gains[:, 0], strict=True):
+        if gain <= 0.0:
+            yield f"{name}: the gain is {gain:.3g} {unit} per N m, negative: signs or joints are wrong"
+        elif evidence.kind is SignalKind.CURRENT and not _CURRENT_GAINS[0] <= gain <= _CURRENT_GAINS[1]:
+            low, high = _CURRENT_GAINS
+            problem = f"the gain is {gain:.3g} A per N m, {low:g} to {high:g} are usual: the signal has another unit"
+            yield f"{name}: {problem}"
+    if belief.reference_mass is not None and belief.calibration is None:
+        apart = abs(belief.mass - belief.reference_mass)
+        if apart > max(_SHIFT * belief.mass_sd, _HALVES * belief.reference_mass):
+            yield f"{belief.reference_mass:g} kg was weighed, {belief.mass:.3g} kg is felt: units or scale are wrong"
     if belief.calibration is None:
         shift = np.abs(belief.gains[:, 0] - before.mean[:, 0]) / np.sqrt(
             np.maximum(before.covariance[:, 0, 0], 1e-30)
         )
-        for j in np.flatnonzero(settings.gains & (shift > _GAIN_SHIFT)):
+        for j in np.flatnonzero(settings.gains & (shift > _SHIFT)):
             yield (
                 f"{robot.joint_names[j]}: the load says a gain {shift[j]:.0f} standard deviations away from what was "
                 "known before: another robot's, or another signal's"
@@ -161,21 +184,88 @@ def _judge_fit(
     bound = _RESIDUAL[evidence.is_difference, evidence.is_repeated]
     share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * torque_sd, 1e-30)
     for j in np.flatnonzero(judged & (share > bound)):
+        left = f"leaves {100.0 * share[j]:.0f} % of the arm's own signal unexplained"
         yield (
-            f"{robot.joint_names[j]}: the load leaves {100.0 * share[j]:.0f} % of the arm's own signal unexplained, at "
-            f"most {100.0 * bound:.0f} % is usual: the sensor, or the match of signal and motion, is wrong"
+            f"{robot.joint_names[j]}: the load {left}, at most {100.0 * bound:.0f} % is usual: the sensor, or the "
+            "match of signal and motion, is wrong"
         )
     if evidence.is_difference:
-        opposite = replace(evidence, samples=evidence.samples._replace(signal=-evidence.samples.signal))
-        fit = fit_payload(opposite, build_channel_prior(evidence, before, settings), SolidPrior.for_hand(), settings)
-        better = np.log(belief.fit.long_run_variance / fit.long_run_variance)[judged]
-        ratio = float(np.exp(better.mean())) if better.size else 0.0
-        if ratio > _OPPOSITE:
-            yield (
-                f"{loaded.source}: the opposite of the load explains the runs {ratio:.3g} times as well: the empty "
-                "and the loaded run, or signs, are exchanged"
-            )
+        yield from _compare_alternatives(robot, loaded, belief, before, settings)
     halves = belief.halves
     if halves is not None and not halves.inside.any() and np.abs(halves.error).max() > _HALVES:
         found = " and ".join(f"{mass:.3g}" for mass in halves.mass)
         yield f"gains of one half give {found} kg in the other, {belief.reference_mass:g} kg was weighed"
+
+
+def _compare_alternatives(
+    robot: RobotChain, loaded: Run, belief: PayloadBelief, before: Gains, settings: IdentificationSettings
+) -> Iterator[str]:
+    """Compares the fit with that of the opposite load, and with neighbouring joints exchanged."""
+    if belief.calibration is not None:  # the gains were found by the reading that is to be compared
+        before = _widen(before)
+    evidence = belief.fit.evidence
+    every = max(1, round(evidence.rate / _ENOUGH_RATE))
+    rows = slice(None, None, every)
+    thin = replace(evidence.select(rows), rate=evidence.rate / every, least_variance=np.zeros(1))
+
+    def measure(other: Evidence) -> float:
+        """Computes the mean logarithm of the joints' error variances."""
+        fit = fit_payload(other, build_channel_prior(other, before, settings), SolidPrior.for_hand(), settings)
+        return float(np.log(fit.long_run_variance[other.samples.used.sum(axis=0) >= _FEWEST]).mean())
+
+    best = measure(thin) - np.log(_BETTER)
+    samples = thin.samples
+    if measure(replace(thin, samples=samples._replace(signal=-samples.signal))) < best:
+        yield (
+            f"{loaded.source}: the opposite of the load explains the runs better: the empty and the loaded run, or "
+            "signs, are exchanged"
+        )
+    names = robot.joint_names
+    for j in range(robot.num_joints - 1):
+        order = np.arange(robot.num_joints)
+        order[[j, j + 1]] = order[[j + 1, j]]
+        exchanged = thin.prepared._replace(
+            q=thin.prepared.q[:, order],
+            v=thin.prepared.v[:, order],
+            vdot=thin.prepared.vdot[:, order],
+            signal=samples.signal[:, order],
+        )
+        other = build_joint_evidence(robot, loaded, exchanged, settings, analysis="", is_difference=True)
+        if measure(replace(other, rate=thin.rate)) < best:
+            yield f"{loaded.source}: {names[j]} and {names[j + 1]} exchanged explain the load better"
+
+
+def _widen(gains: Gains) -> Gains:
+    """Returns gains that are known to be alike only: each as their median, to a factor."""
+    typical = np.median(np.abs(gains.mean[:, 0]))
+    mean = np.tile([typical, 0.0], (len(gains.mean), 1))
+    covariance = np.tile(typical**2 * np.diag([0.25, 0.01]), (len(gains.mean), 1, 1))
+    return replace(gains, mean=mean, covariance=covariance)
+
+
+def check_sensors(run: Run) -> None:
+    """Checks that the signals of moving joints change.
+
+    Raises:
+        BadValueError: One of them does not.
+    """
+    dead = (np.ptp(run.signal, axis=0) == 0.0) & (np.ptp(run.q, axis=0) > _MOVES)
+    for j in np.flatnonzero(dead):
+        name = run.description.joint_names[j]
+        problem = f"is {run.signal[0, j]:g} throughout, must change as the joint moves"
+        raise BadValueError(run.source, f"signal of {name}", problem)
+
+
+def _find_stuck(run: Run) -> Iterator[str]:
+    """Finds signals that stay at one value, to the last digit, while their joint moves."""
+    for j, name in enumerate(run.description.joint_names):
+        edges = np.flatnonzero(np.diff(run.signal[:, j])) + 1  # where the signal takes another value
+        for first, last in itertools.pairwise([0, *edges, len(run.times)]):
+            duration = run.times[last - 1] - run.times[first]
+            if duration > _STUCK and np.ptp(run.q[first:last, j]) > _MOVES:
+                value, start = run.signal[first, j], run.times[first] - run.times[0]
+                yield (
+                    f"{run.source}, {name}: the signal is {value:g} from {start:.1f} s on for {duration:.1f} s while "
+                    "the joint moves: the sensor is saturated, or sticks"
+                )
+                break

@@ -10,7 +10,7 @@ from affordance.arguments import check_kind, check_number
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
-from affordance.identification.doubts import find_doubts
+from affordance.identification.doubts import check_sensors, find_doubts
 from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.gains import Gains, arrange_gains, build_nominal_gains
 from affordance.identification.evidence.paired_runs import build_paired_evidence
@@ -85,6 +85,9 @@ def identify(
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
+    if loaded.description.kind is not SignalKind.WRENCH:
+        for run in (*empty, loaded):
+            check_sensors(run)
     description = loaded.description
     arm = arm.with_gravity(description.gravity)
     if reference_mass is None:
