@@ -4,7 +4,7 @@ Python writes the shortest decimal that reads as the same number, so a memory is
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,21 +18,23 @@ from affordance.belief.learner import Pick
 from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadArgumentError, BadValueError
-from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.files.atomic import to_plain, write_json
 from affordance.files.bounded import read_json
 from affordance.files.constraints import StrPath, check_path
 from affordance.objects.appearance import PartAppearance
 
 # Key by which the file of a learner with kinds is recognised.
 _OF_KINDS = "gate"
+_TAUGHT = "taught_by"
 
 
-def write_memory(path: StrPath, memory: Memory) -> Path:
+def write_memory(path: StrPath, memory: Memory, taught: Sequence[str] = ()) -> Path:
     """Writes a memory as JSON, atomically and in full precision.
 
     Args:
         path: File, whose folder is created if it does not exist.
         memory: Memory of a learner with one density for each colour, or with kinds.
+        taught: Fingerprints of the runs that taught it, so that none does so twice.
 
     Returns: The path of the file.
 
@@ -41,9 +43,9 @@ def write_memory(path: StrPath, memory: Memory) -> Path:
     """
     path = check_path("path", path)
     if isinstance(memory, KindMemory):
-        write_text(path, format_kinds(memory) + "\n")
+        write_json(path, {_TAUGHT: list(taught), **json.loads(format_kinds(memory))})
     elif isinstance(memory, MaterialMemory):
-        write_json(path, {"colours": memory.colours, **to_plain(memory.belief)})
+        write_json(path, {_TAUGHT: list(taught), "colours": memory.colours, **to_plain(memory.belief)})
     else:
         problem = f"is of type {type(memory).__name__}, must be of type MaterialMemory or KindMemory"
         raise BadArgumentError("memory", "", problem)
@@ -64,6 +66,20 @@ def read_memory(path: StrPath) -> MaterialMemory | KindMemory:
         return MaterialMemory(_read_colours(content), _read_belief(content))
     except (ValueError, TypeError, LookupError, AttributeError, OverflowError, RecursionError) as error:
         raise BadValueError(path, "", f"is no memory of materials: {error}") from error
+
+
+def read_taught(path: StrPath) -> tuple[str, ...]:
+    """Reads the fingerprints of the runs that taught the memory of a file; none if it does not say.
+
+    Raises:
+        BadValueError: The file cannot be read, or they are not a list of texts.
+    """
+    path = check_path("path", path)
+    content = read_json(path)
+    taught = content.get(_TAUGHT, []) if isinstance(content, Mapping) else []
+    if not isinstance(taught, list) or not all(isinstance(each, str) for each in taught):
+        raise BadValueError(path, _TAUGHT, "must be a list of texts")
+    return tuple(taught)
 
 
 def format_kinds(memory: KindMemory) -> str:

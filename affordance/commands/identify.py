@@ -2,23 +2,30 @@
 
 import argparse
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
 
 from affordance.arguments import check_number, check_whole
 from affordance.belief.density_belief import Prior
 from affordance.belief.kind_memory import KindMemory
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import read_memory, write_memory
+from affordance.belief.memory_file import read_memory, read_taught, write_memory
 from affordance.commands.options import add_set, change_by_name, check_bounds, list_groups, refuse_changes
+from affordance.commands.payload_text import describe_payload
 from affordance.exceptions import BadValueError
 from affordance.files.atomic import to_plain, write_json, write_text
 from affordance.files.model_folder import MODELS
 from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
 from affordance.identification.evidence.gains import read_gains, write_gains
 from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
+from affordance.identification.payload_claim import TOLERANCE, judge_claim
+from affordance.identification.payload_formats import format_payload, read_payload
 from affordance.identification.posterior.part_posterior import SeenObject
-from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief, list_payload_settings
+from affordance.identification.posterior.payload_belief import PayloadBelief
 from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.recording.run import Run
 from affordance.identification.recording.run_file import read_run
@@ -52,11 +59,23 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--object", type=Path, help="tools file with what a camera saw of the object, its first tool or --object-name"
     )
     add("--object-name", help="which tool of that file")
+    add(
+        "--object-pose",
+        type=float,
+        nargs=6,
+        metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
+        help="pose of the object in the tip, m and degrees (default: the run's description)",
+    )
     add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
-    add("--memory", type=Path, help="JSON file of densities learned before; it learns from this run (--learned)")
+    add(
+        "--memory", type=Path, help="JSON file of learned densities, which learns from this run; new if there is none"
+    )
     add("--learned", type=Path, help="where the memory is written (default: back to --memory)")
     add("--reference-mass", type=float, metavar="KG", help="what the load weighs on a scale: finds gains of currents")
     add("--gains", type=Path, help="gains found before (gains.yaml of a run with --reference-mass)")
+    add("--claimed", type=Path, metavar="FILE", help="payload that is set on the controller (docs/identify.md)")
+    add("--tolerance", type=float, default=TOLERANCE, help="of its mass and centre of mass, relative (default .05)")
+    add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
     add("--off", nargs="+", default=[], choices=NUISANCES, help="nuisances to leave out")
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
     add("--samples", type=int, default=IdentificationSettings().num_samples, help="of the posterior (default 2000)")
@@ -69,6 +88,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Identifies the payload, and prints and writes the result.
 
+    Returns: 0, or 3 if the result is not to be trusted.
+
     Raises:
         AffordanceError: An argument, a file or a recording is invalid.
     """
@@ -77,9 +98,12 @@ def run(arguments: argparse.Namespace) -> int:
     prior = change_by_name(arguments).prior
     loaded = read_run(arguments.loaded, arguments.description)
     empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
+    if arguments.object_pose is not None:
+        loaded = _place_object(loaded, arguments.object_pose)
     robot = _load_robot(arguments, loaded)
     gains = None if arguments.gains is None else read_gains(arguments.gains)
-    memory = MaterialMemory() if arguments.memory is None else read_memory(arguments.memory)
+    claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
+    taught, memory = _recall(arguments.memory)
     seen = None if arguments.object is None else _see(arguments, memory, prior)
     mass = arguments.reference_mass
     if mass is not None:
@@ -94,39 +118,52 @@ def run(arguments: argparse.Namespace) -> int:
         deviation_sd=prior.deviation_sd,
         settings=settings,
     )
-    content = belief.to_dict() | {"payload_settings": list_payload_settings(belief.parameters)}
+    is_used = belief.is_trusted or arguments.anyway
+    content = belief.to_dict()
+    if is_used and belief.setting is not None:
+        content["payload_settings"] = format_payload(belief.setting)
+    claim = None
+    if claimed is not None:
+        claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
+        content["claimed"] = {"verdict": claim[1].verdict, **claim[1]._asdict(), **claimed._asdict()}
+    lesson = _teach(arguments, belief, loaded, taught)
+    text = describe_payload(belief, claim, taught=lesson, anyway=arguments.anyway)
     if arguments.out is not None:
-        _write(arguments.out, belief, content)
-    learned = arguments.learned or arguments.memory
-    if belief.seen is not None and learned is not None:
-        write_memory(learned, belief.seen.memory)
-    print(json.dumps(to_plain(content), indent=2) if arguments.json else describe(belief))
-    return 0
+        _write(arguments.out, belief, content, text, is_used)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+    return 0 if belief.is_trusted else 3
 
 
-def describe(belief: PayloadBelief) -> str:
-    """Formats the belief for a terminal."""
-    m = belief.marginals
-    lines = [f"{belief.source}: {belief.analysis}", ""]
-    names = ["mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]
-    lines.append(f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}")
-    for i, (name, unit) in enumerate(zip(names, UNITS, strict=True)):
-        intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
-        lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
-    if (halves := belief.halves) is not None:
-        masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
-        lines += ["", f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})"]
-    for title, sentences in (
-        ("Not seen", belief.unseen),
-        ("Warnings", belief.warnings),
-        ("Found", belief.notes),
-        ("Assumed", belief.assumptions),
-    ):
-        if sentences:
-            lines += ["", f"{title}:", *(f"  {sentence}" for sentence in sentences)]
-    lines += ["", "For the robot, if the tip is its flange:"]
-    lines += [f"  {robot}: {line}" for robot, line in list_payload_settings(belief.parameters).items()]
-    return "\n".join(lines)
+def _recall(path: Path | None) -> tuple[tuple[str, ...], MaterialMemory | KindMemory]:
+    """Reads which runs taught a memory, and the memory; a file that does not exist yet is a new memory."""
+    if path is None or (not path.exists() and path.parent.is_dir()):
+        return (), MaterialMemory()
+    return read_taught(path), read_memory(path)
+
+
+def _teach(arguments: argparse.Namespace, belief: PayloadBelief, run: Run, taught: tuple[str, ...]) -> str:
+    """Writes what the run teaches; returns a sentence about it, or none without a memory."""
+    path = arguments.learned or arguments.memory
+    if belief.seen is None or path is None:
+        return ""
+    if run.fingerprint in taught:
+        return f"{path} learns nothing: this run has taught it before"
+    if not belief.teaches and not arguments.anyway:
+        reason = "the result is not to be trusted" if belief.doubts else "the object is not what it looks like"
+        return f"{path} learns nothing: {reason} (--anyway teaches it)"
+    write_memory(path, belief.seen.memory, (*taught, run.fingerprint))
+    return f"{path} has learned them"
+
+
+def _place_object(run: Run, values: Sequence[float]) -> Run:
+    """Returns the run with the pose of the seen object in the tip: position, [m], roll, pitch and yaw, [deg]."""
+    for name, value in zip(("X", "Y", "Z", "ROLL", "PITCH", "YAW"), values, strict=True):
+        bound = 2.0 if len(name) == 1 else 360.0
+        check_number(f"--object-pose {name}", value, -bound, bound)
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
+    pose[:3, 3] = values[:3]
+    return replace(run, description=replace(run.description, object_pose=pose))
 
 
 def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
@@ -156,11 +193,11 @@ def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, pri
     return see_tool(named[name], memory, prior)
 
 
-def _write(folder: Path, belief: PayloadBelief, content: dict[str, object]) -> None:
+def _write(folder: Path, belief: PayloadBelief, content: dict[str, object], text: str, is_used: bool) -> None:
     save_figure(draw_fit(belief.fit), folder, "fit")
     save_figure(draw_posteriors(belief), folder, "posteriors")
     save_figure(draw_whiteness(belief.fit), folder, "whiteness")
-    if belief.calibration is not None:
+    if belief.calibration is not None and is_used:
         write_gains(folder / "gains.yaml", belief.calibration)
     meaning = "mass, first moment, moments and products of inertia about the tip"
     samples = Trajectories(
@@ -171,5 +208,5 @@ def _write(folder: Path, belief: PayloadBelief, content: dict[str, object]) -> N
         {"parameter": ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]},
     )
     write_trajectories(folder / "samples.nc", samples)
-    write_text(folder / "belief.txt", describe(belief) + "\n")
+    write_text(folder / "belief.txt", text + "\n")
     write_json(folder / "belief.json", content)

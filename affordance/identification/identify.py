@@ -1,6 +1,6 @@
 """Identification of a held payload from recorded q, v, vdot and tau."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -109,7 +109,8 @@ def identify(
         deviation_sd=deviation_sd,
         settings=settings,
     )
-    belief = replace(belief, calibration=calibration, reference_mass=reference_mass)
+    assumed = (*belief.assumptions, *_assume_of_hand(arm, before, calibration is not None))
+    belief = replace(belief, calibration=calibration, reference_mass=reference_mass, assumptions=assumed)
     if calibration is not None and reference_mass is not None:
         belief = replace(belief, halves=check_halves(evidence, reference_mass, settings))
     return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
@@ -143,6 +144,16 @@ def _check_arguments(
     if seen is not None:
         check_kind("seen", seen, SeenObject)
     check_kind("settings", settings, IdentificationSettings)
+
+
+def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator[str]:
+    """Lists what no recording can show, a sentence each."""
+    yield (
+        f"the payload hangs at {arm.tip}, ends of the arm and frames are as in the robot's file, and whatever hung there "
+        "in the empty runs does so still: a gripper forgotten then is part of the payload"
+    )
+    if is_weighed or gains.kind is SignalKind.CURRENT:
+        yield "the scale is right: its error is that of every mass found with these gains"
 
 
 def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analysis:

@@ -6,11 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from affordance.arrays import Array
+from affordance.arrays import Array, Mask
 from affordance.belief.likelihood import Likelihood
 from affordance.belief.object_belief import ObjectBelief
 from affordance.files.html_table import build_table
 from affordance.identification.evidence.gains import Gains
+from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.body_posterior import WeightedBodies
 from affordance.identification.posterior.payload_fit import PayloadFit
 from affordance.objects.inertia import compute_point_parameters
@@ -40,6 +41,20 @@ class Marginals(NamedTuple):
     high50: Array
     low90: Array
     high90: Array
+
+
+class LearnedDensity(NamedTuple):
+    """Density of a material as a memory believes it after a run.
+
+    Attributes:
+        colour: Colour of the material, red, green and blue in [0, 1].
+        median: Median, [kg/m^3].
+        interval90: Credible interval that holds 90 %, [kg/m^3].
+    """
+
+    colour: tuple[float, float, float]
+    median: float
+    interval90: tuple[float, float]
 
 
 class HalfCheck(NamedTuple):
@@ -163,6 +178,27 @@ class PayloadBelief:
         return self.marginals.mean[_COM]
 
     @property
+    def setting(self) -> PayloadSetting | None:
+        """Payload to set on a controller, without moments that were not seen; None if mass or centre were not."""
+        if self.hidden & set(QUANTITIES[: _COM.stop]):
+            return None
+        mean = self.marginals.mean
+        inertia = None if self.hidden & set(QUANTITIES[_MOMENTS]) else mean[_MOMENTS.start :]
+        return PayloadSetting(float(mean[0]), mean[_COM], inertia)
+
+    @property
+    def learned(self) -> tuple[LearnedDensity, ...]:
+        """Densities of the materials that the run showed; empty without a camera."""
+        if self.seen is None:
+            return ()
+        low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
+        colours = self.seen.memory.colours
+        return tuple(
+            LearnedDensity(colour, float(median[i]), (float(low[i]), float(high[i])))
+            for i, colour in enumerate(colours)
+        )
+
+    @property
     def is_trusted(self) -> bool:
         """True if there is no reason to doubt the result."""
         return not self.doubts
@@ -173,30 +209,48 @@ class PayloadBelief:
         return self.is_trusted and self.seen is not None and (self.p_value is None or self.p_value >= _SURPRISE)
 
     @cached_property
+    def hidden(self) -> frozenset[str]:
+        """Quantities, by their names in QUANTITIES, that the run left undetermined."""
+        is_hidden = (self._share_of_prior > _UNSEEN) | self._is_vague
+        if self.calibration is not None:
+            is_hidden[_MASS] = False  # the scale determined the mass
+        return frozenset(name for name, hidden in zip(QUANTITIES[: _MOMENTS.stop], is_hidden, strict=False) if hidden)
+
+    @cached_property
+    def _share_of_prior(self) -> Array:
+        """Standard deviations as a share of the prior's, shape (10,)."""
+        prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
+        share: Array = self.marginals.sd / np.maximum(prior_sd, np.finfo(float).tiny)
+        return share
+
+    @cached_property
+    def _is_vague(self) -> Mask:
+        """True for positive quantities that are known only to a factor, shape (10,)."""
+        m = self.marginals
+        vague = m.sd > _VAGUE * m.mean
+        vague[_COM] = vague[_PRODUCTS] = False
+        return vague
+
+    @cached_property
     def unseen(self) -> tuple[str, ...]:
         """Quantities that this motion left undetermined, a sentence each."""
-        prior_sd = describe_bodies(self.prior_bodies).std(axis=0)
-        m = self.marginals
-        share = m.sd / np.maximum(prior_sd, np.finfo(float).tiny)
-        # Positive quantities are also undetermined if known only to a factor.
-        vague = np.zeros(len(share), dtype=bool)
-        vague[_MASS], vague[_MOMENTS] = (
-            m.sd[_MASS] > _VAGUE * m.mean[_MASS],
-            m.sd[_MOMENTS] > _VAGUE * m.mean[_MOMENTS],
-        )
-        parts = [("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)]
-        if self.calibration is not None:
-            parts = parts[1:]  # the scale determined the mass
+        m, share = self.marginals, self._share_of_prior
         sentences = []
-        for name, part in parts:
-            hidden = [i for i in range(part.start, part.stop) if share[i] > _UNSEEN or vague[i]]
-            if hidden:
-                worst = max(hidden, key=lambda i: share[i])
-                ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
-                sentences.append(
-                    f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): moves too slowly or too briefly to see, "
-                    f"the prior decides ({QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's)"
-                )
+        for name, part in (("mass", _MASS), ("centre of mass", _COM), ("moments of inertia", _MOMENTS)):
+            hidden = [i for i in range(part.start, part.stop) if QUANTITIES[i] in self.hidden]
+            if not hidden:
+                continue
+            worst = max(hidden, key=lambda i: share[i])
+            ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g} {UNITS[worst]}"
+            if share[worst] > _UNSEEN:
+                reason = "moves too slowly or too briefly to see, the prior decides"
+                ranges = f"{QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's"
+            elif part is _MASS:
+                reason = "hardly anything is held"
+            else:
+                reason = "known to a factor only"
+                ranges = f"{QUANTITIES[worst]}: {ranges}"
+            sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
         return tuple(sentences)
 
     @cached_property
@@ -257,11 +311,7 @@ class PayloadBelief:
         if self.halves is not None:
             content["halves"] = self.halves._asdict()
         if self.seen is not None:
-            low, median, high = self.seen.memory.belief.compute_percentiles([0.05, 0.5, 0.95])
-            content["densities_kg_m3"] = [
-                {"colour": list(colour), "median": float(median[i]), "interval90": [float(low[i]), float(high[i])]}
-                for i, colour in enumerate(self.seen.memory.colours)
-            ]
+            content["densities_kg_m3"] = [each._asdict() for each in self.learned]
         return content
 
 
@@ -282,30 +332,3 @@ def summarise(values: Array, weights: Array) -> Marginals:
         # Each sample stands for the middle of its share.
         quantiles[:, i] = np.interp([0.05, 0.25, 0.75, 0.95], np.cumsum(share) - 0.5 * share, values[order[:, i], i])
     return Marginals(mean, sd, quantiles[1], quantiles[2], quantiles[0], quantiles[3])
-
-
-def list_payload_settings(pi: Array) -> dict[str, str]:
-    """Writes lines that set the payload of a robot, by robot, from ten parameters at its flange, shape (10,).
-
-    The centre of mass is measured from the tip, axes are those of the tip, and moments are about the centre of mass.
-    """
-    m, x, y, z, xx, yy, zz, xy, xz, yz = (float(value) for value in describe_bodies(pi[None])[0])
-    # Elements of the inertia matrix; with Ixy = -integral(x y dm) the matrix holds them as they are.
-    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
-    column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
-    centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
-    return {
-        "Universal Robots (URScript)": (
-            f"set_target_payload({m:.4f}, [{centre}], [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}])"
-        ),
-        "Franka (libfranka)": f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});",
-        "URDF": (
-            f'<inertial><mass value="{m:.4f}"/><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
-            f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
-            "</inertial>"
-        ),
-        "Drake (Python)": (
-            f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{centre}], RotationalInertia("
-            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))"
-        ),
-    }

@@ -5,6 +5,7 @@ milliamperes. Each error names the file, the row, the column, the value and its 
 """
 
 import difflib
+import hashlib
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
@@ -119,6 +120,11 @@ class Run:
             self._check_rate("v", self.v, "q", self.q)
             if self.vdot is not None:
                 self._check_rate("vdot", self.vdot, "v", self.v)
+
+    @property
+    def fingerprint(self) -> str:
+        """Text by which the samples are recognised, whatever the name of their file."""
+        return hashlib.sha256(self.q.tobytes() + self.signal.tobytes()).hexdigest()[:16]
 
     def __repr__(self) -> str:
         rows, joints = self.q.shape

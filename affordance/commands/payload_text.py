@@ -1,0 +1,102 @@
+"""Text of an identified payload, in the order in which it is read: verdict, payload, materials, claim, assumptions."""
+
+from collections.abc import Iterator
+
+from affordance.identification.payload_claim import ClaimVerdict
+from affordance.identification.payload_formats import PayloadSetting, format_payload
+from affordance.identification.posterior.payload_belief import UNITS, PayloadBelief
+
+_NAMES = ("mass", "centre of mass x", "y", "z", "Ixx about it", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
+_VERDICTS = {
+    "right": "is right",
+    "wrong": "is wrong",
+    "open": "may be right or wrong, the run cannot tell",
+}
+
+
+def describe_payload(
+    belief: PayloadBelief,
+    claim: tuple[PayloadSetting, ClaimVerdict] | None = None,
+    *,
+    taught: str = "",
+    anyway: bool = False,
+) -> str:
+    """Writes a belief for a terminal.
+
+    Args:
+        belief: Posterior of the payload.
+        claim: Payload that is set on the controller, and its verdict; None without one.
+        taught: Sentence about what a memory has learned; empty without a memory.
+        anyway: True if lines to paste are wanted of a result that is not to be trusted.
+    """
+    blocks = [_give_verdict(belief), _tabulate(belief)]
+    if (halves := belief.halves) is not None:
+        masses = ", ".join(f"{mass:.3f} +- {sd:.3f}" for mass, sd in zip(halves.mass, halves.sd, strict=True))
+        blocks.append(f"gains from one half, the mass of the other: {masses} kg (weighed {belief.reference_mass:g})")
+    blocks += _list("Not seen", belief.unseen)
+    learned = [
+        f"colour {', '.join(f'{value:.2f}' for value in each.colour)}: {each.median:.0f} kg/m^3, 90 % from "
+        f"{each.interval90[0]:.0f} to {each.interval90[1]:.0f}"
+        for each in belief.learned
+    ]
+    blocks += _list("Densities", [*learned, *([taught] if taught else [])])
+    if claim is not None:
+        blocks.append(_compare(belief, *claim))
+    blocks += _list("Found", belief.notes)
+    blocks += _list("Assumed", belief.assumptions)
+    blocks.append(_write_lines(belief, anyway))
+    return "\n\n".join(blocks)
+
+
+def _give_verdict(belief: PayloadBelief) -> str:
+    lines = [f"{belief.source}: {belief.analysis}"]
+    if belief.doubts:
+        lines += ["NOT TO BE TRUSTED:", *(f"  {doubt}" for doubt in belief.doubts)]
+    else:
+        lines.append("No reason was found to distrust the result.")
+    lines += [f"  warning: {warning}" for warning in belief.warnings]
+    return "\n".join(lines)
+
+
+def _tabulate(belief: PayloadBelief) -> str:
+    m = belief.marginals
+    lines = [f"{'':18} {'mean':>11} {'SD':>10}   {'50 % interval':^23} {'90 % interval':^23}"]
+    for i, (name, unit) in enumerate(zip(_NAMES, UNITS, strict=True)):
+        intervals = f"{m.low50[i]:11.5g} {m.high50[i]:11.5g} {m.low90[i]:11.5g} {m.high90[i]:11.5g}"
+        lines.append(f"{name:18} {m.mean[i]:11.5g} {m.sd[i]:10.3g}   {intervals} {unit}")
+    return "\n".join(lines)
+
+
+def _list(title: str, sentences: list[str] | tuple[str, ...]) -> Iterator[str]:
+    if sentences:
+        yield "\n".join([f"{title}:", *(f"  {sentence}" for sentence in sentences)])
+
+
+def _compare(belief: PayloadBelief, setting: PayloadSetting, verdict: ClaimVerdict) -> str:
+    def show(mass: float, centre: list[float]) -> str:
+        return f"{mass:.3f} kg at ({', '.join(f'{value:.4f}' for value in centre)}) m"
+
+    errors = ", ".join(
+        f"{name} {error:.2g}" for name, error in zip(belief.channel_names, verdict.torque_error, strict=True)
+    )
+    return "\n".join(
+        [
+            f"Claimed: the payload that is set {_VERDICTS[verdict.verdict]} (right with probability "
+            f"{verdict.probability:.2f}: mass to {verdict.mass_tolerance:.3f} kg, first moment to "
+            f"{verdict.moment_tolerance:.4f} kg m)",
+            f"  set: {show(setting.mass, list(setting.centre_of_mass))}",
+            f"  found: {show(belief.mass, list(belief.centre_of_mass))}",
+            f"  largest errors of torque in this run with the setting (N m): {errors}",
+        ]
+    )
+
+
+def _write_lines(belief: PayloadBelief, anyway: bool) -> str:
+    if belief.doubts and not anyway:
+        return "For the robot: no lines, as the result is not to be trusted (--anyway writes them)."
+    if belief.setting is None:
+        return "For the robot: no lines, as mass or centre of mass were not seen."
+    mark = ", NOT TO BE TRUSTED" if belief.doubts else ""
+    lines = [f"For the robot, if the tip is its flange{mark}:"]
+    lines += [f"  {robot}: {line}" for robot, line in format_payload(belief.setting).items()]
+    return "\n".join(lines)

@@ -1,0 +1,209 @@
+"""Payloads as controllers of robots take them: lines to paste, and files in which one is set.
+
+Mass, centre of mass and moments are at the robot's flange, the tip T: p_TTcm, and moments about Tcm along T's axes.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+from xml.etree.ElementTree import Element
+
+import numpy as np
+from pydantic import ConfigDict, Field
+from scipy.spatial.transform import Rotation
+
+from affordance.arrays import Array
+from affordance.exceptions import BadValueError
+from affordance.files.bounded import SETTINGS, read_json, read_text
+from affordance.files.constraints import StrPath, Vector, Within, check_path
+from affordance.files.data_model import DataModel, check_content
+from affordance.files.xml_file import read_xml
+from affordance.files.yaml_reader import read_yaml
+from affordance.objects.inertia import compute_point_parameters
+
+type _Triple = tuple[float, float, float]
+# Bounds of a payload's mass, [kg], lever, [m], and moments, [kg m^2].
+_MOST, _FAR = 1e3, 10.0
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_LIST = rf"\[\s*((?:{_NUMBER}\s*,\s*)*{_NUMBER})\s*\]"
+# Lines of a URScript program: the newer call has moments, the older one may lack the centre of mass.
+_URSCRIPT = re.compile(rf"set_(?:target_)?payload\(\s*({_NUMBER})\s*(?:,\s*{_LIST})?\s*(?:,\s*{_LIST})?")
+
+
+class PayloadSetting(NamedTuple):
+    """Payload that is set on a controller.
+
+    Attributes:
+        mass: Mass, [kg].
+        centre_of_mass: Centre of mass p_TTcm, shape (3,), [m].
+        inertia: Moments and products Ixx, Iyy, Izz, Ixy, Ixz, Iyz about Tcm, shape (6,), [kg m^2]; None if not set.
+    """
+
+    mass: float
+    centre_of_mass: Array
+    inertia: Array | None = None
+
+    @property
+    def parameters(self) -> Array:
+        """Ten inertial parameters about To, a point mass if no moments are set, shape (10,)."""
+        pi = self.mass * compute_point_parameters(self.centre_of_mass)
+        if self.inertia is not None:
+            pi[4:] += self.inertia
+        return pi
+
+
+class _PayloadEntry(DataModel):
+    """Payload in YAML, with principal moments or all six."""
+
+    mass: Annotated[float, Within(0.0, _MOST)]
+    com: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR))] = (0.0, 0.0, 0.0)
+    inertia: Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=3, max_length=6)] | None = None
+
+
+class _EndEffectorEntry(DataModel):
+    """End effector in JSON, as the configuration of a Panda's hand; other keys are none of the payload's."""
+
+    model_config = ConfigDict(extra="ignore")
+
+    mass: Annotated[float, Within(0.0, _MOST)]
+    centre: Annotated[_Triple, Vector(3, Within(-_FAR, _FAR))] = Field((0.0, 0.0, 0.0), alias="centerOfMass")
+    inertia: Annotated[list[Annotated[float, Within(-_MOST, _MOST)]], Field(min_length=9, max_length=9)] | None = None
+
+
+def format_payload(payload: PayloadSetting) -> dict[str, str]:
+    """Writes the lines that set a payload, by robot; a fallback without moments is a point, and says so.
+
+    URScript takes a payload without moments. The others need some: those of a point mass, which the line marks.
+    """
+    m, (x, y, z) = payload.mass, payload.centre_of_mass
+    known = payload.inertia is not None
+    xx, yy, zz, xy, xz, yz = np.zeros(6) if payload.inertia is None else payload.inertia
+    matrix = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
+    column_major = ", ".join(f"{value:.6g}" for value in matrix.T.ravel())
+    centre = f"{x:.5f}, {y:.5f}, {z:.5f}"
+    moments = f", [{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}]" if known else ""
+    mark = "" if known else "moments were not seen: a point mass"
+    return {
+        "Universal Robots (URScript)": f"set_target_payload({m:.4f}, [{centre}]{moments})",
+        "Franka (libfranka)": (
+            f"robot.setLoad({m:.4f}, {{{{{centre}}}}}, {{{{{column_major}}}}});" + (f"  // {mark}" if mark else "")
+        ),
+        "URDF": (
+            f'<inertial><mass value="{m:.4f}"/><origin xyz="{x:.5f} {y:.5f} {z:.5f}"/>'
+            f'<inertia ixx="{xx:.6g}" iyy="{yy:.6g}" izz="{zz:.6g}" ixy="{xy:.6g}" ixz="{xz:.6g}" iyz="{yz:.6g}"/>'
+            "</inertial>" + (f"  <!-- {mark} -->" if mark else "")
+        ),
+        "Drake (Python)": (
+            f"SpatialInertia.MakeFromCentralInertia({m:.6g}, [{centre}], RotationalInertia("
+            f"{xx:.6g}, {yy:.6g}, {zz:.6g}, {xy:.6g}, {xz:.6g}, {yz:.6g}))" + (f"  # {mark}" if mark else "")
+        ),
+    }
+
+
+def read_payload(path: StrPath) -> PayloadSetting:
+    """Reads the payload that is set on a controller.
+
+    Args:
+        path: YAML file with ``mass``, ``com`` and ``inertia``; end effector of a Panda (.json); program or log with
+            a line ``set_target_payload(...)`` or ``set_payload(...)``, of which the last counts (.script, .urscript,
+            .txt); URDF file with one ``<inertial>``, in the frame of the tip (.urdf, .xml, .xacro without macros).
+
+    Raises:
+        BadValueError: The file cannot be read, or does not set one payload; the message says which key and how.
+    """
+    path = check_path("path", path)
+    suffix = path.suffix.lower()
+    if suffix in (".yaml", ".yml"):
+        entry = check_content(path, read_yaml(path), _PayloadEntry)
+        return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
+    if suffix == ".json":
+        hand = check_content(path, _find_mapping(read_json(path)), _EndEffectorEntry)
+        matrix = None if hand.inertia is None else np.array(hand.inertia).reshape(3, 3).T
+        return _build(hand.mass, hand.centre, None if matrix is None else _take_moments(matrix))
+    if suffix in (".urdf", ".xml", ".xacro"):
+        return _read_inertial(path, read_xml(path, SETTINGS))
+    if suffix in (".script", ".urscript", ".txt"):
+        return _read_urscript(path, read_text(path, SETTINGS))
+    known = ".yaml, .json, .script, .urscript, .txt, .urdf or .xml"
+    raise BadValueError(path, "", f"is of the unknown kind {suffix or path.name!r}, must be {known}")
+
+
+def _build(mass: float, centre: Sequence[float], inertia: Array | None) -> PayloadSetting:
+    return PayloadSetting(float(mass), np.array(centre, dtype=float), inertia)
+
+
+def _order_moments(path: Path, values: Sequence[float] | None) -> Array | None:
+    """Returns three principal moments, or six in the order of PayloadSetting."""
+    if values is None:
+        return None
+    if len(values) not in (3, 6):
+        raise BadValueError(
+            path, "inertia", f"has {len(values)} numbers, must have 3 or 6: Ixx, Iyy, Izz, Ixy, Ixz, Iyz"
+        )
+    return np.array([*values, 0.0, 0.0, 0.0][:6])
+
+
+def _take_moments(matrix: Array) -> Array:
+    return np.array([matrix[0, 0], matrix[1, 1], matrix[2, 2], matrix[0, 1], matrix[0, 2], matrix[1, 2]])
+
+
+def _find_mapping(content: Any) -> Any:
+    """Finds the mapping that has a mass, in a file that nests it."""
+    if isinstance(content, Mapping) and "mass" not in content:
+        for value in content.values():
+            if isinstance(value, Mapping) and "mass" in value:
+                return value
+    return content
+
+
+def _read_urscript(path: Path, text: str) -> PayloadSetting:
+    found = _URSCRIPT.findall(text)
+    if not found:
+        raise BadValueError(path, "", "has no line set_target_payload(mass, [x, y, z], [moments]) with plain numbers")
+    mass, centre, moments = found[-1]
+    place = [float(value) for value in centre.split(",")] if centre else [0.0, 0.0, 0.0]
+    inertia = [float(value) for value in moments.split(",")] if moments else None
+    if len(place) != 3 or (inertia is not None and len(inertia) != 6):
+        raise BadValueError(path, "set_target_payload", "must have three coordinates and six moments, or none")
+    content = {"mass": float(mass), "com": place, "inertia": inertia}
+    entry = check_content(path, content, _PayloadEntry)
+    return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
+
+
+def _read_inertial(path: Path, root: Element) -> PayloadSetting:
+    found = [root] if root.tag == "inertial" else list(root.iter("inertial"))
+    if len(found) != 1:
+        raise BadValueError(
+            path, "inertial", f"stands there {len(found)} times, must once: cut the payload's link out"
+        )
+    mass, origin, inertia = (found[0].find(tag) for tag in ("mass", "origin", "inertia"))
+    if mass is None:
+        raise BadValueError(path, "inertial", "has no mass")
+    rpy = _read_numbers(path, origin, "rpy", 3)
+    content: dict[str, Any] = {
+        "mass": _read_numbers(path, mass, "value", 1)[0],
+        "com": _read_numbers(path, origin, "xyz", 3),
+    }
+    moments = None
+    if inertia is not None:
+        xx, xy, xz, yy, yz, zz = (
+            _read_numbers(path, inertia, key, 1)[0] for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+        )
+        R = Rotation.from_euler("xyz", rpy).as_matrix()
+        moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
+        content["inertia"] = list(moments)
+    entry = check_content(path, content, _PayloadEntry)
+    return _build(entry.mass, entry.com, moments)
+
+
+def _read_numbers(path: Path, element: Element | None, key: str, count: int) -> list[float]:
+    """Reads numbers of an attribute; zeros without it."""
+    text = "" if element is None else element.get(key, "")
+    try:
+        values = [float(word) for word in text.split()] or [0.0] * count
+    except ValueError:
+        values = []
+    if len(values) != count:
+        raise BadValueError(path, key, f"is {text!r}, must be {count} numbers")
+    return values
