@@ -1,4 +1,4 @@
-"""Text of an identified payload, in the order in which it is read: verdict, payload, materials, claim, assumptions."""
+"""Text of an identified payload, as it is read: verdict, payload, materials, claim, assumptions, lines to paste."""
 
 from collections.abc import Iterator
 

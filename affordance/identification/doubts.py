@@ -158,14 +158,7 @@ def _judge_fit(
 ) -> Iterator[str]:
     """Judges gains and residual of the fit."""
     evidence = belief.fit.evidence
-    unit = evidence.kind.unit
-    for name, gain in zip(robot.joint_names, belief.gains[:, 0], strict=True):
-        if gain <= 0.0:
-            yield f"{name}: the gain is {gain:.3g} {unit} per N m, negative: signs or joints are wrong"
-        elif evidence.kind is SignalKind.CURRENT and not _CURRENT_GAINS[0] <= gain <= _CURRENT_GAINS[1]:
-            low, high = _CURRENT_GAINS
-            problem = f"the gain is {gain:.3g} A per N m, {low:g} to {high:g} are usual: the signal has another unit"
-            yield f"{name}: {problem}"
+    yield from _judge_gains(robot, belief)
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
         if apart > max(_SHIFT * belief.mass_sd, _HALVES * belief.reference_mass):
@@ -195,6 +188,19 @@ def _judge_fit(
     if halves is not None and not halves.inside.any() and np.abs(halves.error).max() > _HALVES:
         found = " and ".join(f"{mass:.3g}" for mass in halves.mass)
         yield f"gains of one half give {found} kg in the other, {belief.reference_mass:g} kg was weighed"
+
+
+def _judge_gains(robot: RobotChain, belief: PayloadBelief) -> Iterator[str]:
+    """Finds gains that no robot has, as far as the run determines them."""
+    evidence = belief.fit.evidence
+    gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
+    low, high = _CURRENT_GAINS if evidence.kind is SignalKind.CURRENT else (0.0, np.inf)
+    for name, gain, sd in zip(robot.joint_names, gains[:, 0], np.sqrt(covariance[:, 0, 0]), strict=True):
+        found = f"{name}: the gain is {gain:.3g} {evidence.kind.unit} per N m"
+        if gain + _SHIFT * sd < 0.0:
+            yield f"{found}, negative: signs or joints are wrong"
+        elif gain + _SHIFT * sd < low or gain - _SHIFT * sd > high:
+            yield f"{found}, {low:g} to {high:g} are usual: the signal has another unit"
 
 
 def _compare_alternatives(

@@ -10,8 +10,8 @@ from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.payload_belief import PayloadBelief
 
 TOLERANCE = 0.05
-# Least mass to which the tolerance refers, [kg], as errors of a light payload matter no more than its weight, and lever
-# at which a mass counts as a first moment, [m].
+# Least mass to which the tolerance refers, [kg], as errors of a light payload matter no more than its weight, and
+# lever at which a mass counts as a first moment, [m].
 _LEAST, _LEVER = 1.0, 0.2
 # Probability from which a setting is called right, and below which wrong.
 _RIGHT, _WRONG = 0.5, 0.05

@@ -115,10 +115,10 @@ def read_payload(path: StrPath) -> PayloadSetting:
     path = check_path("path", path)
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
-        entry = check_content(path, read_yaml(path), _PayloadEntry)
+        entry = check_content(path, "", read_yaml(path), _PayloadEntry)
         return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
     if suffix == ".json":
-        hand = check_content(path, _find_mapping(read_json(path)), _EndEffectorEntry)
+        hand = check_content(path, "", _find_mapping(read_json(path)), _EndEffectorEntry)
         matrix = None if hand.inertia is None else np.array(hand.inertia).reshape(3, 3).T
         return _build(hand.mass, hand.centre, None if matrix is None else _take_moments(matrix))
     if suffix in (".urdf", ".xml", ".xacro"):
@@ -167,7 +167,7 @@ def _read_urscript(path: Path, text: str) -> PayloadSetting:
     if len(place) != 3 or (inertia is not None and len(inertia) != 6):
         raise BadValueError(path, "set_target_payload", "must have three coordinates and six moments, or none")
     content = {"mass": float(mass), "com": place, "inertia": inertia}
-    entry = check_content(path, content, _PayloadEntry)
+    entry = check_content(path, "", content, _PayloadEntry)
     return _build(entry.mass, entry.com, _order_moments(path, entry.inertia))
 
 
@@ -193,7 +193,7 @@ def _read_inertial(path: Path, root: Element) -> PayloadSetting:
         R = Rotation.from_euler("xyz", rpy).as_matrix()
         moments = _take_moments(R @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ R.T)
         content["inertia"] = list(moments)
-    entry = check_content(path, content, _PayloadEntry)
+    entry = check_content(path, "", content, _PayloadEntry)
     return _build(entry.mass, entry.com, moments)
 
 

@@ -41,6 +41,7 @@ def folder(tmp_path_factory):
     robot = build_robot(folder)
     rng = np.random.default_rng(11)
     held = {"empty": None, "loaded": PAYLOAD, "heavy": 2.0 * PAYLOAD, "stick": _STICK.parameters}
+    held["stick_again"] = held["stick"]
     for name, pi in held.items():
         run = generate_run(robot, pi, truth=_TRUTH, rng=rng, kind=SignalKind.CURRENT, rate=50.0)
         _write(folder, name, run)
@@ -86,17 +87,67 @@ def test_gains_of_a_weighed_load_serve_the_next_one(folder, tmp_path, capsys):
     assert "samples of a joint slower than 0.05 rad/s are left out" in found["assumed"]
 
 
-def test_a_seen_object_teaches_a_memory(folder, tmp_path, capsys):
-    empty, loaded = _name(folder, "empty", "stick")
+def test_a_seen_object_teaches_a_memory_once(folder, tmp_path, capsys):
+    empty, loaded, again = _name(folder, "empty", "stick", "stick_again")
     tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.json"
-    words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick", "--json"]
-    assert _run(folder, *words, "--learned", str(memory)) == 0
+    words = ["--empty", empty, "--object", tools, "--object-name", "stick", "--memory", str(memory)]
+    assert _run(folder, *words, "--loaded", loaded, "--json") == 0
     densities = json.loads(capsys.readouterr().out)["densities_kg_m3"]
     assert len(densities) == 2
-    assert memory.exists()
     before = memory.read_text()
-    assert _run(folder, *words, "--memory", str(memory)) == 0
-    assert memory.read_text() != before
+    assert _run(folder, *words, "--loaded", loaded) == 0
+    text = capsys.readouterr().out
+    assert "learns nothing: this run has taught it before" in text
+    assert "kg/m^3, 90 % from" in text
+    assert memory.read_text() == before
+    assert _run(folder, *words, "--loaded", again) == 0
+    assert "has learned them" in capsys.readouterr().out
+    assert json.loads(memory.read_text())["precision"] != json.loads(before)["precision"]
+
+
+def test_an_object_that_is_another_teaches_nothing(folder, tmp_path, capsys):
+    """The load is ten times as heavy as any stick of that size."""
+    empty, loaded = _name(folder, "empty", "heavy")
+    tools, memory = str(MODELS / "tools" / "novel.yaml"), tmp_path / "memory.json"
+    words = ["--empty", empty, "--loaded", loaded, "--object", tools, "--object-name", "stick"]
+    _run(folder, *words, "--memory", str(memory))
+    capsys.readouterr()
+    assert not memory.exists()
+
+
+def test_a_result_that_is_not_to_be_trusted_says_so_first_and_leaves_nothing_behind(folder, tmp_path, capsys):
+    empty, loaded = _name(folder, "empty", "heavy")
+    mass = str(2.0 * PAYLOAD[0])
+    swapped = ("--empty", loaded, "--loaded", empty, "--reference-mass", mass, "--out", str(tmp_path / "a"))
+    assert _run(folder, *swapped) == 3
+    text = capsys.readouterr().out
+    assert text.splitlines()[1] == "NOT TO BE TRUSTED:"
+    assert "set_target_payload(" not in text
+    assert not (tmp_path / "a" / "gains.yaml").exists()
+    assert json.loads((tmp_path / "a" / "belief.json").read_text())["trusted"] is False
+    assert _run(folder, *swapped[:-1], str(tmp_path / "b"), "--anyway") == 3
+    assert "its flange, NOT TO BE TRUSTED" in capsys.readouterr().out
+    assert (tmp_path / "b" / "gains.yaml").exists()
+
+
+def test_payload_of_the_controller_is_compared(folder, tmp_path, capsys):
+    empty, heavy = _name(folder, "empty", "heavy")
+    x, y, z = PAYLOAD[1:4] / PAYLOAD[0]
+    (tmp_path / "set.script").write_text(f"set_target_payload({2 * PAYLOAD[0]:.3f}, [{x:.4f}, {y:.4f}, {z:.4f}])")
+    words = ("--empty", empty, "--loaded", heavy, "--reference-mass", str(2.0 * PAYLOAD[0]))
+    assert _run(folder, *words, "--claimed", str(tmp_path / "set.script"), "--json") == 0
+    assert json.loads(capsys.readouterr().out)["claimed"]["verdict"] == "right"
+    (tmp_path / "set.yaml").write_text("mass: 0.73\ncom: [0, 0, 0.06]\n")
+    assert _run(folder, *words, "--claimed", str(tmp_path / "set.yaml")) == 0
+    text = capsys.readouterr().out
+    assert "Claimed: the payload that is set is wrong (right with probability 0.00" in text
+    assert text.index("Claimed:") < text.index("Assumed:") < text.index("set_target_payload(")
+
+
+def test_pose_of_the_object_is_checked(folder):
+    pose = ("--object-pose", "0", "0", "3", "0", "0", "0")
+    with pytest.raises(AffordanceError, match="--object-pose Z: is 3.0, must be from -2 to 2"):
+        _run(folder, "--loaded", *_name(folder, "loaded"), *pose)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +163,7 @@ def test_a_seen_object_teaches_a_memory(folder, tmp_path, capsys):
             ["--object-name", "brush", "--object", str(MODELS / "tools" / "novel.yaml")],
             "--object-name: is 'brush', must be",
         ),
-        (["--memory", "nowhere.json"], "nowhere.json: cannot be read"),
+        (["--memory", "nowhere/memory.json"], "memory.json: cannot be read"),
     ],
 )
 def test_bad_arguments_are_named_in_one_line(folder, words, message):

@@ -241,15 +241,12 @@ class PayloadBelief:
             if not hidden:
                 continue
             worst = max(hidden, key=lambda i: share[i])
-            ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g} {UNITS[worst]}"
-            if share[worst] > _UNSEEN:
-                reason = "moves too slowly or too briefly to see, the prior decides"
-                ranges = f"{QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's"
-            elif part is _MASS:
+            ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
+            if part is _MASS and share[worst] <= _UNSEEN:
                 reason = "hardly anything is held"
             else:
-                reason = "known to a factor only"
-                ranges = f"{QUANTITIES[worst]}: {ranges}"
+                reason = "moves too slowly or too briefly to see, the prior decides"
+                ranges = f"{QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's"
             sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
         return tuple(sentences)
 

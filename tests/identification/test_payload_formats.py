@@ -1,0 +1,140 @@
+import json
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD
+from numpy.testing import assert_allclose
+from pydrake.multibody.parsing import Parser
+from pydrake.multibody.plant import MultibodyPlant
+from pydrake.multibody.tree import RotationalInertia, SpatialInertia, UnitInertia
+
+from affordance.exceptions import BadValueError
+from affordance.identification.payload_formats import PayloadSetting, format_payload, read_payload
+from affordance.identification.posterior.payload_belief import describe_bodies
+from affordance.objects.inertia import parameters_from_spatial_inertia
+
+_VALUES = describe_bodies(PAYLOAD[None])[0]
+_SETTING = PayloadSetting(_VALUES[0], _VALUES[1:4], _VALUES[4:])
+_LINES = format_payload(_SETTING)
+_CENTRE = PAYLOAD[1:4] / PAYLOAD[0]
+
+
+def test_parameters_of_a_setting_are_those_of_the_body():
+    assert_allclose(_SETTING.parameters, PAYLOAD, rtol=1e-12, atol=1e-15)
+    point = _SETTING._replace(inertia=None)
+    drake = SpatialInertia(point.mass, point.centre_of_mass, UnitInertia.PointMass(point.centre_of_mass))
+    assert_allclose(point.parameters, parameters_from_spatial_inertia(drake), atol=1e-15)
+
+
+def test_urdf_is_read_as_the_same_body():
+    element = ET.fromstring(_LINES["URDF"])
+    text = f"<robot name='r'><link name='l'>{ET.tostring(element, encoding='unicode')}</link></robot>"
+    plant = MultibodyPlant(0.0)
+    Parser(plant).AddModelsFromString(text, "urdf")
+    body = plant.GetBodyByName("l")
+    plant.WeldFrames(plant.world_frame(), body.body_frame())
+    plant.Finalize()
+    read = parameters_from_spatial_inertia(body.CalcSpatialInertiaInBodyFrame(plant.CreateDefaultContext()))
+    assert_allclose(read, PAYLOAD, rtol=1e-4, atol=1e-6)
+
+
+def test_urscript_has_moments_about_the_centre_of_mass():
+    numbers = [
+        float(number) for number in re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", _LINES["Universal Robots (URScript)"])
+    ]
+    mass, centre, moments = numbers[0], numbers[1:4], numbers[4:]
+    assert_allclose(mass, PAYLOAD[0], rtol=1e-4)
+    assert_allclose(centre, _CENTRE, atol=1e-5)
+    assert_allclose(moments[0], PAYLOAD[4] - mass * (_CENTRE[1] ** 2 + _CENTRE[2] ** 2), rtol=1e-3)
+
+
+def test_drake_line_can_be_run():
+    inertia = eval(
+        _LINES["Drake (Python)"], {"SpatialInertia": SpatialInertia, "RotationalInertia": RotationalInertia}
+    )
+    assert_allclose(parameters_from_spatial_inertia(inertia), PAYLOAD, rtol=1e-4, atol=1e-6)
+
+
+def test_libfranka_has_a_symmetric_matrix():
+    numbers = re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", _LINES["Franka (libfranka)"])
+    matrix = np.array([float(number) for number in numbers[4:]]).reshape(3, 3)
+    assert_allclose(matrix, matrix.T)
+    assert (np.linalg.eigvalsh(matrix) > 0.0).all()
+
+
+def test_a_payload_without_moments_is_marked():
+    lines = format_payload(_SETTING._replace(inertia=None))
+    assert lines["Universal Robots (URScript)"] == _LINES["Universal Robots (URScript)"].rsplit(", [", 1)[0] + ")"
+    for name in ("Franka (libfranka)", "URDF", "Drake (Python)"):
+        assert "moments were not seen: a point mass" in lines[name]
+
+
+def _write(folder, name, text):
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+@pytest.mark.parametrize("name", ["Universal Robots (URScript)", "URDF"])
+def test_lines_are_read_as_they_were_written(tmp_path, name):
+    path = _write(tmp_path, "line.urdf" if name == "URDF" else "program.script", _LINES[name])
+    assert_allclose(read_payload(path).parameters, PAYLOAD, rtol=1e-4, atol=1e-6)
+
+
+def test_files_of_makers_and_our_own_are_one_payload(tmp_path):
+    m, c = float(_SETTING.mass), [float(value) for value in _SETTING.centre_of_mass]
+    moments = xx, yy, zz, xy, xz, yz = [float(value) for value in _SETTING.inertia]
+    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
+    hand = {
+        "mass": m,
+        "centerOfMass": c,
+        "transformation": list(np.eye(4).ravel()),
+        "inertia": list(np.ravel(matrix)),
+    }
+    ours = f"mass: {m}\ncom: {c}\ninertia: {moments}\n"
+    for path in (
+        _write(tmp_path, "hand.json", json.dumps(hand)),
+        _write(tmp_path, "nested.json", json.dumps({"endEffector": hand})),
+        _write(tmp_path, "ours.yaml", ours),
+    ):
+        assert_allclose(read_payload(path).parameters, PAYLOAD, rtol=1e-9, atol=1e-12)
+
+
+def test_the_last_call_of_a_program_counts(tmp_path):
+    path = _write(tmp_path, "a.urscript", "set_payload(1.5)\n  set_payload(0.73, [0.0, 0.0, 0.06])  # camera\n")
+    setting = read_payload(path)
+    assert setting.mass == 0.73
+    assert list(setting.centre_of_mass) == [0.0, 0.0, 0.06]
+    assert setting.inertia is None
+
+
+def test_axes_of_an_inertial_are_turned(tmp_path):
+    text = (
+        "<link><inertial><mass value='2'/><origin xyz='0 0 0.1' rpy='0 0 1.5707963267948966'/>"
+        "<inertia ixx='0.01' iyy='0.02' izz='0.025' ixy='0' ixz='0' iyz='0'/></inertial></link>"
+    )
+    assert_allclose(read_payload(_write(tmp_path, "l.urdf", text)).inertia, [0.02, 0.01, 0.025, 0, 0, 0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("a.yaml", "mass: -1\n", "mass: is -1, must be from 0 to 1000"),
+        ("a.yaml", "mas: 1\n", "mas: is unknown|mass"),
+        ("a.yaml", "mass: 1\ninertia: [1, 2, 3, 4]\n", "inertia: has 4 numbers, must have 3 or 6"),
+        ("a.json", "{}", "mass: is missing"),
+        ("a.json", '{"mass": 1, "inertia": [1, 2]}', "inertia"),
+        ("a.script", "movej(q)", "has no line set_target_payload"),
+        ("a.script", "set_payload(1, [0, 0])", "three coordinates"),
+        ("a.urdf", "<robot><link/></robot>", "inertial: stands there 0 times"),
+        ("a.urdf", "<inertial><mass value='x'/></inertial>", "value: is 'x', must be 1 numbers"),
+        ("a.urdf", "<inertial/>", "has no mass"),
+        ("a.doc", "1", "unknown kind '.doc'"),
+    ],
+)
+def test_bad_files_are_named_in_a_line(tmp_path, name, text, message):
+    with pytest.raises(BadValueError, match=message) as caught:
+        read_payload(_write(tmp_path, name, text))
+    assert "\n" not in str(caught.value)
