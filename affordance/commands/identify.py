@@ -78,7 +78,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add("--anyway", action="store_true", help="write, teach and print lines though the result is not to be trusted")
     add("--off", nargs="+", default=[], choices=NUISANCES, help="nuisances to leave out")
     add("--min-speed", type=float, help="leave out samples of a joint slower than this, rad/s (default 0.03)")
-    add("--samples", type=int, default=IdentificationSettings().num_samples, help="of the posterior (default 2000)")
+    add("--samples", type=int, default=IdentificationSettings().num_samples, help="of the posterior (default 32000)")
     add("--seed", type=int, default=0, help="of the samples (default 0)")
     add("--out", type=Path, help="folder for belief.json, samples.nc, gains.yaml and figures (default: none)")
     add("--json", action="store_true", help="print the belief as JSON")

@@ -43,8 +43,10 @@ _SHIFT = 5.0
 # Factor by which another reading of the runs must lower the errors' variance, in the mean over joints, to be the
 # better one; and rate of the samples by which they are compared, [Hz].
 _BETTER, _ENOUGH_RATE = 2.0, 25.0
-# Relative error of the mass by both halves of a run at which gains are refuted if no interval contains the mass.
-_HALVES = 0.05
+# Relative error of the mass by both halves of a run at which gains are refuted, if it is as many standard deviations.
+_HALVES, _SDS = 0.05, 3.0
+# Time over which the errors of a model of the arm agree, [s].
+_AGREEMENT = 1.0
 _FEWEST = 50  # samples of a joint that are needed to judge it
 # Time over which a moving joint's signal may stay at one value, to the last digit, [s].
 _STUCK = 1.0
@@ -57,12 +59,14 @@ class OwnWeight(NamedTuple):
     Attributes:
         gain: Signal per torque, by least squares along with friction, shape (n,), [unit of the signal per N m].
         explained: Share of the signal's variance beyond friction that the torques explain, shape (n,).
+        error: Relative standard error of the gain, shape (n,).
         torque_sd: Standard deviation of the torques, shape (n,), [N m].
         judged: True for the joints that can be judged, shape (n,).
     """
 
     gain: Array
     explained: Array
+    error: Array
     torque_sd: Array
     judged: Mask
 
@@ -74,7 +78,7 @@ def compare_with_own_weight(robot: RobotChain, run: Run, settings: Identificatio
     torque = robot.compute_arm_torques(*prepared.motion)
     signal = restore_compensated(robot, run, prepared, np.ones(robot.num_joints))
     n = robot.num_joints
-    gain, explained, torque_sd = np.zeros(n), np.zeros(n), np.zeros(n)
+    gain, explained, error, torque_sd = np.zeros((4, n))
     for j in range(n):
         used = np.abs(prepared.v[:, j]) >= settings.min_speed
         if np.count_nonzero(used) < _FEWEST:
@@ -85,8 +89,11 @@ def compare_with_own_weight(robot: RobotChain, run: Run, settings: Identificatio
         solution, without = np.linalg.lstsq(own, x)[0], np.linalg.lstsq(friction, x)[0]
         rest, all_of_it = np.sum((x - own @ solution) ** 2), np.sum((x - friction @ without) ** 2)
         gain[j], torque_sd[j] = solution[0], tau.std()
+        pieces = max(len(x) / (prepared.rate * _AGREEMENT), 1.0)  # stretches with errors of their own
+        covariance = np.linalg.pinv(own.T @ own) * rest / pieces
+        error[j] = np.sqrt(covariance[0, 0]) / max(abs(solution[0]), 1e-30)
         explained[j] = 1.0 - rest / all_of_it if all_of_it > 0.0 else 0.0
-    return OwnWeight(gain, explained, torque_sd, torque_sd >= _JUDGED * _compute_strength(robot))
+    return OwnWeight(gain, explained, error, torque_sd, torque_sd >= _JUDGED * _compute_strength(robot))
 
 
 def _compute_strength(robot: RobotChain) -> float:
@@ -145,7 +152,7 @@ def _judge_signals(
                 f"{where}: the signal falls where the arm's own weight pulls more ({own.gain[j]:.3g} {unit} per N "
                 "m): signs, gravity or joints are wrong"
             )
-        elif not 1.0 / _FILE_FACTOR <= ratio <= _FILE_FACTOR and not is_loaded:
+        elif abs(np.log(ratio)) > np.log(_FILE_FACTOR) + _SDS * own.error[j] and not is_loaded:
             found = f"{own.gain[j]:.3g} {unit} per N m, the load {belief.gains[j, 0]:.3g}"
             yield (
                 f"{where}: the arm's own weight says {found}: the signal, its unit, the gains, the weighed mass or "
@@ -158,7 +165,10 @@ def _judge_fit(
 ) -> Iterator[str]:
     """Judges gains and residual of the fit."""
     evidence = belief.fit.evidence
-    yield from _judge_gains(robot, belief)
+    torque_sd = evidence.arm_torque.std(axis=0)
+    judged = torque_sd >= _JUDGED * _compute_strength(robot)
+    # By the arm's own weight the gains of the other joints are open.
+    yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
         if apart > max(_SHIFT * belief.mass_sd, _HALVES * belief.reference_mass):
@@ -172,8 +182,6 @@ def _judge_fit(
                 f"{robot.joint_names[j]}: the load says a gain {shift[j]:.0f} standard deviations away from what was "
                 "known before: another robot's, or another signal's"
             )
-    torque_sd = evidence.arm_torque.std(axis=0)
-    judged = torque_sd >= _JUDGED * _compute_strength(robot)
     bound = _RESIDUAL[evidence.is_difference, evidence.is_repeated]
     share = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * torque_sd, 1e-30)
     for j in np.flatnonzero(judged & (share > bound)):
@@ -185,18 +193,19 @@ def _judge_fit(
     if evidence.is_difference:
         yield from _compare_alternatives(robot, loaded, belief, before, settings)
     halves = belief.halves
-    if halves is not None and not halves.inside.any() and np.abs(halves.error).max() > _HALVES:
+    if halves is not None and (np.abs(halves.error) > np.maximum(_HALVES, _SDS * halves.sd / halves.mass)).all():
         found = " and ".join(f"{mass:.3g}" for mass in halves.mass)
         yield f"gains of one half give {found} kg in the other, {belief.reference_mass:g} kg was weighed"
 
 
-def _judge_gains(robot: RobotChain, belief: PayloadBelief) -> Iterator[str]:
-    """Finds gains that no robot has, as far as the run determines them."""
+def _judge_gains(robot: RobotChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
+    """Finds gains that no robot has among those of the judged joints, as far as the run determines them."""
     evidence = belief.fit.evidence
     gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
     low, high = _CURRENT_GAINS if evidence.kind is SignalKind.CURRENT else (0.0, np.inf)
-    for name, gain, sd in zip(robot.joint_names, gains[:, 0], np.sqrt(covariance[:, 0, 0]), strict=True):
-        found = f"{name}: the gain is {gain:.3g} {evidence.kind.unit} per N m"
+    for j in np.flatnonzero(judged):
+        gain, sd = gains[j, 0], np.sqrt(covariance[j, 0, 0])
+        found = f"{robot.joint_names[j]}: the gain is {gain:.3g} {evidence.kind.unit} per N m"
         if gain + _SHIFT * sd < 0.0:
             yield f"{found}, negative: signs or joints are wrong"
         elif gain + _SHIFT * sd < low or gain - _SHIFT * sd > high:

@@ -149,8 +149,8 @@ def _check_arguments(
 def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator[str]:
     """Lists what no recording can show, a sentence each."""
     yield (
-        f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the empty "
-        "runs does so still: a gripper forgotten then is part of the payload"
+        f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the "
+        "empty runs does so still: a gripper forgotten then is part of the payload"
     )
     if is_weighed or gains.kind is SignalKind.CURRENT:
         yield "the scale is right: its error is that of every mass found with these gains"

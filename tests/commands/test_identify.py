@@ -146,7 +146,7 @@ def test_payload_of_the_controller_is_compared(folder, tmp_path, capsys):
 
 def test_pose_of_the_object_is_checked(folder):
     pose = ("--object-pose", "0", "0", "3", "0", "0", "0")
-    with pytest.raises(AffordanceError, match="--object-pose Z: is 3.0, must be from -2 to 2"):
+    with pytest.raises(AffordanceError, match=r"--object-pose Z: is 3\.0, must be from -2 to 2"):
         _run(folder, "--loaded", *_name(folder, "loaded"), *pose)
 
 

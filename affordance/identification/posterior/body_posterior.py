@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
-from scipy.special import gammaln
+from scipy.special import chdtri, gammaln, ndtri
+from scipy.stats.qmc import Sobol
 
 from affordance.arrays import Array
 from affordance.identification.evidence.payload_likelihood import BodyLikelihood, PayloadLikelihood, Quadratic
@@ -26,8 +27,12 @@ from affordance.objects.inertia import parameters_from_pseudo_inertia, pseudo_in
 _DEGREES_OF_FREEDOM = 8.0
 # Effective sample size that suffices, as a share of the samples.
 _ENOUGH = 0.2
+# Number of samples by which the proposal is refitted to the posterior, largest number of refits, and effective size,
+# as a share of these samples, after which none is needed.
+_ADAPTING, _MAX_REFITS, _GOOD = 4000, 4, 0.6
 # Share of the proposal's samples that is drawn from the prior.
 _DEFENSIVE = 0.05
+_LEAST_UNIFORM = 1e-12  # so that no sample is infinitely far
 # Random-walk moves of each sample in every intermediate distribution, and the step that is optimal in ten dimensions,
 # 2.38 over the square root of 10 (Roberts, Gelman & Gilks 1997).
 _NUM_MOVES, _WALK = 6, 0.75
@@ -124,7 +129,7 @@ def draw_bodies(
 ) -> WeightedBodies:
     """Draws weighted samples of the posterior.
 
-    The proposal is centred at the mode, and refitted to its own samples if their effective size is too small. The
+    The proposal is centred at the mode, and refitted to its own samples while their effective size is too small. The
     strongly curved posteriors of bodies that a run hardly constrains are reached by annealed sequential Monte Carlo:
     a sequence of intermediate distributions, in each of which every sample is moved (Del Moral, Doucet & Jasra 2006).
     """
@@ -133,19 +138,27 @@ def draw_bodies(
     def evaluate(theta: Array) -> Array:
         return of_body.compute(parameters_from_theta(theta), rng) + prior.compute_log_density(theta)
 
-    proposal = _Proposal(mode.theta, mode.covariance, prior)
-    for attempt in range(2):
-        theta = proposal.draw(rng, num_samples)
+    def weigh(proposal: _Proposal, count: int) -> tuple[Array, Array, WeightedBodies]:
+        theta = proposal.draw(rng, count)
         log_ratios = evaluate(theta) - proposal.compute_log_density(theta)
-        bodies = _weigh(theta, log_ratios)
-        if 1.0 / np.sum(bodies.weights**2) >= _ENOUGH * num_samples:
-            return bodies
-        if attempt == 0:
-            centre = bodies.weights @ theta
-            away = theta - centre
-            # A share of the mode's covariance keeps it from collapsing onto a few samples of large weight.
-            covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
-            proposal = _Proposal(centre, covariance, prior)
+        return theta, log_ratios, _weigh(theta, log_ratios)
+
+    proposal = _Proposal(mode.theta, mode.covariance, prior)
+    few = min(num_samples, _ADAPTING)
+    for _ in range(_MAX_REFITS):
+        theta, log_ratios, bodies = weigh(proposal, few)
+        if _count(bodies) >= _GOOD * few:
+            break
+        centre = bodies.weights @ theta
+        away = theta - centre
+        # A share of the mode's covariance keeps it from collapsing onto a few samples of large weight.
+        covariance = (away * bodies.weights[:, None]).T @ away + 0.1 * mode.covariance
+        proposal = _Proposal(centre, covariance, prior)
+    theta, log_ratios, bodies = weigh(proposal, num_samples)
+    if _count(bodies) >= _ENOUGH * few:
+        return bodies
+    num_samples = few  # moves of many samples take seconds
+    theta, log_ratios = theta[:num_samples], log_ratios[:num_samples]
     exponent, ancestors, equal = 0.0, np.arange(num_samples), np.full(num_samples, 1.0 / num_samples)
     while exponent < 1.0:
         step = _find_step(log_ratios, 1.0 - exponent, num_samples)
@@ -191,8 +204,12 @@ class _Proposal:
 
     def draw(self, rng: np.random.Generator, num_samples: int) -> Array:
         num_prior = int(_DEFENSIVE * num_samples)
-        normal = rng.standard_normal((num_samples - num_prior, len(self._centre)))
-        scale = np.sqrt(_DEGREES_OF_FREEDOM / rng.chisquare(_DEGREES_OF_FREEDOM, len(normal)))
+        size = len(self._centre)
+        # Evenly spread points: edges of intervals scatter about half as much with the seed as by independent ones.
+        spread = Sobol(size + 1, rng=rng).random_base2(max(1, (num_samples - num_prior - 1).bit_length()))
+        spread = np.clip(spread[: num_samples - num_prior], _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
+        normal = ndtri(spread[:, :size])
+        scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
         about = self._centre + (normal * scale[:, None]) @ self._root.T
         drawn: Array = np.concatenate([about, self._prior.draw_theta(rng, num_prior)])
         return drawn
@@ -213,6 +230,11 @@ def normalise(log_weights: Array) -> Array:
     weights = np.exp(log_weights - log_weights.max())
     normalised: Array = weights / weights.sum()
     return normalised
+
+
+def _count(bodies: WeightedBodies) -> float:
+    """Computes the effective number of samples by their weights alone."""
+    return float(1.0 / np.sum(bodies.weights**2))
 
 
 def _weigh(theta: Array, log_weights: Array) -> WeightedBodies:

@@ -34,6 +34,7 @@ _ROTOR_INERTIA = 1.0
 # Relative uncertainty at which a gain counts as unknown.
 _NO_GAIN = 10.0
 _NUM_PASSES = 3
+_FEW = 2000  # samples by which halves of a run are compared
 _STEP = 1e-4  # finite-difference step by which gains are differentiated, in standard deviations of the body
 
 
@@ -105,6 +106,7 @@ def estimate_gains(robot: RobotChain, run: Run, prepared: PreparedRun, settings:
 
 def check_halves(evidence: Evidence, reference_mass: float, settings: IdentificationSettings) -> HalfCheck:
     """Identifies a weighed load, [kg], by each half of a run with gains found in the other."""
+    settings = replace(settings, num_samples=min(settings.num_samples, _FEW))
     middle = len(evidence.prepared.times) // 2
     halves = evidence.select(slice(middle)), evidence.select(slice(middle, None))
     beliefs = []
