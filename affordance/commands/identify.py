@@ -66,6 +66,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar=("X", "Y", "Z", "ROLL", "PITCH", "YAW"),
         help="pose of the object in the tip, m and degrees (default: the run's description)",
     )
+    add(
+        "--size-error", type=float, default=0.2, metavar="SD", help="of the sizes of its parts, relative (default .2)"
+    )
     add("--materials", type=Path, default=MODELS / "materials.yaml", help="materials of that file")
     add(
         "--memory", type=Path, help="JSON file of learned densities, which learns from this run; new if there is none"
@@ -185,12 +188,13 @@ def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
 
 
 def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
+    check_number("--size-error", arguments.size_error, 0.0, 1.0)
     tools = load_tools(arguments.object, load_materials(arguments.materials))
     named = {tool.name: tool for tool in tools}
     name = arguments.object_name or tools[0].name
     if name not in named:
         raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(named)}")
-    return see_tool(named[name], memory, prior)
+    return see_tool(named[name], memory, prior, arguments.size_error)
 
 
 def _write(folder: Path, belief: PayloadBelief, content: dict[str, object], text: str, is_used: bool) -> None:

@@ -168,6 +168,8 @@ def _judge_fit(
     torque_sd = evidence.arm_torque.std(axis=0)
     judged = torque_sd >= _JUDGED * _compute_strength(robot)
     # By the arm's own weight the gains of the other joints are open.
+    if before.robot and before.robot != robot.fingerprint:
+        yield f"the gains ({before.source}) were found with the file of another robot than {robot.source}"
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)

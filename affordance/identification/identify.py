@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from affordance.arguments import check_kind, check_number
+from affordance.arrays import Array
 from affordance.belief.density_belief import Prior
 from affordance.belief.object_belief import Memory
 from affordance.exceptions import BadValueError
@@ -33,6 +34,7 @@ from affordance.vision.visual_prior import predict_object
 type _Analysis = Callable[[RobotChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
+_LIMIT_SLACK = 0.1  # by which zeros of joints may be off, [rad]
 _DEVIATION_MAX = 1e6
 
 
@@ -85,8 +87,9 @@ def identify(
     loaded = runs.loaded.arrange(arm.joint_names)
     empty = [run.arrange(arm.joint_names) for run in runs.empty]
     _check_kinds(loaded, empty)
-    if loaded.description.kind is not SignalKind.WRENCH:
-        for run in (*empty, loaded):
+    for run in (*empty, loaded):
+        _check_angles(arm, run)
+        if run.description.kind is not SignalKind.WRENCH:
             check_sensors(run)
     description = loaded.description
     arm = arm.with_gravity(description.gravity)
@@ -99,7 +102,7 @@ def identify(
     solid = SolidPrior.for_hand() if solid_prior is None else solid_prior
     calibration = None
     if gains is None and reference_mass is not None and description.kind is SignalKind.CURRENT:
-        calibration = before = calibrate_gains(evidence, reference_mass, settings)
+        calibration = before = replace(calibrate_gains(evidence, reference_mass, settings), robot=arm.fingerprint)
         solid = solid.with_mass(reference_mass, SCALE_SD * reference_mass)
     belief = infer(
         evidence,
@@ -116,10 +119,28 @@ def identify(
     return replace(belief, doubts=find_doubts(arm, loaded, empty, belief, before, settings))
 
 
-def see_tool(tool: Tool, memory: Memory, prior: Prior) -> SeenObject:
-    """Predicts a tool from its exact features, as a camera without errors would see it."""
-    features = measure_features(tool, VisionError(), np.random.default_rng(0))
+def see_tool(tool: Tool, memory: Memory, prior: Prior, scale_sd: float = 0.0) -> SeenObject:
+    """Predicts a tool from its features, each part of which may be larger or smaller than it looks.
+
+    Args:
+        tool: Tool with the parts that a camera saw.
+        memory: Belief about materials and objects met before.
+        prior: Belief about materials never met.
+        scale_sd: Relative standard deviation of the size of each part, alike in all directions.
+    """
+    features = [
+        replace(part, deformations=_scale(part.X_TE[:3, 3], scale_sd))
+        for part in measure_features(tool, VisionError(), np.random.default_rng(0))
+    ]
     return SeenObject(predict_object(features, memory, prior), *find_box(tool.components))
+
+
+def _scale(centre: Array, sd: float) -> Array:
+    """Returns the growth of a part about its centre by a standard deviation, less the identity, (G, 4, 4)."""
+    growth = np.zeros((1, 4, 4))
+    growth[0, :3, :3] = sd * np.eye(3)
+    growth[0, :3, 3] = -sd * centre
+    return growth[: int(sd > 0.0)]
 
 
 def check_reference_mass(name: str, mass: float) -> None:
@@ -154,6 +175,17 @@ def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator
     )
     if is_weighed or gains.kind is SignalKind.CURRENT:
         yield "the scale is right: its error is that of every mass found with these gains"
+
+
+def _check_angles(arm: RobotChain, run: Run) -> None:
+    """Checks that a run stays within the limits of the arm's joints."""
+    low, high = arm.limits
+    beyond = np.maximum(low - run.q, run.q - high) - _LIMIT_SLACK
+    row, joint = np.unravel_index(int(np.argmax(beyond)), beyond.shape)
+    if beyond[row, joint] > 0.0:
+        bound = f"must be from {low[joint]:.4g} to {high[joint]:.4g} rad by {arm.source}"
+        hint = "are these degrees, other joints or another robot?"
+        raise run.error_at(int(row), f"q of {arm.joint_names[joint]}", f"is {run.q[row, joint]:.4g}, {bound}; {hint}")
 
 
 def _choose_analysis(loaded: Run, empty: Sequence[Run], paired: bool) -> _Analysis:

@@ -51,6 +51,7 @@ def load_robot(path: StrPath, tip: str = HAND_FRAME, base: str | None = None) ->
         tip,
         read_chain(tree.plant, context, root.body_frame(), chain.joints, chain.tip),
         _read_links(tree, context, chain),
+        np.array([[joint.position_lower_limits()[0], joint.position_upper_limits()[0]] for joint in chain.joints]).T,
     )
 
 

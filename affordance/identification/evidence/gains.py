@@ -37,6 +37,7 @@ class Gains:
             prior of the signal's kind applies in its place.
         least_variance: Long-run variance of the error in the runs of calibration, shape (n,).
         source: Origin of the gains, in words.
+        robot: Fingerprint of the arm with which they were found; empty if unknown.
     """
 
     joint_names: tuple[str, ...]
@@ -48,6 +49,7 @@ class Gains:
     friction_sd: Array | None
     least_variance: Array
     source: str
+    robot: str = ""
 
     def __repr__(self) -> str:
         means = ", ".join(f"{name} {gain:.4g}" for name, gain in zip(self.joint_names, self.mean[:, 0], strict=True))
@@ -91,7 +93,13 @@ def write_gains(path: StrPath, gains: Gains) -> None:
         BadArgumentError: The argument is not of class Gains.
     """
     check_kind("gains", gains, Gains)
-    lines = [f"source: {gains.source!r}", f"signal: {gains.kind.value}", f"common_sd: {gains.common_sd!r}", "joints:"]
+    lines = [
+        f"source: {gains.source!r}",
+        f"robot: '{gains.robot}'",
+        f"signal: {gains.kind.value}",
+        f"common_sd: {gains.common_sd!r}",
+        "joints:",
+    ]
     for i, name in enumerate(gains.joint_names):
         lines += [
             f"  {name}:",
@@ -147,6 +155,7 @@ class _GainsEntry(DataModel):
     """File of gains."""
 
     source: Annotated[str, Text()]
+    robot: str = ""
     signal: Annotated[SignalKind, OneOf(SignalKind)]
     common_sd: Annotated[float, Within(0.0, 1.0)]
     joints: Annotated[dict[str, _JointEntry], Field(min_length=1)]
@@ -173,6 +182,7 @@ class _GainsEntry(DataModel):
             np.array([joint.friction_sd for joint in each]) if is_calibrated else None,
             np.array([joint.noise_variance for joint in each]),
             self.source,
+            self.robot,
         )
 
 

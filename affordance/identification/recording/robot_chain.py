@@ -4,6 +4,7 @@ Identification needs nothing else of a robot, so any arm serves, whatever the fo
 robot's base, T the tip, to which the payload is fixed; L a link, at its joint's moving frame.
 """
 
+import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -32,6 +33,7 @@ class RobotChain:
         chain: Kinematics from W to T, with gravity expressed in W.
         link_parameters: Ten inertial parameters of each link about its joint's moving frame L, expressed in L, shape
             (num_joints, 10); everything fixed to a link is part of it.
+        limits: Least and largest angle of each joint by the file, shape (2, num_joints), [rad]; infinite without any.
     """
 
     source: str
@@ -39,6 +41,7 @@ class RobotChain:
     tip: str
     chain: SerialChain
     link_parameters: Array
+    limits: Array
 
     def __repr__(self) -> str:
         return f"RobotChain({self.source} to {self.tip}: {', '.join(self.joint_names)})"
@@ -47,6 +50,16 @@ class RobotChain:
     def num_joints(self) -> int:
         """Number of joints."""
         return len(self.joint_names)
+
+    @property
+    def fingerprint(self) -> str:
+        """Text by which the arm is recognised, whatever the name of its file and its mounting."""
+        chain = self.chain
+        parts = (chain.R_PF, chain.p_PF, chain.axes, chain.R_MT, chain.p_MT, self.link_parameters)
+        digest = hashlib.sha256(" ".join(self.joint_names).encode())
+        for part in parts:
+            digest.update(np.round(part, 6).tobytes())
+        return digest.hexdigest()[:12]
 
     def with_gravity(self, gravity_W: Sequence[float] | Array) -> "RobotChain":
         """Returns the arm in another mounting, with gravity_W in its base frame, shape (3,), [m/s^2]."""

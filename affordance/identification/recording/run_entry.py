@@ -5,7 +5,8 @@ signal: current                        # or joint_torque, motor_torque, wrench; 
 tip: tool0                             # link that carries the payload, or the wrist sensor
 base: base_link
 gravity: [0, 0, -9.81]                 # in the base frame, m/s^2
-columns: ur_rtde                       # or libfranka, standard, or a list of names for a table without any
+columns: ur_rtde                       # or libfranka, standard, a list of names for a table without any, or a map:
+# columns: {time: stamp, q: "pos_{}", current: [i_base, i_shoulder]}   # the log's own names; {} is the joint's number
 units: {time: s, q: rad, v: rad/s, current: A}
 compensates: nothing                   # or arm: the controller has subtracted the arm's own torque from the signal
 compensated_payload: {mass: 0.73, com: [0, 0, 0.06], inertia: [0.001, 0.0025, 0.0017]}
@@ -13,6 +14,7 @@ reference_mass: 2.805                  # mass of the load, if it was weighed, kg
 object_pose: {position: [0, 0, 0], rpy_deg: [0, -90, 0]}   # pose of the seen tool in the tip, m and degrees
 force_on: object                       # or robot: which of the two a wrench pushes
 drop_torn_rows: 3                      # number of incomplete rows that may be left out
+skip_rows: 2                           # number of rows above the table
 topic: /joint_states                   # topic of joint states in a bag; wrench_topic for wrenches
 """
 
@@ -25,7 +27,7 @@ from pydantic import Field, PlainValidator
 from scipy.spatial.transform import Rotation
 
 from affordance.arrays import Array
-from affordance.exceptions import show_value
+from affordance.exceptions import describe_choice, show_value
 from affordance.files.constraints import OneOf, Text, Vector, Whole, Within, complain
 from affordance.files.data_model import DataModel
 from affordance.identification.recording.run import GRAVITY, RunDescription
@@ -42,12 +44,12 @@ class ColumnMap(NamedTuple):
 
     Attributes:
         patterns: Regular expression of the logger's names, by our name of the column; a group is the joint's number.
-        first: Number of the first joint.
+        first: Number of the first joint; None for the smallest that occurs.
         time_unit: Logger's unit of time, [s].
     """
 
     patterns: dict[str, str]
-    first: int
+    first: int | None
     time_unit: float
 
 
@@ -77,14 +79,27 @@ COLUMN_MAPS = {
 
 def name_columns(names: Sequence[str], column_map: ColumnMap) -> list[str | None]:
     """Returns our name of each column of a table, such as q_1; None for columns that are not used."""
+    found: list[tuple[str, int | None] | None] = []
+    for name in names:
+        matches = ((ours, re.fullmatch(pattern, name.strip())) for ours, pattern in column_map.patterns.items())
+        hit = next(((ours, match) for ours, match in matches if match), None)
+        found.append(None if hit is None else (hit[0], int(hit[1][1]) if hit[1].groups() else None))
+    numbers = [each[1] for each in found if each is not None and each[1] is not None]
+    first = min(numbers, default=0) if column_map.first is None else column_map.first
+    return [
+        None if each is None else each[0] if each[1] is None else f"{each[0]}_{each[1] - first + 1}" for each in found
+    ]
 
-    def translate(name: str) -> str | None:
-        for ours, pattern in column_map.patterns.items():
-            if match := re.fullmatch(pattern, name.strip()):
-                return f"{ours}_{int(match[1]) - column_map.first + 1}" if match.groups() else ours
-        return None
 
-    return [translate(name) for name in names]
+def build_column_map(own: Mapping[str, str | tuple[str, ...]]) -> ColumnMap:
+    """Builds the map of a log with names of its own, whose joints are numbered from 0 or 1, or named one by one."""
+    patterns = {}
+    for ours, names in own.items():
+        if isinstance(names, str):
+            patterns[ours] = re.escape(names).replace(r"\{\}", r"(\d+)")
+        else:
+            patterns |= {f"{ours}_{i + 1}": re.escape(name) for i, name in enumerate(names)}
+    return ColumnMap(patterns, None, 1.0)
 
 
 def _choose(choices: Mapping[str, Any]) -> PlainValidator:
@@ -98,14 +113,25 @@ def _choose(choices: Mapping[str, Any]) -> PlainValidator:
     return PlainValidator(check)
 
 
-def _check_columns(value: object) -> str | tuple[str, ...]:
+def _check_columns(value: object) -> str | tuple[str, ...] | dict[str, str | tuple[str, ...]]:
+    if isinstance(value, dict):
+        known = COLUMN_MAPS["standard"].patterns
+        own: dict[str, str | tuple[str, ...]] = {}
+        for ours, names in value.items():
+            if ours not in known:
+                raise complain(f"{describe_choice(str(ours), known)}")
+            listed = names if isinstance(names, list) else [names]
+            if not listed or not all(isinstance(name, str) and name.strip() for name in listed):
+                raise complain(f"is {show_value(names)}, must be a name, a name with {{}}, or a list of names", ours)
+            own[ours] = tuple(names) if isinstance(names, list) else names
+        return own
     if isinstance(value, list) and value:
         for i, name in enumerate(value):
             if not isinstance(name, str) or not name.strip():
                 raise complain(f"is {show_value(name)}, must be a non-empty text", f"[{i}]")
         return tuple(value)
     if not isinstance(value, str) or value not in COLUMN_MAPS:
-        raise complain(f"is {show_value(value)}, must be a list of names, or {', '.join(COLUMN_MAPS)}")
+        raise complain(f"is {show_value(value)}, must be a list of names, a mapping, or {', '.join(COLUMN_MAPS)}")
     return value
 
 
@@ -158,7 +184,9 @@ class RunEntry(DataModel):
     tip: Annotated[str, Text()] = ""
     base: Annotated[str, Text()] = ""
     gravity: Annotated[_Triple, Vector(3, Within(-20.0, 20.0))] = GRAVITY
-    columns: Annotated[str | tuple[str, ...], PlainValidator(_check_columns)] = "standard"
+    columns: Annotated[str | tuple[str, ...] | dict[str, str | tuple[str, ...]], PlainValidator(_check_columns)] = (
+        "standard"
+    )
     units: _UnitsEntry = _UnitsEntry()
     compensates: Annotated[bool, _choose({"nothing": False, "arm": True})] = False
     compensated_payload: _PayloadEntry | None = None
@@ -166,6 +194,7 @@ class RunEntry(DataModel):
     object_pose: _PoseEntry | None = None
     force_on: Annotated[float, _choose({"object": 1.0, "robot": -1.0})] = 1.0
     drop_torn_rows: Annotated[int, Whole(0, 1_000_000)] = 0
+    skip_rows: Annotated[int, Whole(0, 1_000_000)] = 0
     topic: Annotated[str, Text()] = ""
     wrench_topic: Annotated[str, Text()] = ""
 

@@ -8,7 +8,13 @@ from affordance.files.constraints import StrPath, check_path
 from affordance.files.data_model import load_model
 from affordance.identification.recording.run import WRENCH_COLUMNS, Run, RunDescription
 from affordance.identification.recording.run_bag import read_bag
-from affordance.identification.recording.run_entry import COLUMN_MAPS, RunEntry, name_columns
+from affordance.identification.recording.run_entry import (
+    COLUMN_MAPS,
+    ColumnMap,
+    RunEntry,
+    build_column_map,
+    name_columns,
+)
 from affordance.identification.recording.run_table import Table, read_netcdf, read_text
 from affordance.identification.settings import SignalKind
 
@@ -42,7 +48,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
     elif path.suffix == ".nc":
         table = read_netcdf(path)
     else:
-        table = read_text(path, entry.drop_torn_rows)
+        table = read_text(path, entry.drop_torn_rows, entry.skip_rows)
     if not entry.joints:
         raise BadValueError(
             description_file, "joints", "is missing: must list the joints in the order of the columns"
@@ -55,7 +61,7 @@ def read_run(path: StrPath, description: StrPath | None = None) -> Run:
 def _find_columns(path: Path, description_file: Path, table: Table, entry: RunEntry) -> dict[str, int]:
     """Finds the places of our columns in the table."""
     names = table.names
-    if not isinstance(entry.columns, str):
+    if isinstance(entry.columns, tuple):
         names = entry.columns
         if len(names) != table.values.shape[1]:
             problem = f"lists {len(names)} names, must list the {table.values.shape[1]} columns of {path.name}"
@@ -63,8 +69,7 @@ def _find_columns(path: Path, description_file: Path, table: Table, entry: RunEn
     elif not names:
         problem = "names no columns in its first row; the description must list them under columns"
         raise BadValueError(path, "row 1", problem)
-    column_map = COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
-    ours = name_columns(names, column_map)
+    ours = name_columns(names, _get_map(entry))
     columns: dict[str, int] = {}
     for place, name in enumerate(ours):
         if name is not None:
@@ -78,6 +83,13 @@ def _find_columns(path: Path, description_file: Path, table: Table, entry: RunEn
         problem = f"has {extra}, must have as many joints as the {len(entry.joints)} of {description_file.name}"
         raise BadValueError(path, f"column {extra}", problem)
     return columns
+
+
+def _get_map(entry: RunEntry) -> ColumnMap:
+    """Returns the map of the logger, or of the log's own names."""
+    if isinstance(entry.columns, dict):
+        return build_column_map(entry.columns)
+    return COLUMN_MAPS[entry.columns if isinstance(entry.columns, str) else "standard"]
 
 
 def _guess_kind(path: Path, columns: dict[str, int]) -> SignalKind:
@@ -116,6 +128,7 @@ def _build_run(
     q = take("q")
     assert q is not None  # _find_columns
     notes = (f"{table.num_torn} torn rows were left out",) if table.num_torn else ()
-    own = COLUMN_MAPS[entry.columns].time_unit if isinstance(entry.columns, str) else 1.0
-    times = table.values[:, columns["time"]] * (own if entry.units.time is None else entry.units.time)
+    times = table.values[:, columns["time"]] * (
+        _get_map(entry).time_unit if entry.units.time is None else entry.units.time
+    )
     return Run(str(path), description, times, q, signal, take("v"), take("vdot"), rows=table.rows, notes=notes)

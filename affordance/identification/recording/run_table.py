@@ -22,6 +22,7 @@ from affordance.files import bounded
 _DELIMITERS = ",;\t "
 # Largest number of characters in a row; the log of a robot controller has some hundred columns.
 _LONGEST_ROW = 100_000
+_LISTED = 10  # torn rows that a message names
 
 
 class Table(NamedTuple):
@@ -42,46 +43,65 @@ class Table(NamedTuple):
     joint_names: tuple[str, ...] = ()
 
 
-def read_text(path: Path, max_torn: int = 0) -> Table:
-    """Reads rows of numbers, with or without a line of names above; up to max_torn incomplete rows are left out.
+def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
+    """Reads rows of numbers, with or without a line of names above.
+
+    Args:
+        path: File of text.
+        max_torn: Number of incomplete rows that may be left out.
+        skipped: Number of rows above the table.
 
     Raises:
-        BadValueError: The file cannot be read, or has more incomplete rows; the message names the first in excess.
+        BadValueError: The file cannot be read, or has more incomplete rows; the message names all of them.
     """
-    rows = _split_rows(path, bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig"))
+    text = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig")
+    rows = _split_rows(path, "".join(text.splitlines(keepends=True)[skipped:]), skipped)
     first = next(rows, [])
     if not first:
         raise BadValueError(path, "", "is empty, must be a table with one row a sample")
     names = () if _is_number(first[0]) else tuple(first)
     width = len(first)
-    samples, numbers, num_torn = array("d"), array("q"), 0  # a number takes eight bytes, its text ten times as much
-    for number, row in enumerate(rows if names else chain([first], rows), start=2 if names else 1):
+    samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as much
+    torn: list[tuple[int, str]] = []
+    for number, row in enumerate(rows if names else chain([first], rows), start=skipped + (2 if names else 1)):
         if not row:
             continue
         problem = _find_problem(row, width, names)
         if problem is None:
             samples.extend(map(float, row))
             numbers.append(number)
-        elif num_torn < max_torn:
-            num_torn += 1
         else:
-            column, what = problem
-            more = (
-                f" (drop_torn_rows: {max_torn} is used up)" if max_torn else " (drop_torn_rows: N leaves out up to N)"
-            )
-            raise BadValueError(path, f"row {number}{column}", what + more)
+            torn.append((number, f"{problem[0]}: {problem[1]}"))
+    if len(torn) > max_torn:
+        raise _refuse_torn(path, torn, max_torn, len(numbers))
     values = np.array(samples, dtype=float).reshape(-1, width)
-    return Table(names, values, np.array(numbers, dtype=np.intp), num_torn)
+    return Table(names, values, np.array(numbers, dtype=np.intp), len(torn))
 
 
-def _split_rows(path: Path, text: str) -> Iterator[list[str]]:
+def _refuse_torn(path: Path, torn: list[tuple[int, str]], max_torn: int, num_whole: int) -> BadValueError:
+    """Builds the error of rows that are not whole: the first in excess, and the numbers of all."""
+    number, problem = torn[max_torn]
+    if num_whole < len(torn):
+        advice = "skip_rows: N skips what stands above a table"
+    elif max_torn:
+        advice = f"drop_torn_rows: {max_torn} is used up"
+    else:
+        advice = "drop_torn_rows: N leaves out up to N"
+    listed = ", ".join(str(each) for each, _ in torn[:_LISTED])
+    more = f" and {len(torn) - _LISTED} more" if len(torn) > _LISTED else ""
+    every = f"; torn rows: {listed}{more}" if len(torn) > 1 else ""
+    where, what = problem.split(": ", 1)
+    return BadValueError(path, f"row {number}{where}", f"{what}{every} ({advice})")
+
+
+def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
     """Splits a text into the cells of each row, by the most frequent delimiter of its first line.
 
     Raises:
         BadValueError: A row is too long for any robot, or is not a row of a table.
     """
     delimiter = max(_DELIMITERS, key=text.split("\n", 1)[0].count)
-    number, length = 1, 0
+    number, length = skipped + 1, 0
 
     def feed() -> Iterator[str]:
         nonlocal length

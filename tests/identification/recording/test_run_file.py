@@ -108,12 +108,14 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
     lines[10] = lines[10].rsplit(",", 2)[0]
     lines[20] = lines[20].replace(",", ",x", 1)
     path.write_text("\n".join(lines))
-    with pytest.raises(BadValueError, match=r"row 11: has 3 values, must have 5, one a column \(drop_torn_rows: N"):
+    problem = r"row 11: has 3 values, must have 5, one a column; torn rows: 11, 21 \(drop_torn_rows: N"
+    with pytest.raises(BadValueError, match=problem):
         read_run(path)
     described = path.with_suffix(".yaml")
     described.write_text("joints: [a, b]\ndrop_torn_rows: 1\n")
     with pytest.raises(
-        BadValueError, match=r"row 21, column q_1: is 'x.*', must be a number \(drop_torn_rows: 1 is used"
+        BadValueError,
+        match=r"row 21, column q_1: is 'x.*', must be a number; torn rows: 11, 21 \(drop_torn_rows: 1 is used",
     ):
         read_run(path)
     described.write_text("joints: [a, b]\ndrop_torn_rows: 2\n")
@@ -121,6 +123,32 @@ def test_torn_rows_are_named_or_left_out_up_to_a_number(tmp_path):
     assert len(run.times) == _NUM - 2
     assert run.notes == ("2 torn rows were left out",)
     assert run.error_at(15, "q_1", "").key == "row 18, column q_1"
+
+
+def test_rows_above_a_table_are_skipped_if_asked(tmp_path):
+    path = _write(tmp_path, _HEADER, [_TIMES, _Q, _TAU], "")
+    path.write_text("robot 7, serial 12\nstarted at noon\n" + path.read_text())
+    with pytest.raises(BadValueError, match=r"skip_rows: N skips what stands above a table"):
+        read_run(path)
+    path.with_suffix(".yaml").write_text("joints: [a, b]\nskip_rows: 2\n")
+    run = read_run(path)
+    assert_allclose(run.q, _Q)
+    assert run.error_at(0, "q_1", "").key == "row 4, column q_1"
+
+
+@pytest.mark.parametrize(
+    ("header", "columns"),
+    [
+        ("stamp,pos_0,pos_1,eff_0,eff_1", "{time: stamp, q: 'pos_{}', tau: 'eff_{}'}"),
+        ("stamp,pos_1,pos_2,eff_1,eff_2", "{time: stamp, q: 'pos_{}', tau: 'eff_{}'}"),
+        ("t [s],base.q,arm.q,base.tau,arm.tau", "{time: 't [s]', q: [base.q, arm.q], tau: [base.tau, arm.tau]}"),
+    ],
+)
+def test_names_of_a_log_are_mapped(tmp_path, header, columns):
+    run = read_run(_write(tmp_path, header, [_TIMES, _Q, _TAU], f"columns: {columns}\n"))
+    assert_allclose(run.times, _TIMES)
+    assert_allclose(run.q, _Q)
+    assert_allclose(run.signal, _TAU)
 
 
 @pytest.mark.parametrize(
@@ -148,7 +176,9 @@ def test_bad_tables_are_named_in_one_line(tmp_path, header, message):
         ("units: {q: grad}", "units.q: is 'grad', must be rad or deg"),
         ("signal: current", "columns: has no columns of the signal, current"),
         ("columns: [time, q_1]", "columns: lists 2 names, must list the 5 columns of run.csv"),
-        ("columns: frankalib", "columns: is 'frankalib', must be a list of names, or standard"),
+        ("columns: {tork: x}\n", "columns: .*tork.* nearest: tau|columns.*tork"),
+        ("columns: {q: [1, 2]}\n", r"columns.q: is \[1, 2\], must be a name"),
+        ("columns: frankalib", "columns: is 'frankalib', must be a list of names, a mapping, or standard"),
         ("columns: [time, 3]", r"columns\[1\]: is 3, must be a non-empty text"),
         ("drop_torn_rows: 2.5", "drop_torn_rows: is 2.5, must be a whole number"),
         ("compensates: legs", "compensates: is 'legs', must be nothing or arm"),

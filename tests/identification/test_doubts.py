@@ -1,0 +1,68 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from helpers.generated_runs import PAYLOAD, Truth, generate_run
+
+from affordance.exceptions import BadValueError
+from affordance.identification.doubts import compare_with_own_weight
+from affordance.identification.evidence.gains import read_gains, write_gains
+from affordance.identification.identify import Runs, identify
+from affordance.identification.settings import DEFAULT_SETTINGS, IdentificationSettings, SignalKind
+
+_SETTINGS = IdentificationSettings(num_samples=200)
+_CURRENT = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=0.1)
+
+
+def _record(robot, rng, pi, kind=SignalKind.CURRENT, **more):
+    truth = _CURRENT if kind is SignalKind.CURRENT else Truth(noise_sd=0.1)
+    return generate_run(robot, pi, truth=truth, rng=rng, kind=kind, rate=50.0, **more)
+
+
+@pytest.fixture(scope="module")
+def pair(robot):
+    rng = np.random.default_rng(8)
+    return Runs(_record(robot, rng, 2.0 * PAYLOAD, source="l"), (_record(robot, rng, None, source="e"),))
+
+
+def test_gain_by_the_own_weight_is_the_true_one_within_its_error(robot, pair):
+    own = compare_with_own_weight(robot, pair.empty[0], DEFAULT_SETTINGS)
+    assert own.judged.sum() >= 2
+    assert (np.abs(own.gain - 0.1) < 4.0 * own.error * 0.1)[own.judged].all()
+    assert (own.explained > 0.95)[own.judged].all()
+
+
+def test_gains_remember_their_robot(robot, pair, tmp_path):
+    found = identify(robot, pair, reference_mass=2.0 * PAYLOAD[0], settings=_SETTINGS)
+    assert found.is_trusted
+    write_gains(tmp_path / "gains.yaml", found.calibration)
+    gains = read_gains(tmp_path / "gains.yaml")
+    assert gains.robot == robot.fingerprint
+    assert identify(robot, pair, gains=gains, settings=_SETTINGS).is_trusted
+    # Another mounting is the same robot, a link that is a gram heavier another.
+    assert robot.with_gravity((0.0, 9.81, 0.0)).fingerprint == robot.fingerprint
+    heavier = replace(robot, link_parameters=robot.link_parameters + 1e-3 * np.eye(6, 10))
+    doubts = identify(heavier, pair, gains=gains, settings=_SETTINGS).doubts
+    assert len(doubts) == 1
+    assert "with the file of another robot" in doubts[0]
+
+
+def test_angles_beyond_the_limits_of_joints_are_refused(robot, pair):
+    narrow = replace(robot, limits=np.array([[-0.2] * 6, [0.2] * 6]))
+    with pytest.raises(BadValueError, match=r"must be from -0.2 to 0.2 rad by .*; are these degrees"):
+        identify(narrow, pair, settings=_SETTINGS)
+    assert (robot.limits == np.array([[-6.0] * 6, [6.0] * 6])).all()
+
+
+def test_one_recording_given_twice_is_refused(robot, pair):
+    with pytest.raises(BadValueError, match="has the samples of l, must be another recording"):
+        identify(robot, Runs(pair.loaded, (replace(pair.loaded, source="copy"),)), settings=_SETTINGS)
+
+
+def test_a_sensor_that_sticks_is_named_with_its_time(robot):
+    rng = np.random.default_rng(8)
+    loaded, empty = (_record(robot, rng, pi, SignalKind.JOINT_TORQUE, source="run") for pi in (PAYLOAD, None))
+    signal = loaded.signal.copy()
+    signal[400:600, 1] = signal[400, 1]
+    doubts = identify(robot, Runs(replace(loaded, signal=signal), (empty,)), settings=_SETTINGS).doubts
+    assert any("run, joint_2: the signal is" in doubt and "from 8.0 s on for 4.0 s" in doubt for doubt in doubts)
