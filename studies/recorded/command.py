@@ -27,9 +27,10 @@ from studies.recorded.clones import (
 from studies.recorded.figures import Weighing, draw_injections, draw_masses, draw_peers
 from studies.recorded.panda import study_panda
 from studies.recorded.peers import TO_90
-from studies.recorded.simulated_truths import measure_coverage
+from studies.recorded.simulated_truths import measure_class_coverage, measure_coverage
 from studies.recorded.timing import measure_times
 from studies.recorded.ur10e import Ur10eResult, study_ur10e
+from studies.recorded.verdicts import measure_false_alarms, measure_seed_shift, study_mistakes
 from studies.recorded.weighed_objects import SERVO_PRIOR, WeighedResult, study_weighed_objects
 from studies.study import Findings, Study, Work
 
@@ -73,12 +74,24 @@ def _work(
     noise = fit_empty_arm(panda.robot, [prepared], [prepared.signal], nominal, settings).least_variance
     few = replace(settings, num_samples=1000)
     coverage = measure_coverage(panda.robot, prepared, noise, few, num_draws=arguments.repeats, seed=seed)
+    classes = measure_class_coverage(
+        panda.robot, prepared, noise, replace(settings, num_samples=4000), num_draws=arguments.repeats // 2, seed=seed
+    )
+    known = ur10e.gains.with_drift(settings)
+    mistakes, tried = study_mistakes(pair, known, settings)
+    alarms, num_windows = measure_false_alarms(pair, known, panda, settings)
+    accepted, found = injected.injections[5].claims.mean(axis=0)
     times = measure_times(arguments.data, ur10e.evidence, ur10e.gains, settings)
     numbers = {
         "ur10e": ur10e.numbers,
         "panda": injected.numbers,
         "lbipe": weighed.numbers,
         **coverage,
+        **classes,
+        "mistakes": mistakes,
+        "false_alarms": alarms,
+        "seed_shift_over_sd": measure_seed_shift(pair, known, panda, settings),
+        "claimed": {"right_accepted": accepted, "wrong_found": found},
         **times,
     }
     config = {"injections": arguments.injections, "draws": arguments.repeats, "seed": seed}
@@ -86,6 +99,8 @@ def _work(
         "ur10e": ur10e.details,
         "panda": injected.details,
         "lbipe": weighed.details,
+        "mistakes": tried,
+        "good_windows": num_windows,
         "config": config,
         "wall_s": time.perf_counter() - start,
     }

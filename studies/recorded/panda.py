@@ -15,8 +15,10 @@ from affordance.identification.evidence.evidence import Evidence
 from affordance.identification.evidence.fitted_arm import CELL
 from affordance.identification.evidence.gains import Gains, build_nominal_gains
 from affordance.identification.evidence.unpaired_runs import EmptyArm, fit_empty_arm, subtract_arm
+from affordance.identification.payload_claim import judge_claim
+from affordance.identification.payload_formats import PayloadSetting
 from affordance.identification.posterior.inference import infer
-from affordance.identification.posterior.payload_belief import describe_bodies
+from affordance.identification.posterior.payload_belief import PayloadBelief, describe_bodies
 from affordance.identification.recording.preparation import PreparedRun, prepare
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from studies.recorded.clones import PandaData
@@ -27,6 +29,7 @@ LENGTHS = (2, 5, 10)  # durations of the windows, [s]
 _CONTROL = 5  # duration of the windows in which white noise is assumed for comparison, [s]
 _MASSES = (0.1, 3.0)
 _GUARD = 1  # [cells]
+_WRONG = 3.0  # tolerances by which a setting of the payload is wrong
 
 
 class Injections(NamedTuple):
@@ -38,6 +41,8 @@ class Injections(NamedTuple):
         sd: Posterior standard deviations.
         inside: True where the 90 % interval holds the truth.
         phantom: Phantom mass of errors that do not average out, estimated outside the window, [kg].
+        claims: Share of right settings of the payload that are called right, and of wrong ones that are called wrong,
+            shape (N, 2).
     """
 
     truth: Array
@@ -45,6 +50,7 @@ class Injections(NamedTuple):
     sd: Array
     inside: Array
     phantom: Array
+    claims: Array
 
     @property
     def mass_rmse(self) -> float:
@@ -122,21 +128,24 @@ class _PandaStudy:
     def inject(self, length: int, settings: IdentificationSettings, *, num_injections: int, seed: int) -> Injections:
         """Identifies random payloads in windows of a length, [s]."""
         rng = np.random.default_rng((seed, length))
-        truths, means, sds, inside, phantoms = [], [], [], [], []
+        truths, means, sds, inside, phantoms, claims = [], [], [], [], [], []
         for _ in tqdm(range(num_injections), desc=f"Panda, {length} s", unit="payload"):
             first = int(rng.integers(self.count_windows(length)))
             payload = draw_payload(rng, _MASSES).parameters
             evidence, phantom = self._build_evidence(first, length, payload, settings)
             if not settings.correlated_noise:
                 evidence = replace(evidence, least_variance=np.zeros_like(evidence.least_variance))
-            marginals = infer(evidence, self._gains, settings=settings).marginals
+            belief = infer(evidence, self._gains, settings=settings)
+            marginals = belief.marginals
             truth = describe_bodies(payload[None])[0]
             truths.append(truth)
             means.append(marginals.mean)
             sds.append(marginals.sd)
             inside.append((marginals.low90 <= truth) & (truth <= marginals.high90))
             phantoms.append(phantom)
-        return Injections(*(np.array(each, dtype=float) for each in (truths, means, sds, inside, phantoms)))
+            claims.append(_judge_settings(belief, PayloadSetting(truth[0], truth[1:4], truth[4:])))
+        kinds = (truths, means, sds, inside, phantoms, claims)
+        return Injections(*(np.array(each, dtype=float) for each in kinds))
 
     def solve_peer(self, length: int, *, num_injections: int, seed: int) -> Array:
         """Computes errors of the mass by least squares, [kg], and 1 where the 90 % interval holds the truth.
@@ -177,3 +186,21 @@ class _PandaStudy:
             signal = self._prepared.signal
             self._arms[key] = fit_empty_arm(self._robot, [self._prepared], [signal], self._gains, settings, kept)
         return self._arms[key]
+
+
+def _judge_settings(belief: PayloadBelief, true: PayloadSetting) -> tuple[float, float]:
+    """Judges the true setting and wrong ones: three tolerances off in mass, or in first moment along an axis.
+
+    Returns: 1 if the true one is called right, else 0; share of the wrong ones that are called wrong.
+    """
+    verdict = judge_claim(belief, true)
+    far, lever = _WRONG * verdict.mass_tolerance, _WRONG * verdict.moment_tolerance
+    centres = [true.centre_of_mass + lever / true.mass * axis for axis in np.eye(3)]
+    moment = true.mass * true.centre_of_mass
+    wrong = [
+        PayloadSetting(true.mass + far, moment / (true.mass + far)),
+        *(PayloadSetting(true.mass, centre) for centre in centres),
+    ]
+    return float(verdict.verdict == "right"), float(
+        np.mean([judge_claim(belief, w).verdict == "wrong" for w in wrong])
+    )

@@ -25,6 +25,7 @@ from affordance.identification.recording.robot_chain import RobotChain
 from affordance.identification.settings import IdentificationSettings, SignalKind
 from affordance.objects.inertia import Geometry, compute_point_parameters
 from studies.recorded.random_payloads import RandomPayload, draw_payload
+from studies.recorded.solids import CLASSES
 
 _LENGTH = 5.0  # [s]
 _MASSES = (0.1, 3.0)
@@ -105,6 +106,36 @@ def measure_coverage(
         },
         "hidden_part_com_coverage": float(np.mean(hidden)),
     }
+
+
+def measure_class_coverage(
+    robot: RobotChain,
+    prepared: PreparedRun,
+    variance: Array,
+    settings: IdentificationSettings,
+    *,
+    num_draws: int,
+    seed: int,
+) -> dict[str, Any]:
+    """Measures coverage of 90 % intervals for each class of things; the lowest over coordinates and moments.
+
+    Arguments as in ``measure_coverage``.
+
+    Returns: The keys of metrics.json: by class, and by quantity for all classes in their order.
+    """
+    world, solid = _World(robot, prepared, variance, settings), SolidPrior.for_hand()
+    found = {}
+    for number, (name, draw) in enumerate(CLASSES.items()):
+        rng, inside = np.random.default_rng((seed, 3, number)), []
+        for _ in tqdm(range(num_draws), desc=name, unit="body"):
+            pi = draw(rng)
+            likelihood = world.hold(pi, rng)
+            bodies = draw_bodies(likelihood, solid, find_mode(likelihood, solid), rng, settings.num_samples)
+            inside.append(_find_inside(bodies, pi))
+        coverage = np.mean(inside, axis=0)
+        found[name] = {"mass": coverage[0], "com": coverage[1:4].min(), "inertia": coverage[4:7].min()}
+    quantities = ("mass", "com", "inertia")
+    return {"solid_coverage": found, "class_coverage": {q: [each[q] for each in found.values()] for q in quantities}}
 
 
 def _hide_and_find(world: _World, rng: np.random.Generator) -> float:

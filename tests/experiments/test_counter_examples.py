@@ -206,7 +206,12 @@ ALL = {
                 **studies.weigh(),
                 **studies.cover(),
                 **studies.time_identification(),
+                **studies.judge_itself(),
             },
+            "nothing makes it doubt": functools.partial(studies.judge_itself, is_blind=True),
+            "noise of thirty times, few samples": functools.partial(
+                studies.judge_itself, noise_sd=3.0, num_samples=200
+            ),
             "gains that change, no friction, a load in the empty hand": functools.partial(
                 studies.identify_current, is_wrong=True
             ),
@@ -225,11 +230,16 @@ ALL = {
             "panda_error": "errors are large and independent",
             "panda_control": "errors are large and independent",
             "lbipe": "a scale that errs",
+            "mistakes": "nothing makes it doubt",
+            **dict.fromkeys(("false_alarms", "seeds"), "noise of thirty times, few samples"),
+            "claimed": "errors are large and independent",
+            "classes": "errors are taken for half as large",
             "own_prior": "errors are taken for half as large",
             "hidden_part": "errors are taken for half as large",
             "speed": "many samples",
         },
-        frozenset({"own_prior", "speed"}),  # of six draws, on any machine
+        # Of six draws or three, on any machine, of eight mistakes, and of the seeds that move the most moments.
+        frozenset({"own_prior", "classes", "speed", "mistakes"}),
     ),
     "tools": CounterExamples(
         {

@@ -16,6 +16,7 @@ from affordance.choice import blow_cost
 from affordance.choice.hammer import load_hammer
 from affordance.files.atomic import write_json
 from affordance.files.model_folder import MODELS
+from affordance.identification import identify as identify_module
 from affordance.identification.evidence.paired_runs import pair_runs
 from affordance.identification.posterior.calibration import calibrate_gains
 from affordance.identification.recording.preparation import prepare
@@ -34,11 +35,11 @@ from helpers.robot_files import write_urdf
 from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 from studies.arms import command as arms
 from studies.arms import measure, parity, robot_study
-from studies.recorded import simulated_truths, timing
+from studies.recorded import simulated_truths, timing, verdicts
 from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData, load_weighed_objects
 from studies.recorded.command import flatten
 from studies.recorded.panda import study_panda
-from studies.recorded.simulated_truths import measure_coverage
+from studies.recorded.simulated_truths import measure_class_coverage, measure_coverage
 from studies.recorded.ur10e import study_ur10e
 from studies.recorded.weighed_objects import SERVO_PRIOR, study_weighed_objects
 from studies.robustness import experiment as robustness
@@ -198,8 +199,10 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
         if believes_white
         else _IDENTIFICATION
     )
+    result = study_panda(PandaData(robot, empty), settings, num_injections=2 if is_white else 1, seed=0)
+    claims = result.injections[5].claims.mean(axis=0)
     return flatten(
-        {"panda": study_panda(PandaData(robot, empty), settings, num_injections=2 if is_white else 1, seed=0).numbers}
+        {"panda": result.numbers, "claimed": dict(zip(("right_accepted", "wrong_found"), claims, strict=True))}
     )
 
 
@@ -221,10 +224,43 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
             "PayloadLikelihood",
             lambda statistics, known, variance: likelihood(statistics, known, variance / overconfident**2),
         )
+        world = robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION
+        classes = measure_class_coverage(*world, num_draws=3, seed=0)
+        return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
+
+
+def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 32_000) -> Numbers:
+    """What identification says of itself on a generated pair.
+
+    Args:
+        is_blind: Whether nothing makes it doubt.
+        noise_sd: Noise of the pair whose windows are judged, [N m].
+        num_samples: Samples by which edges of intervals are found.
+    """
+    robot, rng = _build_robot(), np.random.default_rng(3)
+    pi = PAYLOAD * UR10E_LOAD / PAYLOAD[0]
+    truth = Truth(gain=0.1, load_friction=0.05, friction=(1.0, 0.5, 0.2), noise_sd=noise_sd)
+    empty, loaded = (
+        generate_run(robot, load, truth=truth, rng=rng, kind=SignalKind.CURRENT, duration=20.0, rate=40.0)
+        for load in (None, pi)
+    )
+    panda = PandaData(robot, generate_run(robot, pi, truth=Truth(noise_sd=0.1), rng=rng, duration=20.0, rate=40.0))
+    pair = Ur10eData(robot, empty, loaded)
+    gains = calibrate_gains(pair_runs(robot, empty, loaded, _IDENTIFICATION), UR10E_LOAD, _IDENTIFICATION)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[::10])
+        patch.setattr(verdicts, "_PAIR_LENGTHS", (12.0,))
+        patch.setattr(verdicts, "_SINGLE_LENGTHS", (15.0,))
+        patch.setattr(verdicts, "_SEEDS", range(3))
+        if is_blind:
+            patch.setattr(identify_module, "find_doubts", lambda *arguments: ())
+        settings = dataclasses.replace(_IDENTIFICATION, num_samples=num_samples)
         return flatten(
-            measure_coverage(
-                robot, prepare(run, _IDENTIFICATION), np.full(6, 0.2), _IDENTIFICATION, num_draws=6, seed=0
-            )
+            {
+                "mistakes": verdicts.study_mistakes(pair, gains, settings)[0],
+                "false_alarms": verdicts.measure_false_alarms(pair, gains, panda, settings)[0],
+                "seed_shift_over_sd": verdicts.measure_seed_shift(pair, gains, panda, settings),
+            }
         )
 
 

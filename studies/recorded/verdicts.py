@@ -1,0 +1,116 @@
+"""How often identification is right about itself: mistakes found, false alarms, and what the seed moves."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from affordance.exceptions import AffordanceError
+from affordance.identification.evidence.gains import Gains
+from affordance.identification.evidence.paired_runs import align
+from affordance.identification.identify import Runs, identify
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.run import Run
+from affordance.identification.settings import IdentificationSettings
+from studies.recorded.clones import UR10E_LOAD, PandaData, Ur10eData
+from studies.recorded.mistakes import MISTAKES, Case, count_outcomes, try_mistakes
+
+# Durations of the windows in which a good recording is judged, [s]; windows overlap by half.
+_PAIR_LENGTHS, _SINGLE_LENGTHS = (8.0, 12.0, 16.0, 25.0), (5.0, 7.0, 10.0, 15.0)
+_SEEDS = range(5)
+# Ways in which gains and the empty arm are known.
+_MODES = ("by the arm's weight", "weighed", "gains", "unpaired")
+_FEW = 1000  # samples that suffice for a verdict
+
+
+def study_mistakes(data: Ur10eData, gains: Gains, settings: IdentificationSettings) -> tuple[dict[str, Any], Any]:
+    """Makes every mistake in the pair, once with its load weighed and once with gains of before.
+
+    Returns: Counts of the verdicts, and each of them with its reason.
+    """
+    settings = replace(settings, num_samples=_FEW)
+    case = Case(data.robot, data.empty, data.loaded, UR10E_LOAD)
+    cases = {"weighed": replace(case, reference_mass=UR10E_LOAD), "gains": replace(case, gains=gains)}
+    outcomes = {name: try_mistakes(each, MISTAKES, settings) for name, each in cases.items()}
+    counts = count_outcomes([outcome for each in outcomes.values() for outcome in each])
+    return counts, {name: [outcome._asdict() for outcome in each] for name, each in outcomes.items()}
+
+
+def measure_false_alarms(
+    data: Ur10eData, gains: Gains, panda: PandaData, settings: IdentificationSettings
+) -> tuple[float, int]:
+    """Measures the share of good runs, windows of recordings, that are not trusted or refused, and their number."""
+    settings = replace(settings, num_samples=_FEW)
+    verdicts = [
+        *(_is_refused(data, *runs, gains, settings, mode) for runs in _cut_pairs(data) for mode in _MODES),
+        *(_has_doubts(panda, run, settings) for run in _cut(panda.empty)),
+    ]
+    return float(np.mean(verdicts)), len(verdicts)
+
+
+def _is_refused(
+    data: Ur10eData, loaded: Run, empty: Run, gains: Gains, settings: IdentificationSettings, mode: str
+) -> bool:
+    try:
+        belief = identify(
+            data.robot,
+            Runs(loaded, (empty,)),
+            paired=mode != "unpaired",
+            gains=gains if mode in ("gains", "unpaired") else None,
+            reference_mass=UR10E_LOAD if mode == "weighed" else None,
+            settings=settings,
+        )
+    except AffordanceError:
+        return True
+    return not belief.is_trusted
+
+
+def _has_doubts(panda: PandaData, run: Run, settings: IdentificationSettings) -> bool:
+    return not identify(panda.robot, Runs(run), settings=settings).is_trusted
+
+
+def _cut(run: Run) -> Iterator[Run]:
+    """Cuts a run into its windows."""
+    times = run.times - run.times[0]
+    for length in _SINGLE_LENGTHS:
+        for start in np.arange(0.0, times[-1] - length, 0.5 * length):
+            yield run.select(slice(*np.searchsorted(times, [start, start + length])))
+
+
+def _cut_pairs(data: Ur10eData) -> Iterator[tuple[Run, Run]]:
+    """Cuts both runs into windows of the same motion: the loaded part, and the empty one."""
+    names = data.robot.joint_names
+    empty, loaded = data.empty, data.loaded
+    lag = align(empty.arrange(names), loaded.arrange(names), IdentificationSettings().repeat_tolerance).lag
+    for length in _PAIR_LENGTHS:
+        for start in np.arange(empty.times[0], empty.times[-1] - length, 0.5 * length):
+            first, last = start + lag, start + lag + length
+            if first < loaded.times[0] or last > loaded.times[-1]:
+                continue
+            without = empty.select(slice(*np.searchsorted(empty.times, [start, start + length])))
+            yield loaded.select(slice(*np.searchsorted(loaded.times, [first, last]))), without
+
+
+def measure_seed_shift(data: Ur10eData, gains: Gains, panda: PandaData, settings: IdentificationSettings) -> float:
+    """Measures how far edges of 50 and 90 % intervals move with the seed, largest over recordings and quantities.
+
+    Returns: The largest distance of an edge from its mean over the seeds, in standard deviations of its quantity.
+    """
+    pair = Runs(data.loaded, (data.empty,))
+    kinds: list[tuple[Any, Runs, dict[str, Any]]] = [
+        (data.robot, pair, {"gains": gains}),
+        (data.robot, pair, {"reference_mass": UR10E_LOAD}),
+        (panda.robot, Runs(panda.empty), {}),
+    ]
+    shifts = []
+    for robot, runs, known in kinds:
+        beliefs = [identify(robot, runs, settings=replace(settings, seed=seed), **known) for seed in _SEEDS]
+        edges = np.array([_list_edges(belief) for belief in beliefs]) / beliefs[0].marginals.sd
+        shifts.append(np.abs(edges - edges.mean(axis=0)).max())
+    return float(max(shifts))
+
+
+def _list_edges(belief: PayloadBelief) -> list[Any]:
+    m = belief.marginals
+    return [m.low50, m.high50, m.low90, m.high90]
