@@ -42,7 +42,7 @@ _RESIDUAL = {(True, True): 0.15, (True, False): 0.4, (False, False): 1.0}
 _SHIFT = 5.0
 # Factor by which another reading of the runs must lower the errors' variance, in the mean over joints, to be the
 # better one; and rate of the samples by which they are compared, [Hz].
-_BETTER, _ENOUGH_RATE = 2.0, 25.0
+_BETTER, _ENOUGH_RATE = 4.0, 25.0
 # Relative error of the mass by both halves of a run at which gains are refuted, if it is as many standard deviations.
 _HALVES, _SDS = 0.05, 3.0
 # Time over which the errors of a model of the arm agree, [s].
@@ -203,7 +203,10 @@ def _judge_fit(
 def _judge_gains(robot: RobotChain, belief: PayloadBelief, judged: Mask) -> Iterator[str]:
     """Finds gains that no robot has among those of the judged joints, as far as the run determines them."""
     evidence = belief.fit.evidence
-    gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
+    if belief.calibration is not None:  # with what the body leaves open
+        gains, covariance = belief.calibration.mean, belief.calibration.covariance
+    else:
+        gains, covariance = belief.fit.likelihood.estimate_gains(belief.fit.mode.load)
     low, high = _CURRENT_GAINS if evidence.kind is SignalKind.CURRENT else (0.0, np.inf)
     for j in np.flatnonzero(judged):
         gain, sd = gains[j, 0], np.sqrt(covariance[j, 0, 0])

@@ -41,8 +41,8 @@ class Injections(NamedTuple):
         sd: Posterior standard deviations.
         inside: True where the 90 % interval holds the truth.
         phantom: Phantom mass of errors that do not average out, estimated outside the window, [kg].
-        claims: Share of right settings of the payload that are called right, and of wrong ones that are called wrong,
-            shape (N, 2).
+        claims: Share of right settings of the payload that are not called wrong, and of wrong ones that are, shape
+            (N, 2).
     """
 
     truth: Array
@@ -191,7 +191,7 @@ class _PandaStudy:
 def _judge_settings(belief: PayloadBelief, true: PayloadSetting) -> tuple[float, float]:
     """Judges the true setting and wrong ones: three tolerances off in mass, or in first moment along an axis.
 
-    Returns: 1 if the true one is called right, else 0; share of the wrong ones that are called wrong.
+    Returns: 1 if the true one is not called wrong, else 0; share of the wrong ones that are called wrong.
     """
     verdict = judge_claim(belief, true)
     far, lever = _WRONG * verdict.mass_tolerance, _WRONG * verdict.moment_tolerance
@@ -201,6 +201,6 @@ def _judge_settings(belief: PayloadBelief, true: PayloadSetting) -> tuple[float,
         PayloadSetting(true.mass + far, moment / (true.mass + far)),
         *(PayloadSetting(true.mass, centre) for centre in centres),
     ]
-    return float(verdict.verdict == "right"), float(
+    return float(verdict.verdict != "wrong"), float(
         np.mean([judge_claim(belief, w).verdict == "wrong" for w in wrong])
     )

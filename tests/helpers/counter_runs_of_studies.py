@@ -189,7 +189,7 @@ def inject(*, is_white: bool = False, believes_white: bool = False) -> Numbers:
     robot, rng = _build_robot(), np.random.default_rng(5)
     truth = Truth(
         friction=(0.2, 0.1, 0.1),
-        noise_sd=5.0 if is_white else 0.2,
+        noise_sd=6.5 if is_white else 0.2,
         agreement=0.0 if is_white else 0.5,
         file_error=0.0 if is_white else 0.05,
     )
@@ -229,7 +229,7 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
         return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
 
 
-def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 32_000) -> Numbers:
+def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 8_000) -> Numbers:
     """What identification says of itself on a generated pair.
 
     Args:
@@ -248,10 +248,11 @@ def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: 
     pair = Ur10eData(robot, empty, loaded)
     gains = calibrate_gains(pair_runs(robot, empty, loaded, _IDENTIFICATION), UR10E_LOAD, _IDENTIFICATION)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[::10])
-        patch.setattr(verdicts, "_PAIR_LENGTHS", (12.0,))
+        patch.setattr(verdicts, "MISTAKES", verdicts.MISTAKES[4::20])
+        patch.setattr(verdicts, "_PAIR_LENGTHS", (16.0,))
+        patch.setattr(verdicts, "_MODES", verdicts._MODES[1:2])
         patch.setattr(verdicts, "_SINGLE_LENGTHS", (15.0,))
-        patch.setattr(verdicts, "_SEEDS", range(3))
+        patch.setattr(verdicts, "_SEEDS", range(2))
         if is_blind:
             patch.setattr(identify_module, "find_doubts", lambda *arguments: ())
         settings = dataclasses.replace(_IDENTIFICATION, num_samples=num_samples)

@@ -147,6 +147,8 @@ def draw_bodies(
     few = min(num_samples, _ADAPTING)
     for _ in range(_MAX_REFITS):
         theta, log_ratios, bodies = weigh(proposal, few)
+        if num_samples == few and _count(bodies) >= _ENOUGH * few:
+            return bodies
         if _count(bodies) >= _GOOD * few:
             break
         centre = bodies.weights @ theta
