@@ -2,7 +2,7 @@
 
 Prints:
 
-    0.80 kg (0.79 to 0.81); truly 0.80 kg
+    0.80 kg (0.79 to 0.80); truly 0.80 kg
     centre of mass in cm: [12.  0.  1.] truly [12.  0.  1.]
 """
 

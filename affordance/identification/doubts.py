@@ -43,6 +43,10 @@ _SHIFT = 5.0
 # Factor by which another reading of the runs must lower the errors' variance, in the mean over joints, to be the
 # better one; and rate of the samples by which they are compared, [Hz].
 _BETTER, _ENOUGH_RATE = 4.0, 25.0
+# Residual relative to the load's signal above which other readings are tried; of heavy loads it is 0.02 to 0.4.
+_LEFT = 0.5
+# Torque of the load below which a joint says nothing of it, as a share of that of the joint which bears the most.
+_TURNED = 0.05
 # Relative error of the mass by both halves of a run at which gains are refuted, if it is as many standard deviations.
 _HALVES, _SDS = 0.05, 3.0
 # Time over which the errors of a model of the arm agree, [s].
@@ -192,7 +196,7 @@ def _judge_fit(
             f"{robot.joint_names[j]}: the load {left}, at most {100.0 * bound:.0f} % is usual: the sensor, or the "
             "match of signal and motion, is wrong"
         )
-    if evidence.is_difference:
+    if evidence.is_difference and _leaves_much(belief):
         yield from _compare_alternatives(robot, loaded, belief, before, settings)
     halves = belief.halves
     if halves is not None and (np.abs(halves.error) > np.maximum(_HALVES, _SDS * halves.sd / halves.mass)).all():
@@ -215,6 +219,14 @@ def _judge_gains(robot: RobotChain, belief: PayloadBelief, judged: Mask) -> Iter
             yield f"{found}, negative: signs or joints are wrong"
         elif gain + _SHIFT * sd < low or gain - _SHIFT * sd > high:
             yield f"{found}, {low:g} to {high:g} are usual: the signal has another unit"
+
+
+def _leaves_much(belief: PayloadBelief) -> bool:
+    """Returns whether the fit leaves much of the load's signal at a joint that the load turns."""
+    load_sd = (belief.fit.evidence.samples.Y @ belief.parameters).std(axis=0)
+    turned = load_sd >= _TURNED * load_sd.max()
+    left = belief.noise_sd / np.maximum(np.abs(belief.gains[:, 0]) * load_sd, 1e-30)
+    return bool((left > _LEFT)[turned].any())
 
 
 def _compare_alternatives(

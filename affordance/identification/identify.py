@@ -34,7 +34,7 @@ from affordance.vision.visual_prior import predict_object
 type _Analysis = Callable[[RobotChain, Run, Sequence[Run], Gains, IdentificationSettings], Evidence]
 # Bounds of a reference mass, [kg], and largest spread of densities within a material, [kg/m^3].
 _MASSES = (1e-3, 1e3)
-_LIMIT_SLACK = 0.1  # by which zeros of joints may be off, [rad]
+_LIMIT_SLACK = 0.5  # files of robots limit joints more narrowly than some controllers do, [rad]
 _DEVIATION_MAX = 1e6
 
 
@@ -173,7 +173,7 @@ def _assume_of_hand(arm: RobotChain, gains: Gains, is_weighed: bool) -> Iterator
         f"the payload hangs at {arm.tip}, which lies where the robot's file has it, and whatever hung there in the "
         "empty runs does so still: a gripper forgotten then is part of the payload"
     )
-    if is_weighed or gains.kind is SignalKind.CURRENT:
+    if is_weighed or (gains.kind is SignalKind.CURRENT and gains.common_sd == 0.0):
         yield "the scale is right: its error is that of every mass found with these gains"
 
 

@@ -242,11 +242,13 @@ class PayloadBelief:
                 continue
             worst = max(hidden, key=lambda i: share[i])
             ranges = f"90 % from {m.low90[worst]:.2g} to {m.high90[worst]:.2g}"
-            if part is _MASS and share[worst] <= _UNSEEN:
-                reason = "hardly anything is held"
-            else:
+            if part is not _MASS:
+                ranges = f"{QUANTITIES[worst]}: {ranges}"
+            if share[worst] > _UNSEEN:
                 reason = "moves too slowly or too briefly to see, the prior decides"
-                ranges = f"{QUANTITIES[worst]}: {ranges}, SD {100 * share[worst]:.0f} % of the prior's"
+                ranges = f"{ranges}, SD {100 * share[worst]:.0f} % of the prior's"
+            else:
+                reason = "hardly anything is held" if part is _MASS else "known to a factor only"
             sentences.append(f"{name} ({', '.join(QUANTITIES[i] for i in hidden)}): {reason} ({ranges})")
         return tuple(sentences)
 

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-import xarray
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
@@ -126,6 +125,8 @@ def read_netcdf(path: Path) -> Table:
     Raises:
         BadValueError: The file cannot be read, has no time, or has variables of other lengths.
     """
+    import xarray  # here, as it takes a third of a second
+
     content = bounded.read_bytes(path, bounded.RECORDING)
     try:
         with warnings.catch_warnings():

@@ -5,6 +5,7 @@ from numpy.testing import assert_allclose
 
 from affordance.identification.evidence.joint_statistics import ChannelSamples, compute_statistics
 from affordance.identification.evidence.payload_likelihood import PayloadLikelihood
+from affordance.identification.posterior import body_posterior
 from affordance.identification.posterior.body_posterior import WeightedBodies, draw_bodies, find_mode
 from affordance.identification.posterior.log_cholesky import is_possible, parameters_from_theta
 from affordance.identification.posterior.payload_belief import describe_bodies, summarise
@@ -110,8 +111,9 @@ def test_a_common_factor_of_gains_is_taken_out_as_bayes_rule_says(rng):
     assert solid.remove_common_factor(felt, 0.0, rng) is felt
 
 
-def test_effective_size_is_what_the_scatter_over_seeds_says():
+def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
     """Samples that descend from one are alike: 500 equal weights are no 500 independent samples."""
+    monkeypatch.setattr(body_posterior, "_MAX_REFITS", 1)  # more of them, and hardly a run is annealed
     rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
     mode = find_mode(likelihood, solid)

@@ -1,0 +1,166 @@
+"""Work of ``affordance identify``: reads its files, identifies the payload, prints and writes it."""
+
+import argparse
+import json
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from affordance.arguments import check_number, check_whole
+from affordance.belief.density_belief import Prior
+from affordance.belief.kind_memory import KindMemory
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import read_memory, read_taught, write_memory
+from affordance.commands.options import change_by_name, check_bounds, list_groups, refuse_changes
+from affordance.commands.payload_text import describe_payload
+from affordance.exceptions import BadValueError
+from affordance.files.atomic import to_plain, write_json, write_text
+from affordance.identification.evidence.gains import read_gains, write_gains
+from affordance.identification.identify import Runs, check_reference_mass, identify, see_tool
+from affordance.identification.payload_claim import judge_claim
+from affordance.identification.payload_formats import format_payload, read_payload
+from affordance.identification.posterior.part_posterior import SeenObject
+from affordance.identification.posterior.payload_belief import PayloadBelief
+from affordance.identification.recording.robot_chain import RobotChain
+from affordance.identification.recording.run import Run
+from affordance.identification.recording.run_file import read_run
+from affordance.identification.settings import MIN_SPEED, NUM_SAMPLES, IdentificationSettings
+from affordance.objects.load import load_tools
+from affordance.objects.materials import load_materials
+from affordance.robots.recorded_arm import load_robot
+
+
+def run(arguments: argparse.Namespace) -> int:
+    """Identifies the payload, and prints and writes the result.
+
+    Returns: 0, or 3 if the result is not to be trusted.
+
+    Raises:
+        AffordanceError: An argument, a file or a recording is invalid.
+    """
+    settings = _build_settings(arguments)
+    refuse_changes(arguments, list_groups(except_for="prior"), "of all settings a seen object has the prior's only")
+    prior = change_by_name(arguments).prior
+    loaded = read_run(arguments.loaded, arguments.description)
+    empty = tuple(read_run(path, arguments.description) for path in arguments.empty)
+    if arguments.object_pose is not None:
+        loaded = _place_object(loaded, arguments.object_pose)
+    robot = _load_robot(arguments, loaded)
+    gains = None if arguments.gains is None else read_gains(arguments.gains)
+    claimed = None if arguments.claimed is None else read_payload(arguments.claimed)
+    taught, memory = _recall(arguments.memory)
+    seen = None if arguments.object is None else _see(arguments, memory, prior)
+    mass = arguments.reference_mass
+    if mass is not None:
+        check_reference_mass("--reference-mass", mass)
+    belief = identify(
+        robot,
+        Runs(loaded, empty),
+        paired=not arguments.unpaired,
+        gains=gains,
+        reference_mass=mass,
+        seen=seen,
+        deviation_sd=prior.deviation_sd,
+        settings=settings,
+    )
+    is_used = belief.is_trusted or arguments.anyway
+    content = belief.to_dict()
+    if is_used and belief.setting is not None:
+        content["payload_settings"] = format_payload(belief.setting)
+    claim = None
+    if claimed is not None:
+        claim = claimed, judge_claim(belief, claimed, arguments.tolerance)
+        content["claimed"] = {"verdict": claim[1].verdict, **claim[1]._asdict(), **claimed._asdict()}
+    lesson = _teach(arguments, belief, loaded, taught)
+    text = describe_payload(belief, claim, taught=lesson, anyway=arguments.anyway)
+    if arguments.out is not None:
+        _write(arguments.out, belief, content, text, is_used)
+    print(json.dumps(to_plain(content), indent=2) if arguments.json else text)
+    return 0 if belief.is_trusted else 3
+
+
+def _recall(path: Path | None) -> tuple[tuple[str, ...], MaterialMemory | KindMemory]:
+    """Reads which runs taught a memory, and the memory; a file that does not exist yet is a new memory."""
+    if path is None or (not path.exists() and path.parent.is_dir()):
+        return (), MaterialMemory()
+    return read_taught(path), read_memory(path)
+
+
+def _teach(arguments: argparse.Namespace, belief: PayloadBelief, run: Run, taught: tuple[str, ...]) -> str:
+    """Writes what the run teaches; returns a sentence about it, or none without a memory."""
+    path = arguments.learned or arguments.memory
+    if belief.seen is None or path is None:
+        return ""
+    if run.fingerprint in taught:
+        return f"{path} learns nothing: this run has taught it before"
+    if not belief.teaches and not arguments.anyway:
+        reason = "the result is not to be trusted" if belief.doubts else "the object is not what it looks like"
+        return f"{path} learns nothing: {reason} (--anyway teaches it)"
+    write_memory(path, belief.seen.memory, (*taught, run.fingerprint))
+    return f"{path} has learned them"
+
+
+def _place_object(run: Run, values: Sequence[float]) -> Run:
+    """Returns the run with the pose of the seen object in the tip: position, [m], roll, pitch and yaw, [deg]."""
+    for name, value in zip(("X", "Y", "Z", "ROLL", "PITCH", "YAW"), values, strict=True):
+        bound = 2.0 if len(name) == 1 else 360.0
+        check_number(f"--object-pose {name}", value, -bound, bound)
+    pose = np.eye(4)
+    pose[:3, :3] = Rotation.from_euler("xyz", values[3:], degrees=True).as_matrix()
+    pose[:3, 3] = values[:3]
+    return replace(run, description=replace(run.description, object_pose=pose))
+
+
+def _build_settings(arguments: argparse.Namespace) -> IdentificationSettings:
+    check_bounds(arguments)
+    check_whole("--samples", arguments.samples, NUM_SAMPLES)
+    settings = IdentificationSettings(num_samples=arguments.samples, seed=arguments.seed)
+    if arguments.min_speed is not None:
+        check_number("--min-speed", arguments.min_speed, MIN_SPEED.low, MIN_SPEED.high, "rad/s")
+        settings = replace(settings, min_speed=arguments.min_speed)
+    off = {name.replace("-", "_"): False for name in arguments.off}
+    return replace(settings, **off)  # type: ignore[arg-type]
+
+
+def _load_robot(arguments: argparse.Namespace, loaded: Run) -> RobotChain:
+    tip = arguments.tip or loaded.description.tip
+    if not tip:
+        raise BadValueError("--tip", "", "is missing, and the run's description names no tip either")
+    return load_robot(arguments.robot, tip, arguments.base or loaded.description.base or None)
+
+
+def _see(arguments: argparse.Namespace, memory: MaterialMemory | KindMemory, prior: Prior) -> SeenObject:
+    check_number("--size-error", arguments.size_error, 0.0, 1.0)
+    tools = load_tools(arguments.object, load_materials(arguments.materials))
+    named = {tool.name: tool for tool in tools}
+    name = arguments.object_name or tools[0].name
+    if name not in named:
+        raise BadValueError("--object-name", "", f"is {name!r}, must be one of {', '.join(named)}")
+    return see_tool(named[name], memory, prior, arguments.size_error)
+
+
+def _write(folder: Path, belief: PayloadBelief, content: dict[str, object], text: str, is_used: bool) -> None:
+    # Imported here: they take most of a second, which runs without --out need not wait.
+    from affordance.files.netcdf import LabelledArray, Trajectories, write_trajectories
+    from affordance.reporting.figures import save_figure
+    from affordance.reporting.payload_figures import draw_fit, draw_posteriors, draw_whiteness
+
+    save_figure(draw_fit(belief.fit), folder, "fit")
+    save_figure(draw_posteriors(belief), folder, "posteriors")
+    save_figure(draw_whiteness(belief.fit), folder, "whiteness")
+    if belief.calibration is not None and is_used:
+        write_gains(folder / "gains.yaml", belief.calibration)
+    meaning = "mass, first moment, moments and products of inertia about the tip"
+    samples = Trajectories(
+        {
+            "parameters": LabelledArray(("sample", "parameter"), belief.bodies.pi, "kg, kg m, kg m^2", meaning),
+            "weight": LabelledArray(("sample",), belief.bodies.weights, "1", "weight of a sample, sum one"),
+        },
+        {"parameter": ["m", "mx", "my", "mz", "Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz"]},
+    )
+    write_trajectories(folder / "samples.nc", samples)
+    write_text(folder / "belief.txt", text + "\n")
+    write_json(folder / "belief.json", content)
