@@ -1,4 +1,4 @@
-"""Figures of vision: camera images with detections, and comparisons of methods."""
+"""Figures of vision: camera images with detections."""
 
 import textwrap
 from collections.abc import Sequence
@@ -9,8 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from affordance.arrays import Array
-from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
+from affordance.reporting.figures import OBJECT_COLOURS
 from affordance.vision.pixels.pipeline import Detection, draw_outline
 from affordance.vision.pixels.rgbd import Camera, Picture
 from affordance.vision.pixels.rig import DEFAULT_RIG
@@ -44,27 +43,6 @@ def draw_camera_views(views: Sequence[CameraView], camera: Camera = DEFAULT_RIG.
         _draw_camera_view(axes, view, camera)
     for axes, heading in zip(rows[0], ("colour", "depth", "parts", "fitted ellipsoids"), strict=True):
         axes.annotate(heading, (0.5, 1.16), xycoords="axes fraction", ha="center", fontsize=10)
-    return figure
-
-
-def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
-    """Draws quantities trial by trial for several methods, one panel per quantity.
-
-    Args:
-        panels: Values by method, (K,) each, by the quantity's name with its unit.
-    """
-    figure = Figure(figsize=(3.3 * len(panels), 3.4))
-    all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
-    for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):
-        for k, (way, values) in enumerate(ways.items()):
-            colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
-            style = f"{MARKERS[k % len(MARKERS)]}{LINE_STYLES[k % len(LINE_STYLES)]}"
-            axes.plot(range(len(values)), values, style, color=colour, label=way)
-        axes.set_ylim(0.0, None)
-        axes.set_xticks(range(len(values)))
-        axes.set(xlabel="trial", ylabel=label)
-        axes.legend(frameon=False)
-    tidy(*all_axes)
     return figure
 
 

@@ -6,10 +6,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from affordance.arrays import Array
 from affordance.exceptions import BadValueError
-from affordance.reporting.camera_figures import draw_comparison
+from affordance.reporting.figures import LINE_STYLES, MARKERS, OBJECT_COLOURS, tidy
 from affordance.vision.features import FeatureSource
 from studies.side_by_side.finished import blame_file, check_same_conditions, read_numbers
 from studies.study import Findings
@@ -82,6 +83,27 @@ def describe_sources(found: Mapping[Curve, Mapping[str, Array]]) -> Findings:
     numbers = {"largest_difference": list(differences.values()), "panels": panels}
     figures = {"comparison": lambda: draw_comparison(panels)}
     return Findings(numbers, {"labels": list(differences)}, figures, folder=NAME, section=SECTION)
+
+
+def draw_comparison(panels: dict[str, dict[str, Array]]) -> Figure:
+    """Draws quantities trial by trial for several methods, one panel per quantity.
+
+    Args:
+        panels: Values by method, (K,) each, by the quantity's name with its unit.
+    """
+    figure = Figure(figsize=(3.3 * len(panels), 3.4))
+    all_axes = figure.subplots(1, len(panels), squeeze=False)[0]
+    for axes, (label, ways) in zip(all_axes, panels.items(), strict=True):
+        for k, (way, values) in enumerate(ways.items()):
+            colour = OBJECT_COLOURS[k % len(OBJECT_COLOURS)]
+            style = f"{MARKERS[k % len(MARKERS)]}{LINE_STYLES[k % len(LINE_STYLES)]}"
+            axes.plot(range(len(values)), values, style, color=colour, label=way)
+        axes.set_ylim(0.0, None)
+        axes.set_xticks(range(len(values)))
+        axes.set(xlabel="trial", ylabel=label)
+        axes.legend(frameon=False)
+    tidy(*all_axes)
+    return figure
 
 
 def _find_difference(curve: Curve, both: Mapping[str, Array]) -> float:
