@@ -1,6 +1,8 @@
-"""Numbers of the pages are those of the results that are kept with them."""
+"""Numbers of the pages are those of the results that are kept with them; names that pages import exist."""
 
+import importlib
 import importlib.util
+import re
 
 import pytest
 
@@ -18,6 +20,20 @@ def test_numbers_of_the_pages_are_those_of_the_results():
         assert mark.text == mark.show(kept[mark.folder]["values"][mark.expression]), mark
     named = {(mark.folder, mark.expression) for mark in marks}
     assert named == {(folder, expression) for folder in kept for expression in kept[folder]["values"]}
+
+
+def test_names_that_pages_import_exist():
+    root = MODELS.parent
+    pages = [*root.glob("*.md"), *root.glob("docs/**/*.md")]
+    imports = [
+        (page, module, name)
+        for page in pages
+        for module, names in re.findall(r"^from (affordance[\w.]*) import ([\w, ]+)$", page.read_text(), re.MULTILINE)
+        for name in names.split(", ")
+    ]
+    assert imports
+    for page, module, name in imports:
+        assert hasattr(importlib.import_module(module), name), f"{page}: {module}.{name}"
 
 
 def test_results_of_another_number_of_observers_are_refused(tmp_path):
