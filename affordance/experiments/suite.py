@@ -163,11 +163,7 @@ def _find_name(name: StrPath | Experiment) -> str:
 
 
 def _load_fitted(name: str | Experiment, models: Path, seed: int, settings: Settings, changes: Changes) -> Experiment:
-    """Loads an experiment unless the import of the arm has found that it cannot be done.
-
-    Raises:
-        InfeasibleError: The import found so, or an object is too heavy.
-    """
+    """Loads an experiment unless the import of the arm has found that it cannot be done."""
     if not isinstance(name, str | os.PathLike):
         return name
     lacks = read_lacks(models)

@@ -165,12 +165,7 @@ def _read_list(part: Part, found: Bodies, colours: Sequence[Colour | None]) -> l
 
 
 def _read_materials(part: Part, colours: Sequence[Colour | None]) -> list[tuple[Material, Material]]:
-    """Finds the material and the appearance of each body, by ``material``, or by ``colour`` alone.
-
-    Args:
-        part: Entry of the file.
-        colours: Colours of the bodies in the mesh file; None where it gives none.
-    """
+    """Finds the material and the appearance of each body, by ``material``, or by ``colour`` alone."""
     entry = part.entry
     if entry.material is None and entry.colour is not None:
         pairs = []

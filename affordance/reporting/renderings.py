@@ -163,13 +163,6 @@ def _step_back(points: Array, R_WC: RotationMatrix, aspect: float) -> Array:
 
     A point (x, y, z) in C's axes is in the picture of a camera at (a, b, c) if |x - a| <= k (z - c), with k the
     tangent of half the field of view; y is treated alike.
-
-    Args:
-        points: Positions in W, (N, 3), [m].
-        R_WC: Axes of the camera.
-        aspect: Width of the picture over its height.
-
-    Returns: p_WC, shape (3,), [m].
     """
     axes = R_WC.matrix()
     p_C = points @ axes

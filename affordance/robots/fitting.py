@@ -155,14 +155,7 @@ def _list_paths(asked: TimedPath) -> Iterator[tuple[TimedPath, str]]:
 
 
 def _find_lack(model: ArmModel, path: TimedPath, tools: list[Tool], settings: Settings) -> str:
-    """Describes why a path cannot be followed with some object; empty if it can with all.
-
-    Args:
-        model: Model of the arm; its state and payload are set.
-        path: Path to follow.
-        tools: Gripped objects; one that fails is moved to the front, so that the next path fails early.
-        settings: Settings of arm and controller.
-    """
+    """Describes why a path cannot be followed with some tool, which moves to the front; empty if it can with all."""
     # A feasible plan may still fail in simulation, as where limits hold the arm back.
     for find in (_find_lack_of_plan, _find_lack_of_motion):
         for k, tool in enumerate(tools):
@@ -229,15 +222,10 @@ def fit_blow(models: Path) -> Fit:
 
 
 def _find_depth(task: Hammer, tools: list[Tool], settings: Settings, *, least: float) -> tuple[float, str]:
-    """Finds the depth to which the nail can be driven with swings of one duration, at most the demanded depth.
+    """Finds the depth to which the nail can be driven with swings of one duration, [m], and why not to that demanded.
 
-    Args:
-        task: Blow to plan.
-        tools: Gripped objects that strike; one that fails moves to the front, so that the next duration fails early.
-        settings: Settings of arm and controller.
-        least: Depth that must be exceeded to be of interest, [m].
-
-    Returns: The depth, [m], or the least; and the reason why it is less than demanded, empty if it is not.
+    The least stands for each depth that does not exceed it; the reason is empty if nothing lacks. A tool that fails
+    moves to the front, so that the next duration fails early.
     """
     model, depth, reason = ArmModel(load_arm(settings.arm)), task.nail.depth_demanded, ""
     costs: list[BlowCost | None] = []
