@@ -229,7 +229,7 @@ def cover(*, overconfident: float = 1.0) -> Numbers:
         return flatten({**measure_coverage(*world, num_draws=6, seed=0), **classes})
 
 
-def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 8_000) -> Numbers:
+def judge_itself(*, is_blind: bool = False, noise_sd: float = 0.1, num_samples: int = 2_000) -> Numbers:
     """What identification says of itself on a generated pair.
 
     Args:
