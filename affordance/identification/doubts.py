@@ -6,7 +6,6 @@ whose torque by the arm's own weight varies, along the run, by a tenth or more o
 joint over all postures; the others may show little but friction.
 """
 
-import itertools
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -171,9 +170,9 @@ def _judge_fit(
     evidence = belief.fit.evidence
     torque_sd = evidence.arm_torque.std(axis=0)
     judged = torque_sd >= _JUDGED * _compute_strength(robot)
-    # By the arm's own weight the gains of the other joints are open.
     if before.robot and before.robot != robot.fingerprint:
         yield f"the gains ({before.source}) were found with the file of another robot than {robot.source}"
+    # By the arm's own weight the gains of the other joints are open.
     yield from _judge_gains(robot, belief, judged if belief.calibration is None else np.ones_like(judged))
     if belief.reference_mass is not None and belief.calibration is None:
         apart = abs(belief.mass - belief.reference_mass)
@@ -291,13 +290,15 @@ def check_sensors(run: Run) -> None:
 def _find_stuck(run: Run) -> Iterator[str]:
     """Finds signals that stay at one value, to the last digit, while their joint moves."""
     for j, name in enumerate(run.description.joint_names):
-        edges = np.flatnonzero(np.diff(run.signal[:, j])) + 1  # where the signal takes another value
-        for first, last in itertools.pairwise([0, *edges, len(run.times)]):
-            duration = run.times[last - 1] - run.times[first]
-            if duration > _STUCK and np.ptp(run.q[first:last, j]) > _MOVES:
-                value, start = run.signal[first, j], run.times[first] - run.times[0]
+        # Rows at which the signal takes another value, and those before them.
+        first = np.concatenate([[0], np.flatnonzero(np.diff(run.signal[:, j])) + 1])
+        last = np.concatenate([first[1:], [len(run.times)]]) - 1
+        durations = run.times[last] - run.times[first]
+        for k in np.flatnonzero(durations > _STUCK):
+            if np.ptp(run.q[first[k] : last[k] + 1, j]) > _MOVES:
+                value, start = run.signal[first[k], j], run.times[first[k]] - run.times[0]
                 yield (
-                    f"{run.source}, {name}: the signal is {value:g} from {start:.1f} s on for {duration:.1f} s while "
-                    "the joint moves: the sensor is saturated, or sticks"
+                    f"{run.source}, {name}: the signal is {value:g} from {start:.1f} s on for {durations[k]:.1f} s "
+                    "while the joint moves: the sensor is saturated, or sticks"
                 )
                 break
