@@ -21,7 +21,7 @@ from affordance.files import bounded
 _DELIMITERS = ",;\t "
 # Largest number of characters in a row; the log of a robot controller has some hundred columns.
 _LONGEST_ROW = 100_000
-_LISTED = 10  # torn rows that a message names
+_LISTED, _ENOUGH_TORN = 10, 1000  # torn rows that a message names, and after which no more are looked for
 
 
 class Table(NamedTuple):
@@ -54,15 +54,20 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
         BadValueError: The file cannot be read, or has more incomplete rows; the message names all of them.
     """
     text = bounded.read_text(path, bounded.RECORDING, encoding="utf-8-sig")
-    rows = _split_rows(path, "".join(text.splitlines(keepends=True)[skipped:]), skipped)
+    lines = text.splitlines(keepends=True)[skipped:]
+    rows = _split_rows(path, "".join(lines), skipped)
     first = next(rows, [])
     if not first:
         raise BadValueError(path, "", "is empty, must be a table with one row a sample")
     names = () if _is_number(first[0]) else tuple(first)
     width = len(first)
+    top = skipped + (2 if names else 1)
+    whole = _read_whole(lines[1:] if names else lines, _find_delimiter(lines[0]), width)
+    if whole is not None:
+        return Table(names, whole, np.arange(top, top + len(whole)))
     samples, numbers = array("d"), array("q")  # a number takes eight bytes, its text ten times as much
     torn: list[tuple[int, str]] = []
-    for number, row in enumerate(rows if names else chain([first], rows), start=skipped + (2 if names else 1)):
+    for number, row in enumerate(rows if names else chain([first], rows), start=top):
         if not row:
             continue
         problem = _find_problem(row, width, names)
@@ -71,10 +76,31 @@ def read_text(path: Path, max_torn: int = 0, skipped: int = 0) -> Table:
             numbers.append(number)
         else:
             torn.append((number, f"{problem[0]}: {problem[1]}"))
+            if len(torn) > max_torn + _ENOUGH_TORN:
+                break
     if len(torn) > max_torn:
         raise _refuse_torn(path, torn, max_torn, len(numbers))
     values = np.array(samples, dtype=float).reshape(-1, width)
     return Table(names, values, np.array(numbers, dtype=np.intp), len(torn))
+
+
+def _find_delimiter(line: str) -> str:
+    """Finds the most frequent delimiter of a line."""
+    return max(_DELIMITERS, key=line.count)
+
+
+def _read_whole(lines: list[str], delimiter: str, width: int) -> Array | None:
+    """Reads rows that are all whole, much faster than cell by cell, shape (N, width); None if they are not."""
+    if max(map(len, lines), default=0) > _LONGEST_ROW:
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # no rows
+            values = np.loadtxt(lines, delimiter=None if delimiter == " " else delimiter, comments=None, ndmin=2)
+    except ValueError:
+        return None
+    is_whole = values.shape == (len(lines), width) and np.isfinite(values).all()
+    return values if is_whole else None
 
 
 def _refuse_torn(path: Path, torn: list[tuple[int, str]], max_torn: int, num_whole: int) -> BadValueError:
@@ -99,7 +125,7 @@ def _split_rows(path: Path, text: str, skipped: int) -> Iterator[list[str]]:
     Raises:
         BadValueError: A row is too long for any robot, or is not a row of a table.
     """
-    delimiter = max(_DELIMITERS, key=text.split("\n", 1)[0].count)
+    delimiter = _find_delimiter(text.split("\n", 1)[0])
     number, length = skipped + 1, 0
 
     def feed() -> Iterator[str]:
