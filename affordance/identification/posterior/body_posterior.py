@@ -207,9 +207,13 @@ class _Proposal:
     def draw(self, rng: np.random.Generator, num_samples: int) -> Array:
         num_prior = int(_DEFENSIVE * num_samples)
         size = len(self._centre)
-        # Evenly spread points: edges of intervals scatter about half as much with the seed as by independent ones.
-        spread = Sobol(size + 1, rng=rng).random_base2(max(1, (num_samples - num_prior - 1).bit_length()))
-        spread = np.clip(spread[: num_samples - num_prior], _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
+        count = num_samples - num_prior
+        if num_samples > _ADAPTING:
+            # Evenly spread points: edges of intervals scatter half as much with the seed as by independent ones.
+            spread = Sobol(size + 1, rng=rng).random_base2((count - 1).bit_length())[:count]
+        else:
+            spread = rng.random((count, size + 1))  # within a millisecond
+        spread = np.clip(spread, _LEAST_UNIFORM, 1.0 - _LEAST_UNIFORM)
         normal = ndtri(spread[:, :size])
         scale = np.sqrt(_DEGREES_OF_FREEDOM / chdtri(_DEGREES_OF_FREEDOM, spread[:, size]))
         about = self._centre + (normal * scale[:, None]) @ self._root.T

@@ -117,7 +117,7 @@ def test_effective_size_is_what_the_scatter_over_seeds_says(monkeypatch):
     rng, solid = np.random.default_rng([1, 1]), SolidPrior.for_hand()
     likelihood = _hold(solid.draw_parameters(rng, 1)[0], rng, rows=1, variance=0.002)
     mode = find_mode(likelihood, solid)
-    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(40)]
+    drawn = [draw_bodies(likelihood, solid, mode, np.random.default_rng(seed), 500) for seed in range(60)]
     runs = [bodies for bodies in drawn if np.all(bodies.weights == bodies.weights[0])]
     assert len(runs) > 12  # annealed
     means = np.array([bodies.weights @ bodies.pi for bodies in runs])
