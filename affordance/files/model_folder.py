@@ -16,7 +16,7 @@ _CLONE = Path(__file__).resolve().parents[2]
 
 
 def has_studies() -> bool:
-    """Whether the package lies in a clone of the repository."""
+    """Returns whether the package lies in a clone of the repository."""
     return (_CLONE / "studies" / "__init__.py").is_file()
 
 

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from helpers.generated_runs import Truth, build_likelihood, generate_run
@@ -188,3 +190,17 @@ def test_bodies_are_weighted_by_what_the_quadratic_leaves_out(rng):
     # Without weights mass is off by 0.4 standard deviations, and a quarter too certain.
     assert (np.abs(found - mean)[:4] < 0.06 * sds[:4]).all()
     assert_allclose(np.sqrt(parts.bodies.weights @ (parts.bodies.pi - found) ** 2)[0], sds[0], rtol=0.06)
+
+
+def test_sizes_that_may_err_teach_densities_that_may_err(rng):
+    """A hammer seen a fifth too small: its head's density lies within the interval only if sizes may be wrong."""
+    parts = tuple(replace(part, shape=part.shape.with_sizes(0.8 * part.shape.sizes)) for part in _HAMMER.components)
+    small, likelihood = replace(_HAMMER, components=parts), _hold(_HAMMER.parameters, rng)
+    intervals = []
+    for scale_sd in (0.0, 0.2):
+        placed = see_tool(small, MaterialMemory(), _PRIOR, scale_sd).place(np.eye(4))
+        found = infer_parts(likelihood, placed, deviation_sd=100.0, unseen_share=0.2, rng=rng, num_samples=200)
+        intervals.append(found.belief.memory.belief.compute_percentiles([0.05, 0.95])[:, 1])
+    steel = _HAMMER.components[1].material.density
+    assert steel < intervals[0][0]
+    assert intervals[1][0] < steel < intervals[1][1]
