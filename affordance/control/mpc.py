@@ -202,5 +202,5 @@ class MinimumAccelerationMpc:
 
 
 def _is_all(flags: NDArray[np.bool_]) -> bool:
-    """Whether all are true: ``flags.all()``, which goes through Python, at a third of its time."""
+    """Returns whether all are true, in a third of the time of ``flags.all()``, which goes through Python."""
     return bool(np.count_nonzero(flags) == flags.size)

@@ -22,7 +22,7 @@ def find_commit(folder: Path = Path(__file__).parents[1]) -> str | None:
 
 
 def _ask(git: str, folder: Path, *arguments: str) -> str | None:
-    """What git says of a folder; None if it fails."""
+    """Runs git in a folder, and returns its output; None if it fails."""
     try:
         done = subprocess.run(
             [git, "-C", str(folder), *arguments], capture_output=True, text=True, timeout=_TIMEOUT, check=True

@@ -94,7 +94,7 @@ def learn(
 
 
 def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, seed: int) -> Memory:
-    """What holding tools in the arm's home posture teaches of their materials.
+    """Learns materials from holding tools in the arm's home posture.
 
     Args:
         tools: Each is held by its first grip, or as it is written if it has none.
