@@ -97,10 +97,10 @@ def gain_experience(tools: Sequence[Tool], settings: Settings, *, holds: int, se
     """Learns materials from holding tools in the arm's home posture.
 
     Args:
-        tools: Each is held by its first grip, or as it is written if it has none.
-        settings: Those of the arm.
-        holds: How often each is held.
-        seed: Of everything random.
+        tools: Tools, each held by its first grip, or as it is written if it has none.
+        settings: Settings of the arm and of learning.
+        holds: Number of holds of each tool.
+        seed: Seed of all random numbers.
     """
     held = [tool.gripped_by(tool.grips[0]) if tool.grips else tool for tool in tools]
     felt = simulate_holds(held, settings, rounds=holds, seed=(seed, 1))
