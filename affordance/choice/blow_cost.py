@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from affordance.arrays import Array
+from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs, MotionCost
 from affordance.control.swing import Swing, Target
 from affordance.plant.effective_mass import EffectiveMass
@@ -51,6 +52,11 @@ class BlowCost:
     motions: tuple[MotionCost, ...]
     joint_names: tuple[str, ...]
     infeasible_reason: str
+
+    @property
+    def q_start(self) -> Array:
+        """Joint angles at the start, (num_joints,), [rad]; there are none where no swing strikes the nail."""
+        return self.swings[0].q_start if self.swings else np.zeros(0)
 
     def find_speed(self, pi: Array, force: float | None = None) -> Array:
         """Computes the tip speed for a peak force, aiming slightly above it (``AIM``), (S,), [m/s].
@@ -97,6 +103,24 @@ class BlowCost:
         )
         beyond = np.square(np.maximum(1.0, speed / self.speeds[-1]))
         return Costs(beyond * work, beyond * effort, (load <= 1.0) & (speed <= self.speeds[-1]), beyond * cost)
+
+    def compute_demand(self, pi: Array) -> Demand:
+        """Computes the greatest demands on joints and grip until the strike, without its impulse; see ``compute``.
+
+        Demands at speeds beyond the fastest swing grow as the square of the speed.
+        """
+        if self.infeasible_reason:
+            nothing = np.full(len(pi), np.inf)
+            return Demand(np.tile(nothing, (len(self.joint_names), 1)), nothing, nothing)
+        speed = self.find_speed(pi)
+
+        def compute(node: int, chunk: Array) -> tuple[Array, ...]:
+            loads, force, moment = self.motions[node].compute_demand(chunk)
+            return *loads, force, moment
+
+        beyond = np.square(np.maximum(1.0, speed / self.speeds[-1]))
+        *loads, force, moment = (beyond * each for each in self._interpolate(speed, pi, compute))
+        return Demand(np.array(loads), force, moment)
 
     def explain_infeasibility(self, pi: Array) -> str:
         """Describes the limit that forbids a blow with a tool of parameters pi, (10,); empty if none does."""

@@ -4,15 +4,18 @@ The motions planned once for each option give the cost of the task at any densit
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol, runtime_checkable
+from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
+from numpy.typing import NDArray
 
 from affordance.arrays import Array
 from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Demand
 from affordance.choice.motion_cost import Costs
 from affordance.choice.options import Option
 from affordance.exceptions import AffordanceError
+from affordance.objects.colour import Colour
 from affordance.objects.inertia import Geometry, build_transform_map
 from affordance.objects.tool import PosedShape
 from affordance.plant.arm_model import ArmModel
@@ -25,11 +28,35 @@ class OptionCost(Protocol):
     """Cost of a task with one option, as a function of the option's inertial parameters."""
 
     @property
+    def q_start(self) -> Array:
+        """Joint angles at the start, (num_joints,), [rad]."""
+
+    @property
     def infeasible_reason(self) -> str:
         """Reason why the option cannot do the task, whatever its inertia; empty if it can."""
 
     def compute(self, pi: Array) -> Costs:
         """Computes the costs for inertial parameters of shape (S, 10)."""
+
+    def compute_demand(self, pi: Array) -> Demand:
+        """Computes the greatest demands on joints and grip for inertial parameters of shape (S, 10)."""
+
+
+class Draws(NamedTuple):
+    """Samples of a belief about N objects of M colours.
+
+    Attributes:
+        colours: Colours of all densities, M.
+        densities: Densities of each object's parts by their colour, (S, N, M), [kg/m^3]; objects in the order in
+            which the options name them.
+        used: True where an object has parts of a colour, (N, M).
+        parameters: Inertial parameters of all options, (options, S, 10).
+    """
+
+    colours: tuple[Colour, ...]
+    densities: Array
+    used: NDArray[np.bool_]
+    parameters: Array
 
 
 @runtime_checkable
@@ -88,6 +115,10 @@ class Choice:
 
         Returns: Inertial parameters, shape (options, num_samples, 10).
         """
+        return self.draw(memory, rng, num_samples).parameters
+
+    def draw(self, memory: Memory, rng: np.random.Generator, num_samples: int) -> Draws:
+        """Draws densities and inertial parameters of all options from the belief; see ``draw_parameters``."""
         memory, geometries = self._recognise(memory)
         joint = memory.belief.add_object_variation(self.settings.prior.deviation_sd, len(self._features))
         rho = joint.draw_samples(rng, num_samples).reshape(num_samples, len(self._features), -1)
@@ -95,7 +126,8 @@ class Choice:
         for i, (object_name, geometry) in enumerate(geometries.items()):
             errors = rng.standard_normal((num_samples, len(geometry.Phi_errors)))
             drawn[object_name] = geometry.compute_parameters(rho[:, i], errors)
-        return self._grip(drawn)
+        used = np.array([geometry.Phi.any(axis=0) for geometry in geometries.values()])
+        return Draws(memory.colours, rho, used, self._grip(drawn))
 
     def add_colours(self, memory: Memory) -> Memory:
         """Returns the memory with the colours of all objects added, which fixes the order of their densities."""
@@ -121,6 +153,11 @@ class Choice:
         """Computes the costs of all options, arrays (options, S), for parameters of shape (options, S, 10)."""
         costs = [cost_model.compute(parameters) for cost_model, parameters in zip(self.cost_models, pi, strict=True)]
         return Costs(*(np.array(column) for column in zip(*costs, strict=True)))
+
+    def compute_demands(self, pi: Array) -> Demand:
+        """Computes the demands of all options, (options, joints, S) and (options, S), for pi of (options, S, 10)."""
+        demands = [cost_model.compute_demand(each) for cost_model, each in zip(self.cost_models, pi, strict=True)]
+        return Demand(*(np.array(column) for column in zip(*demands, strict=True)))
 
     def _recognise(self, memory: Memory) -> tuple[Memory, dict[str, Geometry]]:
         """Recognises every part of every object once; the geometries refer to the colours of the returned memory."""

@@ -6,12 +6,14 @@ depend on the believed inertia of the tool, and only its torques do, linearly in
 """
 
 import copy
+import functools
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from affordance.arrays import Array
+from affordance.choice.demand import Demand, GripWrench
 from affordance.control.cost_measure import CostMeasure
 from affordance.control.mpc import MinimumAccelerationMpc, MpcStatus
 from affordance.control.task import Task
@@ -146,7 +148,8 @@ class MotionCost:
         for node in range(len(moments)):
             model.set_state(np.concatenate([q[node], v[node]]))
             tau_arm[node] = model.compute_inverse_dynamics(vdot[node])
-        Y = compute_payload_regressors(build_chain(model.arm), q, v, vdot)
+        self._nodes = build_chain(model.arm), q, v, vdot
+        Y = compute_payload_regressors(*self._nodes)
         # Torques, linear in [pi, 1], rows stacked by node and joint; over their limits where there are any, so that
         # one matrix product gives work and load.
         tau_max = np.tile(model.arm.limits.tau_max, len(moments))
@@ -159,6 +162,12 @@ class MotionCost:
         self._powers = np.abs(self._signed_powers)
         # The integral of |tau|^2 is a quadratic form in [pi, 1].
         self._effort = self._weight * torques[:count].T @ torques[:count]
+
+    @property
+    def q_start(self) -> Array:
+        """Joint angles at the start, (num_joints,), [rad]."""
+        q_start: Array = self.motion.q[0]
+        return q_start
 
     def measured_by(self, measure: CostMeasure) -> "MotionCost":
         """Returns a copy of the motion's costs that compares by another measure."""
@@ -195,11 +204,25 @@ class MotionCost:
 
     def compute_joint_loads(self, pi: Array) -> Array:
         """Computes each joint's largest torque relative to its limit, (num_joints, S); see ``compute``."""
-        parts = np.abs(self._loads @ np.column_stack([pi, np.ones(len(pi))]).T)
-        if self._limited is not None:
-            parts[~self._limited] = 0.0
-        loads: Array = parts.reshape(-1, self.motion.q.shape[1], len(pi)).max(axis=0)
-        return loads
+        known = np.column_stack([pi, np.ones(len(pi))])
+        num_joints = self.motion.q.shape[1]
+        greatest = np.empty((num_joints, len(pi)))
+        for start in range(0, len(pi), _CHUNK):
+            chunk = slice(start, start + _CHUNK)
+            loads = self._loads @ known[chunk].T
+            np.abs(loads, out=loads)
+            if self._limited is not None:
+                loads[~self._limited] = 0.0
+            loads.reshape(-1, num_joints, loads.shape[1]).max(axis=0, out=greatest[:, chunk])
+        return greatest
+
+    def compute_demand(self, pi: Array) -> Demand:
+        """Computes the greatest demands on joints and grip; argument as for ``compute``."""
+        return Demand(self.compute_joint_loads(pi), *self._grip_wrench.compute_peaks(pi))
+
+    @functools.cached_property
+    def _grip_wrench(self) -> GripWrench:
+        return GripWrench(*self._nodes)
 
 
 def measure_cost(tau: Array, v: Array, control_period: float) -> tuple[float, float]:

@@ -1,109 +1,140 @@
-"""``affordance rank``: ranks tools and the ends to hold them by."""
+"""``affordance rank``: ranks tools and the ends to hold them by, for a task, and says why."""
 
 import argparse
+import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from affordance.arguments import check_whole
+import numpy as np
+
+from affordance.arguments import check_number, check_whole
+from affordance.belief.colour_recognition import find_colour_index
+from affordance.belief.material_memory import MaterialMemory
 from affordance.belief.memory_file import read_memory
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion
 from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
-from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
-from affordance.choice.which_end import (
-    AFTER,
-    BEFORE,
-    ONE_DENSITY,
-    build_beliefs,
-    list_options,
-    rank_grips,
-)
+from affordance.choice.tool_options import list_tool_options
+from affordance.choice.weighing import Advice, GripBounds, weigh
 from affordance.commands.options import add_seed, add_set, change_by_name, check_bounds, refuse_changes
 from affordance.control.timed_path import load_path
 from affordance.exceptions import AffordanceError, BadValueError, describe_choice
+from affordance.files.atomic import write_json, write_text
 from affordance.files.constraints import Whole
 from affordance.files.model_folder import MODELS
 from affordance.objects.load import load_tools, select_known
 from affordance.objects.materials import MATERIALS, load_materials
 from affordance.objects.tool import Tool
-from affordance.simulation.holds import gain_experience
+from affordance.reporting.advice_report import Question, build_content, describe_advice, name_materials
+from affordance.settings import Settings
 
-HELP = "rank tools and the ends to hold them by, for hammering, reaching or mashing, from meshes or pictures"
+HELP = "rank tools and the ends to hold them by for a task, from drawings or pictures, and say why"
 TASKS = ("hammer", "reach", "mash")
-_BELIEFS = {
-    BEFORE: "before any experience",
-    AFTER: "after holding other things",
-    ONE_DENSITY: "with one density for everything",
-}
-_SAMPLES, _HOLDS = Whole(1, 1_000_000), Whole(1, 100)
+_SAMPLES = Whole(1, 1_000_000)
+# Bounds of what a gripper may hold, [N] and [N m]: values beyond are mistakes in units.
+_FORCE_MAX, _MOMENT_MAX = 1e5, 1e4
+# Name of the written files.
+_NAME = "ranking"
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Adds the arguments of the command."""
-    workshop = MODELS / "workshop"
-    parser.add_argument("task", choices=TASKS, help="drive a nail, reach with the free end, or mash with it")
-    parser.add_argument(
-        "--tools", type=Path, default=workshop / "tools.yaml", metavar="FILE", help="tools with grips (default: ours)"
-    )
-    parser.add_argument("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
-    parser.add_argument(
-        "--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)"
-    )
-    parser.add_argument("--materials", type=Path, default=MATERIALS, metavar="FILE", help="materials (default: ours)")
-    parser.add_argument(
-        "--by", choices=("drawing", "pictures"), default="drawing", help="how their form is known (default: drawing)"
-    )
-    parser.add_argument(
-        "--held",
+    add = parser.add_argument
+    add("task", choices=TASKS, help="drive a nail, reach with the free end, or mash with it")
+    add(
+        "--tools",
         type=Path,
-        default=workshop / "blanks.yaml",
+        default=MODELS / "workshop" / "tools.yaml",
         metavar="FILE",
-        help="what was held before (default: ours)",
+        help="tools with grips (default: ours)",
     )
-    parser.add_argument("--holds", type=int, default=2, metavar="N", help="how often each of it was (default: 2)")
-    parser.add_argument(
-        "--memory",
-        type=Path,
-        metavar="FILE",
-        help="densities learned before, as by identify --memory, in place of holding anything",
+    add("--only", action="append", default=[], metavar="NAME", help="tools of it; more than once")
+    add("--meshes", type=Path, metavar="DIR", help="folder of the mesh files (default: folder of the tools file)")
+    add("--materials", type=Path, default=MATERIALS, metavar="FILE", help="materials (default: ours)")
+    add("--see", choices=("drawing", "pictures"), default="drawing", help="how form is known (default: drawing)")
+    add("--memory", type=Path, metavar="FILE", help="densities learned before, as by identify (default: none)")
+    add(
+        "--by",
+        choices=[each.value for each in Criterion],
+        default=Criterion.WORK.value,
+        help="what is compared: expected work, effort, highest share of a torque limit, or wrench at the grip",
     )
-    parser.add_argument("--samples", type=int, default=4000, metavar="N", help="densities drawn (default: 4000)")
+    add("--max-grip-force", type=float, metavar="N", help="force that the gripper holds, [N] (default: any)")
+    add("--max-grip-moment", type=float, metavar="NM", help="moment that the gripper holds, [N m] (default: any)")
+    add("--samples", type=int, default=10_000, metavar="N", help="samples of the belief (default: 10000)")
+    add("--json", action="store_true", help="print the ranking as JSON")
+    add("--out", type=Path, metavar="DIR", help="folder for ranking.json, .txt, .png and .svg (default: none)")
     add_seed(parser)
     add_set(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Ranks the options, and prints a table for each of three beliefs.
+    """Ranks the options, prints the ranking, and writes it with a picture if there is a folder for it.
 
     Raises:
-        AffordanceError: An argument or a file is invalid, or a motion cannot be planned.
+        AffordanceError: An argument or a file is invalid, or no option can do the task.
     """
     check_bounds(arguments)
     check_whole("--samples", arguments.samples, _SAMPLES)
-    check_whole("--holds", arguments.holds, _HOLDS)
-    refuse_changes(arguments, ["learner"], "what was held is learned about with one density for each colour")
+    refuse_changes(arguments, ["learner"], "the memory was learned before")
+    refuse_changes(arguments, ["cost_measure"], "--by says what is compared")
+    bounds = read_grip_bounds(arguments)
     settings = change_by_name(arguments)
     materials = load_materials(arguments.materials)
     tools = choose_tools(load_tools(arguments.tools, materials, arguments.meshes), arguments.only, arguments.tools)
-    held = load_tools(arguments.held, materials)
-    titles = _BELIEFS
-    if arguments.memory is None:
-        experience = gain_experience(held, settings, holds=arguments.holds, seed=arguments.seed)
-    else:
-        experience = read_memory(arguments.memory)
-        titles = {**_BELIEFS, AFTER: f"by the memory {arguments.memory.name}"}
-    beliefs = build_beliefs(select_known(materials, [*tools, *held]), experience, settings)
-    rankings = rank_grips(
-        list_options(tools, by_sight=arguments.by == "pictures", seed=arguments.seed),
+    known = recall(arguments.memory)
+    colours = [material.colour for material in select_known(materials, tools).values()]
+    advice = weigh(
+        list_tool_options(tools, by_sight=arguments.see == "pictures", seed=arguments.seed),
         load_task(arguments.task),
-        {name: beliefs[name] for name in _BELIEFS},
+        known.add_colours(list(dict.fromkeys(colours)), settings.prior),
         settings,
-        seed=arguments.seed,
+        criterion=Criterion(arguments.by),
+        bounds=bounds,
         num_samples=arguments.samples,
+        rng=np.random.default_rng(arguments.seed),
     )
-    for name, ranking in rankings.items():
-        print("\n".join(describe_ranking(titles[name], ranking)))
+    parts = [part.looks_like for tool in tools for part in tool.components]
+    question = Question(
+        arguments.task,
+        "our arm",
+        arguments.see,
+        arguments.memory.name if arguments.memory else "",
+        tuple(dict.fromkeys(each.name for each in parts if find_colour_index(known.colours, each.colour) is None)),
+        name_materials(tools, materials),
+    )
+    text, content = describe_advice(advice, question), build_content(advice, question)
+    if arguments.out is not None:
+        write_text(arguments.out / f"{_NAME}.txt", text + "\n")
+        write_json(arguments.out / f"{_NAME}.json", content)
+        _draw(arguments.out, advice, settings, tools, content["sentence"])
+    print(json.dumps(content, indent=2) if arguments.json else text)
     return 0
+
+
+def recall(path: Path | None) -> Memory:
+    """Reads a memory; without a file, returns that of an observer who knows nothing.
+
+    Raises:
+        BadValueError: The file cannot be read, or does not hold a memory.
+    """
+    return MaterialMemory() if path is None else read_memory(path)
+
+
+def read_grip_bounds(arguments: argparse.Namespace) -> GripBounds:
+    """Reads what the gripper holds.
+
+    Raises:
+        BadArgumentError: A number is out of bounds.
+    """
+    given = {}
+    for name, largest, unit in (("force", _FORCE_MAX, "N"), ("moment", _MOMENT_MAX, "N m")):
+        value = getattr(arguments, f"max_grip_{name}")
+        if value is not None:
+            given[name] = check_number(f"--max-grip-{name}", value, 1e-3, largest, unit)
+    return GripBounds(**given)
 
 
 def choose_tools(tools: Sequence[Tool], names: Sequence[str], path: Path) -> list[Tool]:
@@ -131,15 +162,10 @@ def load_task(name: str) -> TaskCostModel:
     return Reach(load_path(MODELS / "paths" / f"{name}.yaml"))
 
 
-def describe_ranking(title: str, ranking: Ranking) -> list[str]:
-    """Formats a table of the options in order of preference."""
-    width = max(len(f"{each.option.object_name}, {each.option.grip}") for each in ranking.ranked)
-    lines = [f"{title}:", f"  {'':<{width}}  work (J)  P(best)  P(best of tool)  P(feasible)"]
-    for each in ranking.ranked:
-        name = f"{each.option.object_name}, {each.option.grip}"
-        why = each.infeasible_reason
-        numbers = f"{each.work:8.2f}  {each.p_best:7.2f}  {each.p_best_of_tool:15.2f}  {each.p_feasible:11.2f}"
-        lines.append(f"  {name:<{width}}  {numbers}{f'  {why}' if why else ''}")
-    if ranking.p_none > 0.0:
-        lines.append(f"  with probability {ranking.p_none:.2f} no option is feasible")
-    return lines
+def _draw(folder: Path, advice: Advice, settings: Settings, tools: Sequence[Tool], title: str) -> None:
+    # Imported here: they take most of a second, which runs without --out need not wait.
+    from affordance.reporting.advice_figure import draw_advice, render_choice
+    from affordance.reporting.figures import save_figure
+
+    picture = render_choice(settings.arm, advice, {tool.name: tool for tool in tools})
+    save_figure(draw_advice(advice, title, picture), folder, _NAME)

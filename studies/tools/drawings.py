@@ -7,7 +7,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from affordance.choice.which_end import TRUE
 from affordance.plant.arm import ARM
 from affordance.plant.load import load_arm
 from affordance.reporting.figures import OBJECT_COLOURS, save_figure, tidy
@@ -19,6 +18,7 @@ from studies.tools.first_touch import Prediction
 from studies.tools.numbers import BELIEFS
 from studies.tools.seen import Source
 from studies.tools.study import Choices, ToolsResult
+from studies.tools.which_end import TRUE
 
 _SOURCE_NAMES = {
     Source.CAD: "drawing",

@@ -19,9 +19,9 @@ from affordance.objects.colour import Colour
 from affordance.objects.tool import Tool
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.holds import learn
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.visual_prior import predict_object
+from studies.tools.holds import learn
 
 type Features = Mapping[str, Sequence[ComponentFeatures]]
 type Felt = Mapping[str, Sequence[TorqueStatistics]]

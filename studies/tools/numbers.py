@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from affordance.choice.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
 from studies.tools.data_set import LEARNING, Half
 from studies.tools.observer import HOLDS
 from studies.tools.seen import Outcome, Source
 from studies.tools.study import Choices, ToolsResult
+from studies.tools.which_end import AFTER, BEFORE, ONE_DENSITY, TRUE
 
 _MM = 1e3
 # Names of the four measures of a score that a floor has too.

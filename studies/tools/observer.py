@@ -12,7 +12,6 @@ from affordance.exceptions import SeeingError
 from affordance.files.model_folder import MODELS
 from affordance.objects.tool import Tool
 from affordance.settings import DEFAULT_SETTINGS, Settings
-from affordance.simulation.holds import simulate_holds
 from affordance.vision.features import ComponentFeatures
 from affordance.vision.pixels.camera_sensor import get_turning_stand
 from studies.tools.data_set import DataSet, Half
@@ -29,6 +28,7 @@ from studies.tools.first_touch import (
     predict_without_experience,
     take_first,
 )
+from studies.tools.holds import simulate_holds
 from studies.tools.seen import Source, measure_all
 
 # Numbers of holds of each learning tool before a prediction.

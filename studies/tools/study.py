@@ -17,29 +17,28 @@ from affordance.choice.hammer import load_hammer
 from affordance.choice.inner_simulation import TaskCostModel
 from affordance.choice.ranking import Ranking
 from affordance.choice.reach import Reach
-from affordance.choice.which_end import (
-    AFTER,
-    TRUE,
-    build_beliefs,
-    list_drawn_options,
-    list_seen_options,
-    rank_grips,
-)
+from affordance.choice.tool_options import list_drawn_options, list_seen_options
 from affordance.control.timed_path import load_path
 from affordance.objects.load import load_tools, load_workshop_materials
 from affordance.objects.mesh_bodies import load_bodies
 from affordance.objects.tool import Tool
 from affordance.runs.repeats import run_tasks
 from affordance.settings import Settings
-from affordance.simulation.holds import gain_experience
 from affordance.vision.pixels.camera_sensor import get_turning_stand
 from studies.tools.blows import CheckedBlow, check_blows
 from studies.tools.data_set import DataSet, Deviation, Half, measure_parity
 from studies.tools.first_touch import Prediction, Score, Truth, score
+from studies.tools.holds import gain_experience
 from studies.tools.observer import Predictions, ToolsConfig, read_truth_in_hand, run_observer
 from studies.tools.records import Errors, compare_methods, read_stored
 from studies.tools.seen import Outcome, Source, examine, paint
 from studies.tools.uncommon import CheckedMass, CheckedMotion, check_mass, check_motions
+from studies.tools.which_end import (
+    AFTER,
+    TRUE,
+    build_beliefs,
+    rank_grips,
+)
 
 _LOG = logging.getLogger(__name__)
 

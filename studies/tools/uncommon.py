@@ -21,13 +21,13 @@ from affordance.objects.tool import Tool, list_densities
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import NoiseModel, WeberNoise
 from affordance.settings import Settings
-from affordance.simulation.holds import feel
 from affordance.simulation.rollout import roll_out
 from affordance.simulation.trial import TrialRunner
 from affordance.vision.eye import observe
 from affordance.vision.features import FeatureSource
 from affordance.vision.visual_prior import predict_object
 from studies.tools.blows import hold_by
+from studies.tools.holds import feel
 
 _NUM_SAMPLES = 4000
 # Number of samples, of which few are left where a hold contradicts the pictures.

@@ -1,28 +1,17 @@
 """Which end of a hammer, what the eye may take a grey for, and what the study says of it."""
 
 import json
-import re
 
 import numpy as np
 import pytest
 from helpers.workshop import HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
-from affordance.belief.memory_file import write_memory
 from affordance.choice.reach import Reach
-from affordance.choice.which_end import (
-    AFTER,
-    BEFORE,
-    ONE_DENSITY,
-    TRUE,
-    build_beliefs,
-    list_drawn_options,
-    rank_grips,
-)
+from affordance.choice.tool_options import list_drawn_options
 from affordance.cli import main
-from affordance.commands import rank
 from affordance.control.timed_path import load_path
-from affordance.exceptions import AffordanceError, BadValueError
+from affordance.exceptions import BadValueError
 from affordance.files.model_folder import MODELS
 from affordance.proprioception.estimator import TorqueStatistics
 from affordance.proprioception.torque_noise import WeberNoise
@@ -35,6 +24,14 @@ from studies.tools.observer import ToolsConfig
 from studies.tools.seen import Outcome, Source, list_candidates, paint
 from studies.tools.study import Choices, ToolsResult, Uncommon
 from studies.tools.uncommon import weigh
+from studies.tools.which_end import (
+    AFTER,
+    BEFORE,
+    ONE_DENSITY,
+    TRUE,
+    build_beliefs,
+    rank_grips,
+)
 
 SETTINGS = Settings()
 REACH = Reach(load_path(MODELS / "paths" / "reach.yaml"))
@@ -139,53 +136,6 @@ def test_folder_that_is_no_clone_is_refused(tmp_path):
     with pytest.raises(BadValueError, match="has no folder 'data/Workshop Tools Dataset', must be a clone"):
         DataSet(tmp_path, MODELS).check()
     assert len(LEARNING) == 10
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"samples": 0}, "--samples: is 0, must be from 1 to 1000000"),
-        ({"holds": 0}, "--holds: is 0, must be from 1 to 100"),
-        ({"seed": -1}, "--seed: is -1, must be from 0 to 4294967295"),
-        (
-            {"only": ["mallett"]},
-            "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
-        ),
-    ],
-)
-def test_bad_arguments_of_rank_are_refused_in_one_line(change, message):
-    import argparse
-
-    parser = argparse.ArgumentParser()
-    rank.add_arguments(parser)
-    arguments = parser.parse_args(["reach"])
-    vars(arguments).update(change)
-    with pytest.raises(AffordanceError) as caught:
-        rank.run(arguments)
-    assert message in str(caught.value)
-
-
-def test_what_another_command_learned_carries_over(tmp_path, capsys):
-    """A memory of steel and wood, as ``identify`` writes it, ranks as one who knows does."""
-    known = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
-    words = ["rank", "reach", "--only", "machinist hammer", "--samples", "50", "--memory", str(known)]
-    assert main(words) == 0
-    before, after, _ = re.split(r"\n(?=by|with one)", capsys.readouterr().out)
-    assert before.startswith("before any experience:")
-    assert after.startswith("by the memory m.json:")
-    lines = [line.split() for line in after.splitlines()[2:]]
-    assert [line[-3] for line in lines] == ["1.00", "0.00", "0.00"]  # of one who knows, one grip is best
-
-
-def test_tool_without_grips_cannot_be_ranked():
-    with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
-        rank.choose_tools([MALLET.gripped_by(MALLET.grips[0])], [], MODELS)
-
-
-def test_ranking_is_a_table_with_reasons(choices):
-    lines = rank.describe_ranking("now", choices.rankings["reach", "drawing", AFTER])
-    assert lines[0] == "now:"
-    assert lines[2].split()[:2] == ["mallet,", "head"]
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,6 @@ from helpers.workshop import BLANKS, HAMMERS, MATERIALS
 
 from affordance.belief.material_memory import MaterialMemory
 from affordance.settings import Settings
-from affordance.simulation.holds import learn, list_colours, simulate_holds
 from affordance.vision.features import CAD_VOLUME_SD, measure_drawing
 from studies.tools.first_touch import (
     Prediction,
@@ -21,6 +20,7 @@ from studies.tools.first_touch import (
     score,
     take_first,
 )
+from studies.tools.holds import learn, list_colours, simulate_holds
 
 SETTINGS = Settings()
 

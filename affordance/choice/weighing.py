@@ -1,0 +1,316 @@
+"""Weighing of tools and grips for a task, by a criterion of one's choice, under all that is believed of materials.
+
+Work and effort are compared by their expectation. Peaks, the share of a torque limit and the wrench at the grip, are
+compared by their 95 % quantile under the belief, as it is the rare heavy tool that slips or overloads a joint.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from affordance.arrays import Array
+from affordance.belief.object_belief import Memory
+from affordance.choice.demand import Criterion, Demand
+from affordance.choice.inner_simulation import Choice, OptionCost, TaskCostModel
+from affordance.choice.motion_cost import Costs
+from affordance.choice.options import Option
+from affordance.choice.ranking import MIN_FEASIBILITY, NO_OPTION, pick_cheapest
+from affordance.choice.reasons import Reasons, find_reasons
+from affordance.exceptions import AffordanceError
+from affordance.objects.tool import PosedShape
+from affordance.plant.arm import Arm
+from affordance.plant.arm_model import ArmModel
+from affordance.plant.load import load_arm
+from affordance.settings import Settings
+
+# Lever by which a moment at the grip counts as a force: a round pad of radius r whose friction holds a force F holds
+# a moment 2/3 r F (even pressure; Howe & Cutkosky 1996, Int. J. Robotics Research 15:557), r = 0.03 m, [m].
+GRIP_LEVER = 0.02
+# Levels of the quantiles: both ends of the 90 % interval; the upper one is the 95 % quantile of peaks.
+_LEVELS = (0.05, 0.95)
+# Planned motions that are kept: those of a workshop's tools for a few tasks. One takes 0.1 MB, a blow's 2 MB.
+_MOST_PLANS = 128
+
+
+@dataclass(frozen=True)
+class GripBounds:
+    """Largest wrench that the gripper holds.
+
+    Attributes:
+        force: Largest force, [N].
+        moment: Largest moment about the grip, [N m].
+    """
+
+    force: float = np.inf
+    moment: float = np.inf
+
+    @property
+    def lever(self) -> float:
+        """Lever by which a moment counts as a force, [m]: that of the bounds if both are given."""
+        both = np.isfinite(self.force) and np.isfinite(self.moment)
+        return self.moment / self.force if both else GRIP_LEVER
+
+    def admit(self, force: Array, moment: Array) -> NDArray[np.bool_]:
+        """Returns where a force, [N], and a moment, [N m], are within the bounds; arrays of one shape."""
+        return (force <= self.force) & (moment <= self.moment)
+
+
+class Amount(NamedTuple):
+    """Quantity under the belief: its mean, and the ends of its 90 % interval."""
+
+    mean: float
+    p05: float
+    p95: float
+
+
+class Weighed(NamedTuple):
+    """Option with what it costs and demands under the belief.
+
+    Attributes:
+        option: Weighed option.
+        work: Absolute work of the joints, [J].
+        effort: Integral of |tau|^2 dt, [N^2 m^2 s].
+        margin: Highest share of a joint's torque limit, [1].
+        joint: Name of the joint with that share.
+        force: Peak force at the grip, [N].
+        moment: Peak moment about the grip, [N m].
+        cost: Cost by the criterion, in its unit.
+        value: Number by which options are ordered: the mean of the cost, or the 95 % quantile of a peak.
+        p_best: Probability that the option is the cheapest.
+        p_feasible: Probability that the option is feasible: it does the task within the limits of torque and grip.
+        infeasible_reason: Reason why the option is not usable; empty if it is usable.
+        q_start: Joint angles at the start of the task, (num_joints,), [rad]; none if nothing could be planned.
+    """
+
+    option: Option
+    work: Amount
+    effort: Amount
+    margin: Amount
+    joint: str
+    force: Amount
+    moment: Amount
+    cost: Amount
+    value: float
+    p_best: float
+    p_feasible: float
+    infeasible_reason: str
+    q_start: Array
+
+
+class Advice(NamedTuple):
+    """Options in the order of their cost, and the reasons of the choice.
+
+    Attributes:
+        ranked: Usable options, the best first; then the others in the same order.
+        criterion: Criterion by which they are compared.
+        num_usable: Number of usable options.
+        p_none: Probability that no option is feasible.
+        reasons: Reasons of the choice, whose options are indices of ``ranked``; None if only one option is usable.
+    """
+
+    ranked: tuple[Weighed, ...]
+    criterion: Criterion
+    num_usable: int
+    p_none: float
+    reasons: Reasons | None
+
+    @property
+    def best(self) -> Weighed:
+        """Option to take.
+
+        Raises:
+            AffordanceError: No option is usable; the message says why the best of them is not.
+        """
+        if not self.num_usable:
+            nearest = max(self.ranked, key=lambda each: (each.p_feasible, -each.value))
+            raise AffordanceError(
+                f"no tool can do the task; nearest is {nearest.option.name}: {nearest.infeasible_reason}"
+            )
+        return self.ranked[0]
+
+
+def weigh(
+    options: Sequence[Option],
+    task: TaskCostModel,
+    memory: Memory,
+    settings: Settings,
+    *,
+    criterion: Criterion = Criterion.WORK,
+    bounds: GripBounds = GripBounds(),
+    num_samples: int = 10_000,
+    rng: np.random.Generator,
+) -> Advice:
+    """Weighs options for a task; motions planned before in this process are not planned again.
+
+    Args:
+        options: Options to choose from, at least one, each of another name.
+        task: Task to be done.
+        memory: Belief about materials.
+        settings: Settings of arm, prior and controller.
+        criterion: Criterion by which options are compared.
+        bounds: Largest wrench that the gripper holds.
+        num_samples: Number of samples of the belief.
+        rng: Random generator of the samples.
+
+    Raises:
+        AffordanceError: There is no option, or two have the same name.
+        ModelFileError: The arm cannot be loaded.
+    """
+    arm = load_arm(settings.arm)
+    plans = [_plan(_Work.of(task, option.gripped), settings, arm) for option in options]
+    choice = Choice(options, plans, settings)
+    draws = choice.draw(memory, rng, num_samples)
+    costs, demand = _measure(choice, draws.parameters, criterion, bounds)
+    chosen = pick_cheapest(costs, rng)
+    weighed = [
+        _weigh_one(choice, i, costs, demand, (chosen == i).mean(), (criterion, bounds), arm.joint_names)
+        for i in range(len(options))
+    ]
+    order = sorted(range(len(weighed)), key=lambda i: (bool(weighed[i].infeasible_reason), weighed[i].value))
+    usable = [i for i in order if not weighed[i].infeasible_reason]
+    reasons = None
+    if len(usable) > 1:
+        rival = max(usable[1:], key=lambda i: weighed[i].p_best)
+
+        def compute_costs(rho: Array) -> Array:
+            found, _ = _measure(choice, choice.compute_parameters(memory, rho), criterion, bounds)
+            return np.where(found.feasible, found.cost, np.inf)[usable]
+
+        names = list(dict.fromkeys(option.object_name for option in options))
+        objects = np.array([names.index(options[i].object_name) for i in usable])
+        found = find_reasons(draws, costs.cost[usable], objects, (0, usable.index(rival)), compute_costs)
+        reasons = found  # usable options come first in ``ranked``, in this order
+    p_none = float((chosen == NO_OPTION).mean())
+    return Advice(tuple(weighed[i] for i in order), criterion, len(usable), p_none, reasons)
+
+
+def _measure(choice: Choice, pi: Array, criterion: Criterion, bounds: GripBounds) -> tuple[Costs, Demand]:
+    """Computes the costs by a criterion, and the demands, of all options for parameters, (options, S, 10)."""
+    costs, demand = choice.compute_costs(pi), choice.compute_demands(pi)
+    feasible = costs.feasible & bounds.admit(demand.force, demand.moment)
+    if criterion is Criterion.MARGIN:
+        cost = demand.loads.max(axis=1)
+    elif criterion is Criterion.GRIP:
+        cost = np.hypot(demand.force, demand.moment / bounds.lever)
+    else:
+        cost = costs.effort if criterion is Criterion.EFFORT else costs.cost
+    return costs._replace(feasible=feasible, cost=cost), demand
+
+
+def _weigh_one(
+    choice: Choice,
+    index: int,
+    costs: Costs,
+    demand: Demand,
+    p_best: float,
+    by: tuple[Criterion, GripBounds],
+    joint_names: Sequence[str],
+) -> Weighed:
+    plan, (criterion, bounds) = choice.cost_models[index], by
+    loads = demand.loads[index]
+    worst = int(np.argmax(np.quantile(loads, _LEVELS[1], axis=1))) if np.isfinite(loads).all() else 0
+    margin, force, moment, cost = (
+        _summarise(each) for each in (loads.max(axis=0), demand.force[index], demand.moment[index], costs.cost[index])
+    )
+    p_feasible = float(costs.feasible[index].mean())
+    reason = plan.infeasible_reason
+    if not reason and p_feasible < MIN_FEASIBILITY:
+        risk = f"is feasible with a probability of {p_feasible:.4g}, must be at least {MIN_FEASIBILITY:g}"
+        reason = f"{risk}: {_name_limit(margin, joint_names[worst], force, moment, bounds)}"
+    return Weighed(
+        choice.options[index],
+        _summarise(costs.work[index]),
+        _summarise(costs.effort[index]),
+        margin,
+        joint_names[worst],
+        force,
+        moment,
+        cost,
+        cost.p95 if criterion.is_peak else cost.mean,
+        float(p_best),
+        p_feasible,
+        reason,
+        plan.q_start,
+    )
+
+
+def _summarise(values: Array) -> Amount:
+    if not np.isfinite(values).all():
+        return Amount(np.inf, np.inf, np.inf)
+    low, high = np.quantile(values, _LEVELS)
+    return Amount(float(values.mean()), float(low), float(high))
+
+
+def _name_limit(margin: Amount, joint: str, force: Amount, moment: Amount, bounds: GripBounds) -> str:
+    """Names the limit that is exceeded most, by the 95 % quantile of what is demanded."""
+    excess = {
+        f"{joint} must bear {margin.p95:.3g} times its torque limit": margin.p95,
+        f"the grip must hold {force.p95:.3g} N, --max-grip-force allows {bounds.force:g} N": force.p95 / bounds.force,
+        f"the grip must hold {moment.p95:.3g} N m, --max-grip-moment allows {bounds.moment:g} N m": (
+            moment.p95 / bounds.moment
+        ),
+    }
+    worst = max(excess, key=lambda each: excess[each])
+    return worst if excess[worst] > 1.0 else "the motion must be faster than the joints' velocity limits allow"
+
+
+@dataclass(frozen=True)
+class Impossible:
+    """Cost of an option with which no motion could be planned: infinite, whatever the inertia.
+
+    Attributes:
+        infeasible_reason: Reason, in words.
+        num_joints: Number of the arm's joints.
+    """
+
+    infeasible_reason: str
+    num_joints: int
+
+    @property
+    def q_start(self) -> Array:
+        """No joint angles, (0,)."""
+        return np.zeros(0)
+
+    def compute(self, pi: Array) -> Costs:
+        """Returns infinite costs for parameters of shape (S, 10)."""
+        nothing = np.full(len(pi), np.inf)
+        return Costs(nothing, nothing, np.zeros(len(pi), dtype=bool), nothing)
+
+    def compute_demand(self, pi: Array) -> Demand:
+        """Returns infinite demands for parameters of shape (S, 10)."""
+        nothing = np.full(len(pi), np.inf)
+        return Demand(np.tile(nothing, (self.num_joints, 1)), nothing, nothing)
+
+
+@dataclass(frozen=True)
+class _Work:
+    """Task with a tool as gripped; equal for equal tasks, and parts of equal shapes, poses and striking faces."""
+
+    key: tuple[object, ...]
+    task: TaskCostModel = field(compare=False)
+    parts: Sequence[PosedShape] = field(compare=False)
+
+    @classmethod
+    def of(cls, task: TaskCostModel, parts: Sequence[PosedShape]) -> "_Work":
+        form = [
+            (
+                part.shape,
+                part.X_TE.tobytes(),
+                *((face.p_EQ.tobytes(), face.normal_E.tobytes()) for face in part.strikes),
+            )
+            for part in parts
+        ]
+        return cls((task, *form), task, parts)
+
+
+@lru_cache(maxsize=_MOST_PLANS)
+def _plan(work: _Work, settings: Settings, arm: Arm) -> OptionCost:
+    """Plans a task with a tool; once in a process for the same task, form, settings and arm."""
+    try:
+        return work.task.build_cost(ArmModel(arm), work.parts, settings)
+    except AffordanceError as error:
+        return Impossible(str(error), arm.num_joints)

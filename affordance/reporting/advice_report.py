@@ -1,0 +1,240 @@
+"""Advice on tools in words and as JSON: the ranking, why it is so, what would change it, and what to take."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from affordance.choice.demand import Criterion
+from affordance.choice.options import Option
+from affordance.choice.reasons import Reasons, Turn
+from affordance.choice.weighing import Advice, Amount, Weighed
+from affordance.files.atomic import to_plain
+from affordance.objects.colour import Colour, find_nearest_colour
+from affordance.objects.material import Material
+from affordance.objects.tool import Tool
+from affordance.reporting.formatting import format_number
+
+# Least share of a material in the uncertainty, and least probability of a change, that the text mentions.
+_LEAST_SHARE, _LEAST_PROBABILITY = 0.05, 1e-3
+_COST_TITLES = {Criterion.EFFORT: "effort (N²m²s)", Criterion.GRIP: "wrench as a force (N)"}
+
+
+class Question(NamedTuple):
+    """Question that an advice answers.
+
+    Attributes:
+        task: Name of the task.
+        robot: Name of the robot.
+        see: Way in which the form of tools is known, "drawing" or "pictures".
+        memory: Name of the memory; empty without one.
+        unknown: Names of the tools' materials of which the memory knows nothing.
+        names: Names of materials by colour.
+    """
+
+    task: str
+    robot: str
+    see: str
+    memory: str
+    unknown: tuple[str, ...]
+    names: Callable[[Colour], str]
+
+
+def name_materials(tools: Sequence[Tool], materials: Mapping[str, Material]) -> Callable[[Colour], str]:
+    """Returns a function that names materials by colour: those the tools show, else the nearest."""
+    shown: dict[Colour, str] = {
+        part.looks_like.colour: part.looks_like.name for tool in tools for part in tool.components
+    }
+    colours = {name: material.colour for name, material in materials.items()}
+    return lambda colour: shown.get(colour) or find_nearest_colour(colour, colours)
+
+
+def describe_advice(advice: Advice, question: Question) -> str:
+    """Writes an advice for a terminal; the last line says what to take.
+
+    Raises:
+        AffordanceError: No option is usable.
+    """
+    by = f"compared by {_say_criterion(advice.criterion)}"
+    title = f"{question.task} with {question.robot}, {by}; {_say_memory(question)}"
+    lines = [title, *_tabulate(advice)]
+    if advice.p_none > 0.0:
+        lines.append(f"  with probability {advice.p_none:.2f} no option is feasible")
+    lines += _say_why(advice, question)
+    return "\n".join([*lines, describe_choice_of(advice)])
+
+
+def describe_choice_of(advice: Advice) -> str:
+    """Says in a sentence what to take, at which cost, and how certain that is.
+
+    Raises:
+        AffordanceError: No option is usable.
+    """
+    best = advice.best
+    return f"Take {_name(best.option)}: {_say_cost(best, advice.criterion)}, best with probability {best.p_best:.2f}."
+
+
+def build_content(advice: Advice, question: Question) -> dict[str, Any]:
+    """Builds the JSON content of an advice; numbers that are infinite are null.
+
+    Raises:
+        AffordanceError: No option is usable.
+    """
+    criterion = advice.criterion
+    options = [
+        {
+            **_identify(each.option),
+            "usable": not each.infeasible_reason,
+            "reason": each.infeasible_reason or None,
+            "cost": {**_show(each.cost), "value": _finite(each.value)},
+            "work": _show(each.work),
+            "effort": _show(each.effort),
+            "torque_share": {**_show(each.margin), "joint": each.joint},
+            "grip_force": _show(each.force),
+            "grip_moment": _show(each.moment),
+            "p_best": each.p_best,
+            "p_feasible": each.p_feasible,
+        }
+        for each in advice.ranked
+    ]
+    content = {
+        "task": question.task,
+        "robot": question.robot,
+        "see": question.see,
+        "memory": question.memory or None,
+        "unknown": list(question.unknown),
+        "by": criterion.value,
+        "unit": criterion.unit,
+        "statistic": "p95" if criterion.is_peak else "mean",
+        "choice": _identify(advice.best.option),
+        "options": options,
+        "p_none": advice.p_none,
+        "why": None if advice.reasons is None else _show_reasons(advice, advice.reasons, question),
+        "sentence": describe_choice_of(advice),
+    }
+    plain: dict[str, Any] = to_plain(content)
+    return plain
+
+
+def _show_reasons(advice: Advice, reasons: Reasons, question: Question) -> dict[str, Any]:
+    return {
+        "rival": _identify(advice.ranked[reasons.rival].option),
+        "materials": [{"material": question.names(each.colour), "share": each.share} for each in reasons.shares],
+        "rest": reasons.rest,
+        "changes": [
+            {
+                "material": question.names(turn.colour),
+                "above" if turn.above else "below": turn.density,
+                "probability": turn.probability,
+                **_identify(advice.ranked[turn.option].option),
+            }
+            for turn in reasons.turns
+        ],
+    }
+
+
+def _identify(option: Option) -> dict[str, str]:
+    return {"tool": option.object_name, "grip": option.grip}
+
+
+def _show(amount: Amount) -> dict[str, float | None]:
+    return {name: _finite(value) for name, value in amount._asdict().items()}
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def _say_criterion(criterion: Criterion) -> str:
+    return {
+        Criterion.WORK: "the joints' expected work",
+        Criterion.EFFORT: "the joints' expected effort",
+        Criterion.MARGIN: "the highest share of a joint's torque limit (95 % quantile)",
+        Criterion.GRIP: "the wrench that the grip must hold (95 % quantile)",
+    }[criterion]
+
+
+def _say_memory(question: Question) -> str:
+    if not question.memory:
+        return "no memory is given: nothing is known of any material, its prior decides"
+    unknown = f", which knows nothing of {', '.join(question.unknown)}" if question.unknown else ""
+    return f"by the memory {question.memory}{unknown}"
+
+
+def _tabulate(advice: Advice) -> list[str]:
+    """Formats the options as a table: intervals of 90 %, peaks by their 95 % quantile."""
+    of_cost = _COST_TITLES.get(advice.criterion)
+    header = ["", "work (J)", *([of_cost] if of_cost else []), "P(best)", "P(feasible)"]
+    header += ["torque share", "force (N)", "moment (N m)", ""]
+    rows = [header]
+    for each in advice.ranked:
+        costs = [_range(each.work), *([_range(each.cost)] if of_cost else [])]
+        peaks = [f"{_percent(each.margin.p95)} {each.joint}", _number(each.force.p95), _number(each.moment.p95)]
+        if not each.q_start.size:
+            peaks = ["", "", ""]
+        probabilities = [f"{each.p_best:.2f}", f"{each.p_feasible:.2f}"]
+        rows.append(
+            [f"{each.option.object_name}, {each.option.grip}", *costs, *probabilities, *peaks, each.infeasible_reason]
+        )
+    widths = [max(len(row[k]) for row in rows) for k in range(len(header))]
+    return [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]
+
+
+def _say_why(advice: Advice, question: Question) -> list[str]:
+    reasons = advice.reasons
+    if reasons is None:
+        return ["Why: no other option can do the task with the probability that is asked for."]
+    best, rival = advice.ranked[0], advice.ranked[reasons.rival]
+    against = f"Why {_name(best.option)} rather than {_name(rival.option)}:"
+    shares = [each for each in reasons.shares if each.share >= _LEAST_SHARE]
+    if not shares:
+        lines = [f"{against} no material's density matters to the difference."]
+    else:
+        parts = [f"{question.names(each.colour)} ({_percent(each.share)})" for each in shares]
+        lines = [f"{against} what is uncertain of their difference is the density of {' and '.join(parts)}."]
+    told = [turn for turn in reasons.turns if turn.probability >= _LEAST_PROBABILITY]
+    lines += [f"  {_say_turn(turn, advice, question)}" for turn in told]
+    return lines if told else [*lines, "  No density that is believed possible would change the choice by itself."]
+
+
+def _say_turn(turn: Turn, advice: Advice, question: Question) -> str:
+    side = "more" if turn.above else "less"
+    other = _name(advice.ranked[turn.option].option)
+    return (
+        f"With {question.names(turn.colour)} of {side} than {format_number(turn.density)} kg/m³ (probability "
+        f"{turn.probability:.2g}), {other} would be better."
+    )
+
+
+def _say_cost(weighed: Weighed, criterion: Criterion) -> str:
+    if criterion is Criterion.MARGIN:
+        return f"{_percent(weighed.value)} of the torque limit of {weighed.joint} at most"
+    if criterion is Criterion.GRIP:
+        return f"{_number(weighed.force.p95)} N and {_number(weighed.moment.p95)} N m at most to be held by the grip"
+    half = 0.5 * (weighed.cost.p95 - weighed.cost.p05)
+    unit = "J" if criterion is Criterion.WORK else "N²m²s"
+    return f"{_number(weighed.cost.mean)} ± {format_number(half, 2)} {unit}"
+
+
+def _name(option: Option) -> str:
+    """Names an option: "the mallet by its head", "the mallet choked"."""
+    if not option.grip:
+        return f"the {option.object_name}"
+    how = option.grip if option.grip.endswith("ed") else f"by its {option.grip}"
+    return f"the {option.object_name} {how}"
+
+
+def _range(amount: Amount) -> str:
+    if not np.isfinite(amount.mean):
+        return ""
+    return f"{_number(amount.mean)} ({_number(amount.p05)} to {_number(amount.p95)})"
+
+
+def _number(value: float) -> str:
+    return format_number(value) if np.isfinite(value) else ""
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %"

@@ -1,0 +1,160 @@
+"""Which tool to take by which end: table, reasons, sentence, JSON and picture, and one line for bad input."""
+
+import json
+from pathlib import Path
+
+import pytest
+from helpers.workshop import HAMMERS
+
+from affordance.belief.material_memory import MaterialMemory
+from affordance.belief.memory_file import write_memory
+from affordance.cli import main
+from affordance.commands import rank
+from affordance.exceptions import AffordanceError
+from affordance.files.model_folder import MODELS
+from affordance.reporting import advice_figure
+
+ONE = ["rank", "reach", "--only", "machinist hammer", "--samples", "200"]
+
+
+@pytest.fixture
+def known(tmp_path: Path) -> list[str]:
+    """Words that name the memory of one who knows steel and oak."""
+    path = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800, "oak": 563}))
+    return ["--memory", str(path)]
+
+
+def test_memory_decides_and_the_last_line_says_what_to_take(
+    known: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*ONE, *known]) == 0
+    title, header, first, *_, last = capsys.readouterr().out.splitlines()
+    assert title.endswith("by the memory m.json")
+    assert header.startswith(" ")
+    assert "P(feasible)  torque share" in header
+    assert first.split()[:3] == ["machinist", "hammer,", "head"]
+    assert last.startswith("Take the machinist hammer by its head: 5.")
+    assert last.endswith(" J, best with probability 1.00.")
+
+
+def test_without_a_memory_it_says_that_it_knows_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(ONE) == 0
+    said = capsys.readouterr().out
+    assert "no memory is given: nothing is known of any material, its prior decides" in said
+    assert "is the density of oak (" in said
+    assert "the machinist hammer choked would be better." in said
+
+
+def test_json_has_all_numbers_and_writes_nothing_else(known: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*ONE, *known, "--json", "--by", "margin"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    keys = "task robot see memory unknown by unit statistic choice options p_none why sentence"
+    assert set(content) == set(keys.split())
+    assert (content["by"], content["unit"], content["statistic"]) == ("margin", "1", "p95")
+    assert content["memory"] == "m.json"
+    assert content["unknown"] == []
+    assert content["choice"] == {"tool": "machinist hammer", "grip": "head"}
+    first, *_ = options = content["options"]
+    keys = "tool grip usable reason cost work effort torque_share grip_force grip_moment p_best p_feasible"
+    assert set(first) == set(keys.split())
+    assert [each["cost"]["value"] for each in options] == sorted(each["torque_share"]["p95"] for each in options)
+    for each in options:
+        for name in ("cost", "work", "effort", "torque_share", "grip_force", "grip_moment"):
+            assert each[name]["p05"] <= each[name]["mean"] <= each[name]["p95"]
+    assert sum(each["p_best"] for each in options) + content["p_none"] == pytest.approx(1.0)
+    assert set(content["why"]) == {"rival", "materials", "rest", "changes"}
+    shares = [each["share"] for each in content["why"]["materials"]]
+    assert sum(shares) + content["why"]["rest"] == pytest.approx(1.0)
+
+
+def test_what_a_memory_lacks_is_named(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = write_memory(tmp_path / "m.json", MaterialMemory.from_densities({"cast_steel": 7800}))
+    assert main([*ONE, "--memory", str(path)]) == 0
+    assert "by the memory m.json, which knows nothing of oak" in capsys.readouterr().out
+
+
+def test_results_are_written_with_a_picture(
+    tmp_path: Path, known: list[str], capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    shots = []
+    render = advice_figure.render_poses
+
+    def note(directives: Path, poses: list[advice_figure.Pose], **size: int) -> list[advice_figure.Image]:
+        shots.extend(poses)
+        return render(directives, poses, **size)
+
+    monkeypatch.setattr(advice_figure, "render_poses", note)
+    assert main([*ONE, *known, "--by", "grip", "--out", str(tmp_path / "out")]) == 0
+    said = capsys.readouterr().out
+    assert (tmp_path / "out" / "ranking.txt").read_text() == said
+    content = json.loads((tmp_path / "out" / "ranking.json").read_text())
+    assert content["sentence"] == said.splitlines()[-1]
+    assert [shot.tool.grip for shot in shots] == [content["choice"]["grip"]]
+    assert (tmp_path / "out" / "ranking.png").stat().st_size > 20_000
+    assert (tmp_path / "out" / "ranking.svg").exists()
+
+
+def test_grip_that_cannot_be_held_is_not_taken(known: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    assert main([*ONE, *known, "--json", "--max-grip-moment", "0.5"]) == 0
+    by_grip = {each["grip"]: each for each in json.loads(capsys.readouterr().out)["options"]}
+    assert not by_grip["handle"]["usable"]
+    assert by_grip["handle"]["p_feasible"] == 0.0
+    assert by_grip["handle"]["reason"].endswith("N m, --max-grip-moment allows 0.5 N m")
+    assert by_grip["head"]["usable"]
+
+
+def test_nothing_that_can_be_held_is_one_line(
+    known: list[str], capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    assert main([*ONE, *known, "--max-grip-force", "1", "--out", str(tmp_path / "out")]) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert "no tool can do the task; nearest is machinist hammer by " in said
+    assert "N, --max-grip-force allows 1 N" in said
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--samples", "0"], "--samples: is 0, must be from 1 to 1000000"),
+        (["--seed", "-1"], "--seed: is -1, must be from 0 to 4294967295"),
+        (
+            ["--only", "mallett"],
+            "is 'mallett', must be one of claw hammer, machinist hammer, mallet; did you mean 'm",
+        ),
+        (["--max-grip-force", "-3"], "--max-grip-force: is -3.0, must be from 0.001 to 100000 N"),
+        (["--max-grip-moment", "1e9"], "--max-grip-moment: is 1000000000.0, must be from 0.001 to 10000 N m"),
+        (["--memory", "nowhere.json"], "nowhere.json: "),
+        (["--tools", "nowhere.yaml"], "nowhere.yaml: "),
+        (["--set", "learner=kinds_map"], "--set: learner: changes nothing here: the memory was learned before"),
+        (["--set", "cost_measure=effort"], "--set: cost_measure: changes nothing here: --by says what is compared"),
+    ],
+)
+def test_bad_arguments_are_refused_in_one_line(
+    words: list[str], message: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["rank", "reach", *words]) == 2
+    said = capsys.readouterr().err
+    assert message in said
+    assert said.count("\n") == 1
+
+
+def test_pictures_are_looked_at_when_they_are_asked_for(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    looked = []
+
+    def see(tools: list[rank.Tool], *, by_sight: bool, seed: int) -> list[object]:
+        looked.append((by_sight, seed, [tool.name for tool in tools]))
+        raise AffordanceError("seen enough")
+
+    monkeypatch.setattr(rank, "list_tool_options", see)
+    assert main([*ONE, "--see", "pictures", "--seed", "3"]) == 2
+    assert looked == [(True, 3, ["machinist hammer"])]
+
+
+def test_tool_without_grips_cannot_be_ranked() -> None:
+    mallet = HAMMERS["mallet"]
+    with pytest.raises(AffordanceError, match="has no grips, must name those it can be held by"):
+        rank.choose_tools([mallet.gripped_by(mallet.grips[0])], [], MODELS)
